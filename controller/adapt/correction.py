@@ -1,8 +1,8 @@
-"""`That was a twist`: the latest touch, named by the player, learned while play goes on.
+"""Corrections in play: the player labels the latest touch, and the network learns it.
 
-    python -m controller.adapt.correction BUNDLE OUT LABEL < images.npy
+    python -m controller.adapt.correction BUNDLE OUT LABEL RATE < images.npy
 
-is the process that learns, so that the loop that plays never waits for it; it is nice to others.
+is the training process, so that the control loop does not wait; it runs at low priority.
 """
 
 import io
@@ -15,36 +15,33 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from controller.adapt.examples import Example, touched
+from controller.adapt.examples import Example, Images, touched
 from controller.adapt.few_shot import AdaptError, teach
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore
 
-LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
-GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
+LATEST_S: Final = 2.5  # greatest age of the corrected touch
+GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
 LEAD_S: Final = 1.3  # of images before the touch
 DEADLINE_S: Final = 120.0
-MOST: Final = 40  # corrections that a bundle takes
+MOST: Final = 40  # corrections in a bundle
 NICE: Final = 10
 NOTE: Final = "corrected in play: "
 _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
-Images = NDArray[np.float32]
-
 
 def example(label: str, images: Images, rate_hz: float) -> Example:
-    """Return the latest touch in some images, as an example of what the player calls it.
+    """Return the latest touch in some images, as an example of a label.
 
     Args:
-        label: The gesture; "null": it was none.
+        label: The gesture; "null": none.
         images: z, (frames, rows, columns), up to now.
         rate_hz: Frames per second.
 
     Raises:
-        AdaptError: Nothing touched lately.
+        AdaptError: There was no recent touch, or only a weak one.
     """
     cut = latest(images, rate_hz)
     if cut is None:
@@ -56,7 +53,7 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
 
 
 def latest(images: Images, rate_hz: float) -> Images | None:
-    """Return the images of the latest touch with what is around it; None: there was none."""
+    """Return the images around the latest touch, (frames, rows, columns); None without a touch."""
     touches = touched(images, GAP_S * rate_hz) if len(images) >= 3 else []
     if not touches or touches[-1].span[1] < len(images) - LATEST_S * rate_hz:
         return None
@@ -72,20 +69,19 @@ def correct(
     store: BundleStore,
     install: Callable[[Path, str], str],
 ) -> str:
-    """Learn what the latest touch was and take the bundle that knows it into use.
+    """Learn the label of the latest touch, and take the new bundle into use.
 
-    It takes seconds: call it in a thread of its own.
+    Training takes seconds: call this in a thread of its own.
 
     Args:
-        label: What it was; "null": nothing; "": take the last correction back.
-        images: The latest, z, (frames, rows, columns).
+        label: The correct label; "null": no gesture; "": take the last correction back.
+        images: The latest images, z, (frames, rows, columns).
         rate_hz: Frames per second.
         store: Bundle store of this device.
-        install: Proves a file and takes it into use; given the name of the bundle that it
-            corrects as well.
+        install: Tests a file and takes it into use, given the name of the bundle it corrects.
 
     Returns:
-        What is in use now, a sentence.
+        The outcome, a sentence.
 
     Raises:
         BundleError, AdaptError, OSError: Nothing has changed; the message has the reason.
@@ -95,13 +91,13 @@ def correct(
         return f"taken back ({left} left)"
     before = store.record().current
     path = store.path(before)
-    made = _corrections(path)
-    if made >= MOST:
+    count = _corrections(path)
+    if count >= MOST:
         raise AdaptError(
             f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
             "with controller rollback"
         )
-    example(label, images, rate_hz)  # what cannot be learned from is told at once
+    example(label, images, rate_hz)  # refuses an unusable example before the process starts
     out = store.folder / "incoming" / "corrected.orb"
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -109,17 +105,21 @@ def correct(
         install(out, before)
     finally:
         out.unlink(missing_ok=True)
-    what = "nothing" if label == "null" else label
-    return f"learned: that was {what} ({made + 1} so far)"
+    return f"learned: that was {_shown(label)} ({count + 1} so far)"
+
+
+def _shown(label: str) -> str:
+    """Return a label for messages and notes."""
+    return "nothing" if label == "null" else label
 
 
 def _corrections(path: Path) -> int:
-    """Return how many corrections a bundle has."""
-    added = bundles.read(path).card.get("added")
-    return sum(str(note).startswith(NOTE) for note in added) if isinstance(added, list) else 0
+    """Return the number of corrections in a bundle."""
+    return sum(str(note).startswith(NOTE) for note in bundles.read(path).card.get("added", []))
 
 
 def _in_a_process(path: Path, out: Path, label: str, images: Images, rate_hz: float) -> None:
+    """Run the training process on images, (frames, rows, columns)."""
     command = [sys.executable, "-m", "controller.adapt.correction", str(path.resolve()), str(out),
                label, repr(rate_hz)]  # fmt: skip
     buffer = io.BytesIO()
@@ -133,8 +133,8 @@ def _in_a_process(path: Path, out: Path, label: str, images: Images, rate_hz: fl
     except subprocess.TimeoutExpired:
         raise AdaptError(f"it was not learned within {DEADLINE_S:g} s") from None
     if done.returncode:
-        told = done.stderr.decode(errors="replace").strip().splitlines()
-        raise AdaptError(told[-1] if told else f"learning ended with status {done.returncode}")
+        lines = done.stderr.decode(errors="replace").strip().splitlines()
+        raise AdaptError(lines[-1] if lines else f"learning ended with status {done.returncode}")
 
 
 def main(argv: list[str]) -> int:
@@ -145,8 +145,7 @@ def main(argv: list[str]) -> int:
     images = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
     try:
         one = example(label, images, float(rate))
-        note = f"{NOTE}{'nothing' if label == 'null' else label}"
-        teach(Path(path).read_bytes(), [one], note=note).write(Path(out))
+        teach(Path(path).read_bytes(), [one], note=NOTE + _shown(label)).write(Path(out))
     except (AdaptError, BundleError, OSError) as error:
         print(error, file=sys.stderr)
         return 1

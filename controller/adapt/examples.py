@@ -1,7 +1,7 @@
-"""Examples of a gesture, and the many windows that each of them makes; pure.
+"""Examples of a gesture, and data augmentation of their windows.
 
-A hand never does a thing twice alike. So each example is made faster and slower, stronger and
-weaker, read at other instants and with other noise, and turned and mirrored as it declares.
+Each example is varied in duration, strength, sampling instants and noise, and rotated and mirrored
+by its symmetries.
 """
 
 from dataclasses import dataclass, replace
@@ -13,23 +13,23 @@ from numpy.typing import NDArray
 Images = NDArray[np.float32]  # (frames, rows, columns), z
 Windows = NDArray[np.float32]  # (windows, images, rows, columns), z
 
-EVERYBODY: Final = ""  # the user of an example that all users' networks learn
+EVERYBODY: Final = ""  # the user of an example for the networks of all users
 NULL_LABEL: Final = "null"
-TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarters
-# Share of the way from idle to firm at which a touch begins and ends; where a finger is 40 % deep
-# its share is about this (models/data/label_repair.py finds the same on simulated gestures).
+TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarter turns
+# Share of the range from idle to firm at which a touch begins and ends: a finger at about 40 % of
+# its depth (models/data/label_repair.py finds the same on simulated gestures).
 SHARE: Final = 0.3
-FIRM: Final = 0.9  # quantile of a touch's frames that are taken for firm
-PAUSE_S: Final = 0.45  # between two touches; a double tap's is shorter
-WHOLE: Final = 0.5  # of the firmest of several touches: one that is less is noise or a stray
-LEAST: Final = 2.5  # a touch is so many times as firm as idle frames are restless
-STILL: Final = 0.2  # of an example's frames: surely nothing touches there
-TELLING: Final = 0.8  # of a touch: before, it may still become another gesture, and counts less
-CLEAR: Final = 0.05  # of a frame: closer to an edge, a window may be either
-PACE: Final = 0.2  # deviations, relative: how long it takes, how strong it is
-GAIN: Final = 0.2
-OFFSET: Final = 0.004  # of rest that is not quite true, and of each reading
-NOISE: Final = 0.003
+FIRM: Final = 0.9  # quantile of a touch's frames that counts as firm
+PAUSE_S: Final = 0.45  # between two touches; that of a double tap is shorter
+WHOLE: Final = 0.5  # of the firmest of several touches: a weaker one is noise
+LEAST: Final = 2.5  # least ratio of a touch's energy to the deviation of idle frames
+STILL: Final = 0.2  # share of an example's frames that are surely untouched
+TELLING: Final = 0.8  # of a touch: before this share it is ambiguous, and counts less
+CLEAR: Final = 0.05  # of a frame: closer to an edge, the class of a window is ambiguous
+PACE: Final = 0.2  # standard deviation of the logarithm of duration
+GAIN: Final = 0.2  # and of strength
+OFFSET: Final = 0.004  # standard deviation of the baseline error, z
+NOISE: Final = 0.003  # and of the noise of each reading
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +37,10 @@ class Example:
     """One example of a gesture.
 
     Attributes:
-        label: What it is; "null": none.
+        label: Its gesture; "null": none.
         images: z, (frames, rows, columns), with some frames before and after the touch.
-        user: Whose network shall learn it; `EVERYBODY`: all.
-        rotations: Turns that leave it the same gesture: "all", "half" or "none".
+        user: The user for whose network it is; `EVERYBODY`: all.
+        rotations: Rotations under which it is invariant: "all", "half" or "none".
         mirrored: Its mirror image is the same gesture.
         span: First frame of the touch and the frame after its last; None until `found`.
     """
@@ -53,13 +53,10 @@ class Example:
     span: tuple[float, float] | None = None
 
     def found(self, rate_hz: float = 10.0) -> "Example | None":
-        """Return the example with its touch found, or None where nothing touches.
+        """Return the example with the span of its touch, or None without a touch.
 
-        Of several touches the last is meant; what lies beyond the pauses around it is cut off, so
-        that the previous touch is not learned as the beginning of this one.
-
-        Args:
-            rate_hz: Frames per second.
+        Of several touches the last one counts. The frames beyond the pauses around it are cut off,
+        so that the previous touch is not learned as the beginning of this one.
         """
         if self.span is not None:
             return self
@@ -68,14 +65,14 @@ class Example:
             return None
         weight = [one.weight for one in touches]
         at = max(i for i, one in enumerate(weight) if one >= WHOLE * max(weight))
-        # Where a pause is quietest the example begins and ends.
+        # The example begins and ends at the quietest frames of the pauses.
         first = touches[at - 1].quiet if at else 0
         end = touches[at].quiet + 1 if at + 1 < len(touches) else len(self.images)
         span = (touches[at].span[0] - first, touches[at].span[1] - first)
         return replace(self, images=self.images[first:end], span=span)
 
     def noise(self) -> float:
-        """Return how much a taxel changes from frame to frame where least happens, z."""
+        """Return the mean change of a taxel between frames at rest, z."""
         change = np.abs(np.diff(self.images, axis=0)).mean(axis=(1, 2))
         return float(np.quantile(change, STILL)) if len(change) else 0.0
 
@@ -85,8 +82,8 @@ class Touch:
     """One touch in some images.
 
     Attributes:
-        span: Where it begins and ends, frames.
-        weight: How firm and long it is.
+        span: Its beginning and end, frames.
+        weight: Sum over its frames of the share between idle and firm.
         quiet: The quietest frame between it and the next one; the last image after the last.
     """
 
@@ -96,12 +93,11 @@ class Touch:
 
 
 def touched(images: Images, pause: float = np.inf) -> list[Touch]:
-    """Return the touches in some images, in order; none may be there.
+    """Return the touches in some images, in order.
 
     Args:
         images: z, (frames, rows, columns).
-        pause: Between two touches there are more frames without one than so many: in a double
-            tap's pause the touch goes on.
+        pause: Frames; two touches with a shorter pause between them are one, as in a double tap.
     """
     energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
     idle = float(np.quantile(energy, 0.1))
@@ -131,21 +127,21 @@ def touched(images: Images, pause: float = np.inf) -> list[Touch]:
 def vary(
     example: Example, window: int, copies: int, rng: np.random.Generator
 ) -> tuple[Windows, NDArray[np.float32]]:
-    """Return windows of an example as it might have been, and how telling each is.
+    """Return windows of variations of an example, and the weight of each.
 
     Args:
         example: With its span.
         window: Images in a window.
-        copies: How many; the first is the example as it was.
-        rng: Draws how they differ.
+        copies: Number of variations; the first is the unchanged example.
+        rng: Random generator of the variations.
 
     Returns:
-        Windows (n, window, rows, columns); and for each how telling it is of the gesture, 0 ... 1,
-        or -1 where nothing is made, (n,).
+        Windows, (n, window, rows, columns), and their weights for the gesture, 0 to 1, or -1
+        outside of the touch, (n,).
     """
     assert example.span is not None
     made, inside = [], []
-    before = np.repeat(example.images[:1], window - 1, axis=0)  # nothing happened before
+    before = np.repeat(example.images[:1], window - 1, axis=0)  # rest before the example
     images = np.concatenate([before, example.images]).astype(np.float32)
     span = (example.span[0] + window - 1, example.span[1] + window - 1)
     square = images.shape[1] == images.shape[2]
@@ -168,10 +164,10 @@ def vary(
 
 
 def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.float64]]:
-    """Return images as if all had been done faster or slower, and read at other instants.
+    """Return images resampled at another speed and other instants.
 
     Returns:
-        Images, and where in the given ones each of them lies, in frames, (n,); n is 2 at least.
+        Images, (n, rows, columns), and the place of each in the given ones, frames, (n,); n ≥ 2.
     """
     longer = float(np.exp(rng.normal(0.0, PACE)))
     count = max(2, int((len(images) - 1) * longer))
@@ -183,15 +179,14 @@ def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.
 
 
 def _between(images: Images, low: NDArray[np.intp], part: NDArray[np.float32]) -> Images:
-    """Return the images a part of the way from one to the next, on a cubic through both.
+    """Return images between others by a cubic Catmull-Rom spline (Catmull and Rom 1974).
 
-    Its slope at an image is that from the one before to the one after (Catmull and Rom 1974). A
-    straight line cut the tip off a touch of three images: what it made were softer touches.
+    Linear interpolation would lower the peak of a touch of three images.
 
     Args:
         images: (frames, rows, columns).
-        low: The images before, (n,); each has one after it.
-        part: 0 ... 1, (n, 1, 1).
+        low: Index of the image before each place, (n,); each has a successor.
+        part: Place between that image and the next, 0 to 1, (n, 1, 1).
     """
     here, there = images[low], images[low + 1]
     slope = 0.5 * (there - images[np.maximum(low - 1, 0)])
@@ -204,13 +199,14 @@ def _between(images: Images, low: NDArray[np.intp], part: NDArray[np.float32]) -
 def _turned(
     images: Images, turns: list[int], rng: np.random.Generator, *, mirrored: bool
 ) -> Images:
+    """Return images, (n, rows, columns), rotated and mirrored at random."""
     if mirrored and rng.random() < 0.5:
         images = images[:, :, ::-1]
     return np.rot90(images, turns[int(rng.integers(len(turns)))], (1, 2))
 
 
 def vary_images(images: Images, rng: np.random.Generator) -> Images:
-    """Return the images with another strength, rest and noise."""
+    """Return images, (n, rows, columns), with another strength, baseline and noise."""
     change = (images - 1.0) * float(np.exp(rng.normal(0.0, GAIN)))
     change += OFFSET * rng.normal(size=images.shape[1:])
     more = NOISE * float(np.exp(rng.normal()))

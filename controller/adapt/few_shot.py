@@ -1,4 +1,4 @@
-"""One lesson: a bundle and examples in, a bundle that knows more out."""
+"""Few-shot learning: extend a bundle's gesture networks by examples."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,35 +22,35 @@ from controller.errors import TroubleError
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
-COPIES: Final = 240  # windows' worth of copies of a label's examples together
-REHEARSED: Final = 3  # copies of what is rehearsed
-SHARE: Final = 0.185  # what a label's examples weigh without noise, all that is rehearsed being 1
-NOISY: Final = 0.03  # as much noise halves it: the old gestures are nearer to any other then
-AROUND: Final = 1.0  # what surrounds them, times that
-LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as before
-_SEED: Final = 0  # the same lesson gives the same bundle
-GOLDEN_EACH: Final = 4  # windows of an example that become golden
+COPIES: Final = 240  # variations of a label's examples together
+REHEARSED: Final = 3  # variations of the rehearsal data
+SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
+NOISY: Final = 0.03  # noise that halves this weight, z: noise reduces the distance of gestures
+AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
+LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
+_SEED: Final = 0  # the same examples give the same bundle
+GOLDEN_EACH: Final = 4  # windows of an example that become golden vectors
 
 
-# Windows (n, window, rows, columns), and of each: whether the touch lies within, class, weight.
+# Windows (n, window, rows, columns), and of each: whether the touch is within, class, weight.
 _ExampleWindows = tuple[
     NDArray[np.float32], NDArray[np.bool_], NDArray[np.int64], NDArray[np.float64]
 ]
 
 
 class AdaptError(TroubleError, ValueError):
-    """It cannot be learned like this; the message is one sentence with the reason."""
+    """The examples cannot be learned; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True)
 class AdaptedBundle:
-    """A bundle that has learned.
+    """An extended bundle.
 
     Attributes:
         manifest: Its bundle.toml.
-        parts: Its other parts, as `controller.bundles.bundle.write` takes them.
-        kept: Share of the rehearsed gestures that are taken for the same ones as before.
-        learned: Share of the examples' own windows that are named rightly.
+        parts: Its other parts, for `controller.bundles.bundle.write`.
+        kept: Share of the rehearsed gestures whose class is unchanged.
+        learned: Share of the examples' windows that are classified correctly.
     """
 
     manifest: bytes
@@ -59,10 +59,10 @@ class AdaptedBundle:
     learned: float
 
     def write(self, path: Path) -> None:
-        """Write the bundle, complete or not at all.
+        """Write the bundle atomically.
 
         Raises:
-            BundleError: It would be refused when it is read.
+            BundleError: `controller.bundles.bundle.read` would refuse it.
             OSError: It cannot be written.
         """
         bundles.write(path, manifest=self.manifest, parts=self.parts)
@@ -75,16 +75,16 @@ def teach(
     command: str | Sequence[Mapping[str, Any]] | None = None,
     note: str = "",
 ) -> AdaptedBundle:
-    """Return a bundle that has learned from examples.
+    """Return a bundle extended by examples.
 
     Args:
-        data: The bundle as a file.
-        examples: Of one gesture or several, old or new; a user's own go into a network of theirs.
+        data: Content of the bundle's file.
+        examples: Of one gesture or several, old or new; those of a user extend the user's network.
         command: Command of a new gesture: a word or rules (docs/mapping.md); None: nothing.
         note: Entry of the card; by default the gestures and numbers of examples.
 
     Raises:
-        AdaptError: There is no touch in an example, or the old gestures would suffer.
+        AdaptError: An example holds no touch, or the old gestures would suffer.
         BundleError: The bundle is damaged.
     """
     try:
@@ -97,33 +97,33 @@ def teach(
     known = replace(known, taught=(*known.taught, *fresh))
     new = tuple(dict.fromkeys(one.label for one in fresh if one.label not in loaded.labels))
     labels = (*loaded.labels, *new)
-    everybodys = any(one.user == EVERYBODY for one in fresh)
-    asked = {one.user for one in fresh} - {EVERYBODY}
-    lesson = _Lesson(loaded, known, labels)
+    for_all = any(one.user == EVERYBODY for one in fresh)
+    learners = {one.user for one in fresh} - {EVERYBODY}
+    training = _Training(loaded, known, labels)
     content = bundles.content(parts)
-    base, answers = dict(known.base), dict[str, NDArray[np.float32]]()
-    questions = np.concatenate([loaded.golden.windows, *_golden(fresh, loaded.window)])
-    heads = list(dict.fromkeys((*loaded.users.heads, *sorted(asked))))
+    base, outputs = dict(known.base), dict[str, NDArray[np.float32]]()
+    inputs = np.concatenate([loaded.golden.windows, *_golden(fresh, loaded.window)])
+    heads = list(dict.fromkeys((*loaded.users.heads, *sorted(learners))))
     shares = []
     for user in (EVERYBODY, *heads):
         part = GESTURE if user == EVERYBODY else users_table.head_part(user)
-        source = part if part in parts else GESTURE  # a user's first network begins as everybody's
+        source = part if part in parts else GESTURE  # a user's first network starts as the common
         model = parts[source]
-        if everybodys or user in asked:
-            model, base[part], share = lesson.learn(model, known.base.get(source), user)
+        if for_all or user in learners:
+            model, base[part], share = training.extend(model, known.base.get(source), user)
             shares.append(share)
         content[part] = model
-        answers[user] = _ask(model, questions)
+        outputs[user] = _run(model, inputs)
     table["labels"] = list(labels)
     if command is not None:
         for label in new:
             table["mapping"][label] = command if isinstance(command, str) else [*command]
     _enrol(table, heads, labels)
-    table["card"]["added"] = [*table["card"].get("added", []), note or _told(fresh)]
-    own = {user: answers[user] for user in heads}
-    golden = replace(loaded.golden, windows=questions, probabilities=answers[EVERYBODY], heads=own)
+    table["card"]["added"] = [*table["card"].get("added", []), note or _described(fresh)]
+    own = {user: outputs[user] for user in heads}
+    golden = replace(loaded.golden, windows=inputs, probabilities=outputs[EVERYBODY], heads=own)
     if heads:
-        people = _people(content, len(table["users"]["names"]), questions)
+        people = _people(content, len(table["users"]["names"]), inputs)
         golden = replace(golden, people=people)
         content.setdefault(users_table.NETWORK, b"")
     content[bundles.GOLDEN] = golden.pack()
@@ -137,25 +137,25 @@ def teach(
 
 
 @dataclass(frozen=True)
-class _Lesson:
-    """What all networks of a bundle learn from.
+class _Training:
+    """Training data of all networks of a bundle.
 
     Attributes:
-        bundle: As it was.
-        known: What is rehearsed, and every example.
-        labels: The classes from now on.
+        bundle: The bundle before.
+        known: Rehearsal data and all examples.
+        labels: Old and new classes.
     """
 
     bundle: Bundle
     known: Rehearsal
     labels: tuple[str, ...]
 
-    def learn(
+    def extend(
         self, model: bytes, base: tuple[int, int] | None, user: str
     ) -> tuple[bytes, tuple[int, int], tuple[float, float]]:
-        """Return a network that has learned, its base, and the shares kept and learned."""
+        """Return an extended network, its base, and the shares kept and learned."""
         try:
-            split = head.take_apart(model, base)
+            split = head.split(model, base)
         except FormError as error:
             raise AdaptError(f"the gesture network {error}") from None
         rng = np.random.default_rng(_SEED)
@@ -168,7 +168,7 @@ class _Lesson:
         windows, inside, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
         embedding = split.embed(np.concatenate([old, windows]))
         logits = split.logits(embedding)
-        # The target of old windows is the network's own answer, with its confidence.
+        # The target of old windows is the network's own output, with its confidence.
         target = [_probabilities(logits[: len(old)], len(self.labels))]
         target.append(np.eye(len(self.labels), dtype=np.float32)[kinds])
         weight = np.concatenate([np.full(len(old), 1.0 / len(old)), weights])
@@ -177,8 +177,8 @@ class _Lesson:
         )
         after = units.answers(embedding)
         after[:, : split.classes] += logits
-        names = (_names(answers[: len(old)], touch) for answers in (logits, after))
-        kept = _share(np.equal(*names))
+        classes = (_classes(values[: len(old)], touch) for values in (logits, after))
+        kept = _share(np.equal(*classes))
         if kept < LEAST_KEPT:
             raise AdaptError(
                 f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
@@ -190,7 +190,7 @@ class _Lesson:
     def _windows(
         self, one: Example, alike: Sequence[Example], rng: np.random.Generator
     ) -> _ExampleWindows:
-        """Return the windows of an example; `alike` are all examples of its label."""
+        """Return the windows of an example; `alike` holds all examples of its label."""
         copies = max(1, COPIES // len(alike))
         windows, telling = vary(one, self.bundle.window, copies, rng)
         inside = telling >= 0.0
@@ -201,7 +201,7 @@ class _Lesson:
 
 
 def weight_of(example: Example) -> float:
-    """Return what an example weighs if it is the only one, all that is rehearsed being 1."""
+    """Return the weight of a label's only example, relative to all rehearsal data."""
     return SHARE / (1.0 + example.noise() / NOISY)
 
 
@@ -213,7 +213,7 @@ def _rehearsal(loaded: Bundle, parts: Mapping[str, bytes]) -> Rehearsal:
 
 
 def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> tuple[Example, ...]:
-    """Return the examples with their touches found, as they are kept."""
+    """Return the examples with the spans of their touches, quantised as they are stored."""
     if not examples:
         raise AdaptError("there are no examples; give one at least")
     if len(known.taught) + len(examples) > MOST_EXAMPLES:
@@ -235,7 +235,7 @@ def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> t
         if found is None:
             raise AdaptError(f"example {number} of {one.label} shows no touch; make it again")
         kept = rehearsal.from_bytes(rehearsal.to_bytes(found.images))
-        # A gesture that is new is everybody's: all networks of a bundle have the same classes.
+        # A new gesture is for all users: all networks of a bundle have the same classes.
         user = one.user if one.label in loaded.labels else EVERYBODY
         fresh.append(replace(found, images=kept, user=user))
     return tuple(fresh)
@@ -245,47 +245,53 @@ def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -
     """Add users with networks of their own to the manifest."""
     if not heads:
         return
-    people = table.setdefault("users", {
-        "names": [], "gestures": list(labels[1:])
-    })  # fmt: skip
-    people["names"] += [name for name in heads if name not in people["names"]]
-    people["heads"] = list(heads)
+    section = table.setdefault("users", {"names": [], "gestures": list(labels[1:])})
+    section["names"] += [name for name in heads if name not in section["names"]]
+    section["heads"] = list(heads)
 
 
 def _people(
-    content: Mapping[str, bytes], names: int, questions: NDArray[np.float32]
+    content: Mapping[str, bytes], names: int, inputs: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the user network's answers; it must have an output for each user with a network."""
+    """Return the user network's outputs, (n, 1 + names), for (n, window, rows, columns).
+
+    Raises:
+        AdaptError: It has no output for a user with a network.
+    """
     model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
-    told = _ask(model, questions)
-    if told.shape[1] != 1 + names:
+    outputs = _run(model, inputs)
+    if outputs.shape[1] != 1 + names:
         raise AdaptError(
             "this bundle identifies its users by their touch, and does not know this one; use a "
             "name that it knows, or enrol them: models train --task user (docs/users.md)"
         )
-    return told
+    return outputs
 
 
 def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
-    """Return some windows of each example's touch."""
+    """Return some windows of each example's touch, each (n, window, rows, columns)."""
     found = []
     rng = np.random.default_rng(0)
     for one in fresh:
-        made, inside = vary(one, window, 1, rng)
-        found.append(made[inside >= 0.0][-GOLDEN_EACH:])
+        windows, inside = vary(one, window, 1, rng)
+        found.append(windows[inside >= 0.0][-GOLDEN_EACH:])
     return found
 
 
-def _ask(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a network's answers, (n, outputs), to (n, window, rows, columns)."""
-    run = engines.open_network(engines.standard(), model, onnx_reader.read(model))
-    return run(questions)
+def _run(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a network's outputs, (n, outputs), for (n, window, rows, columns)."""
+    return engines.open_network(engines.standard(), model, onnx_reader.read(model))(inputs)
 
 
-def _names(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return what the mean probability over each touch names, null aside; -1 is no touch."""
+def _classes(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the class, null aside, of the highest mean probability over each touch, (touches,).
+
+    Args:
+        logits: Of each window, (n, classes).
+        touch: Number of each window's touch, -1 without one, (n,).
+    """
     inside = touch >= 0
     total = np.zeros((int(touch.max(initial=-1)) + 1, logits.shape[1] - 1))
     np.add.at(total, touch[inside], _probabilities(logits[inside], logits.shape[1])[:, 1:])
@@ -293,19 +299,20 @@ def _names(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.
 
 
 def _probabilities(logits: NDArray[np.float32], classes: int) -> NDArray[np.float32]:
-    """Return the softmax of logits, (n, classes); classes that they do not know have 0."""
+    """Return the softmax of logits, (n, classes); further classes have probability 0."""
     power = np.exp(logits - logits.max(axis=1, keepdims=True))
-    told = np.zeros((len(logits), classes), dtype=np.float32)
-    told[:, : logits.shape[1]] = power / power.sum(axis=1, keepdims=True)
-    return told
+    shares = np.zeros((len(logits), classes), dtype=np.float32)
+    shares[:, : logits.shape[1]] = power / power.sum(axis=1, keepdims=True)
+    return shares
 
 
 def _share(right: NDArray[np.bool_]) -> float:
+    """Return the share of true values, (n,); 1 of none."""
     return float(right.mean()) if len(right) else 1.0
 
 
-def _told(fresh: Sequence[Example]) -> str:
-    """Return what was taught, for the card."""
+def _described(fresh: Sequence[Example]) -> str:
+    """Return the labels, users and numbers of examples, for the card."""
     words = []
     for label, user in dict.fromkeys((one.label, one.user) for one in fresh):
         count = sum((one.label, one.user) == (label, user) for one in fresh)

@@ -1,9 +1,8 @@
-"""A gesture network taken apart where it can learn more: its embedding, and the layers after it.
+"""Split a gesture network into its embedding and the layers after it, and widen those layers.
 
 The form is that of the shipped network (figure 6 of the paper): ... dense, relu = embedding; dense,
-relu; dense, softmax. New units stand beside those of the second dense layer; they see the
-embedding, and their outputs are added to the answers. Since no old weight changes, the network as
-it was trained is still there, and can be had back.
+relu; dense, softmax. New units beside those of the second dense layer take the embedding, and their
+outputs are added to the logits. No old weight changes, so the network as trained can be restored.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from controller.bundles.inference import engines, onnx_writer
 from controller.bundles.inference import onnx_reader as graph
 from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
 
-Values = NDArray[np.float32]
+Matrix = NDArray[np.float32]  # (rows, columns), or a vector (n,)
 
 _BATCH: Final = 64  # windows that are embedded at once
 
@@ -27,7 +26,7 @@ class FormError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LearnedUnits:
-    """What was learned: hidden units, and what each adds to the answers.
+    """Fitted hidden units and their weights in the logits.
 
     Attributes:
         weights: (units, embedding).
@@ -35,27 +34,26 @@ class LearnedUnits:
         out: Output weights, (classes, units); the old classes first.
     """
 
-    weights: Values
-    bias: Values
-    out: Values
+    weights: Matrix
+    bias: Matrix
+    out: Matrix
 
-    def answers(self, embedding: Values) -> Values:
-        """Return what the units add to the answers, (n, classes), to (n, embedding)."""
+    def answers(self, embedding: Matrix) -> Matrix:
+        """Return the units' contribution to the logits, (n, classes), for (n, embedding)."""
         hidden = np.maximum(embedding @ self.weights.T + self.bias, 0.0)
         return np.asarray(hidden @ self.out.T)
 
 
 @dataclass(frozen=True, eq=False)
 class SplitNetwork:
-    """A network taken apart, as it was trained.
+    """A network as it was trained, split at its embedding.
 
     Attributes:
-        graph: The network.
-        embedding: Name of the embedding.
+        embedding: Name of the embedding's array.
         dense: The second dense layer: names of its weights and bias.
         out: The last dense layer: names of its weights and bias.
         hidden: Units of the second dense layer.
-        classes: Answers.
+        classes: Outputs.
     """
 
     graph: Graph
@@ -65,7 +63,7 @@ class SplitNetwork:
     hidden: int
     classes: int
 
-    def embed(self, windows: NDArray[np.float32]) -> Values:
+    def embed(self, windows: NDArray[np.float32]) -> Matrix:
         """Return the embedding of windows (n, window, rows, columns), (n, width)."""
         at = next(i for i, node in enumerate(self.graph.nodes) if node.output == self.embedding)
         cut = replace(self.graph, nodes=self.graph.nodes[: at + 1], output=self.embedding)
@@ -73,8 +71,8 @@ class SplitNetwork:
         parts = range(0, len(windows), _BATCH)
         return np.concatenate([network(windows[first : first + _BATCH]) for first in parts])
 
-    def logits(self, embedding: Values) -> Values:
-        """Return what the network as it was trained answers, before the softmax, (n, classes)."""
+    def logits(self, embedding: Matrix) -> Matrix:
+        """Return the logits of the network as it was trained, (n, classes)."""
         weights = self.graph.weights
         hidden = np.maximum(embedding @ weights[self.dense[0]].T + weights[self.dense[1]], 0.0)
         return np.asarray(hidden @ weights[self.out[0]].T + weights[self.out[1]])
@@ -95,7 +93,7 @@ class SplitNetwork:
         return onnx_writer.write(replace(self.graph, weights=weights), width=len(out))
 
 
-def take_apart(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwork:
+def split(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwork:
     """Return a network as it was trained.
 
     Args:
@@ -103,7 +101,7 @@ def take_apart(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwor
         base: Units of its second dense layer and classes when it was trained; None: as now.
 
     Raises:
-        FormError: It is no network of the form.
+        FormError: The network has another form.
     """
     try:
         read = graph.read(model)
@@ -120,7 +118,7 @@ def take_apart(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwor
     answers, answers_bias = read.weights[out.inputs[1]], read.weights[out.inputs[2]]
     hidden, classes = base or (len(rows), len(answers))
     if not (1 <= hidden <= len(rows) and 2 <= classes <= len(answers)):
-        raise FormError("is smaller than it was when it was trained")
+        raise FormError("is smaller than when it was trained")
     weights = dict(read.weights)
     weights[dense.inputs[1]], weights[dense.inputs[2]] = rows[:hidden], bias[:hidden]
     weights[out.inputs[1]] = answers[:classes, :hidden]
@@ -136,7 +134,7 @@ def take_apart(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwor
 
 
 def _dense(makers: dict[str, Node], read: Graph, after: Node | None, op: str) -> Node:
-    """Return the dense layer before an operator of one kind."""
+    """Return the dense layer before the operator `after`, which must be an `op`."""
     if after is None or after.op != op:
         raise _other()
     node = makers.get(after.inputs[0])
@@ -150,6 +148,5 @@ def _dense(makers: dict[str, Node], read: Graph, after: Node | None, op: str) ->
 
 def _other() -> FormError:
     return FormError(
-        "has another form than ours (dense, relu, dense, relu, dense, softmax at its end), so "
-        "nothing can be added to it"
+        "does not end in dense, relu, dense, relu, dense, softmax, so nothing can be added to it"
     )

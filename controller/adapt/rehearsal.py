@@ -1,14 +1,14 @@
-"""Rehearsal data of a bundle, so that its gestures are not forgotten: the part `rehearsal.npz`.
+"""Rehearsal data of a bundle against forgetting of its gestures: the part `rehearsal.npz`.
 
-Some minutes of play from the training's recordings, as bytes, and every example that was taught
-since. Without the part, the golden windows are rehearsed, which is better than nothing.
+It holds some minutes of play from the recordings of the training, quantised to bytes, and all
+later examples. Without the part, the golden windows are rehearsed.
 
     images         uint8 (frames, rows, columns), z = 1 + (byte - 128) / 200
     label          int8 (frames,), index of the class, -1 unclear
-    first          bool (frames,), a stretch of frames begins here
+    first          bool (frames,), first frame of a segment
     taught         uint8 (frames, rows, columns), examples, one after the other
-    taught_frames  int32 (examples,), how many frames each has
-    taught_span    float32 (examples, 2), where its touch is
+    taught_frames  int32 (examples,), number of frames of each
+    taught_span    float32 (examples, 2), first and last frame of its touch
     taught_words   str (examples, 3): label, user, rotations
     taught_mirror  bool (examples,)
     base           int32 (networks, 2), units and classes when it was trained; see `networks`
@@ -32,7 +32,7 @@ UNTOUCHED: Final = 128
 MAX_BYTES: Final = 8 << 20
 UNCLEAR: Final = -1
 
-Bytes = NDArray[np.uint8]
+ImageBytes = NDArray[np.uint8]  # (frames, rows, columns)
 
 
 class RehearsalError(ValueError):
@@ -41,18 +41,17 @@ class RehearsalError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Rehearsal:
-    """What is rehearsed.
+    """Rehearsal data.
 
     Attributes:
         images: (frames, rows, columns), as bytes.
         label: Class of each frame, -1 unclear, (frames,).
-        first: Where stretches begin, (frames,).
+        first: Whether a segment begins, (frames,).
         taught: Examples since the training.
-        base: Units and classes of each network when it was trained, by part of the bundle; those
-            that are as they were trained are not there.
+        base: Units and classes of each extended network when it was trained, by part.
     """
 
-    images: Bytes
+    images: ImageBytes
     label: NDArray[np.int8]
     first: NDArray[np.bool_]
     taught: tuple[Example, ...] = ()
@@ -61,27 +60,27 @@ class Rehearsal:
     def windows(
         self, window: int, copies: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Return all windows whose class is known, and more as they might have been.
+        """Return all windows whose class is known, and variations of them.
 
         Args:
             window: Images in a window.
-            copies: How many of each stretch; the first is as it was.
-            rng: Draws how they differ.
+            copies: Number of variations of each segment; the first is unchanged.
+            rng: Random generator of the variations.
 
         Returns:
-            Windows (n, window, rows, columns), and which gesture each belongs to, counted from 0,
-            -1 none, (n,).
+            Windows, (n, window, rows, columns), and the number of each one's gesture, from 0, or
+            -1 without one, (n,).
         """
-        stretches = [*np.flatnonzero(self.first).tolist(), len(self.first)]
+        segments = [*np.flatnonzero(self.first).tolist(), len(self.first)]
         images, label = from_bytes(self.images), self.label
         windows: list[NDArray[np.float32]] = []
         touches: list[NDArray[np.int64]] = []
         count = 0
         for copy in range(copies):
-            for first, end in itertools.pairwise(stretches):
+            for first, end in itertools.pairwise(segments):
                 seen, named = images[first:end], label[first:end]
                 if copy and end - first > window:
-                    seen, named = disturbed(seen, named, rng)
+                    seen, named = varied(seen, named, rng)
                 last = np.arange(window - 1, len(seen))
                 last = last[named[last] != UNCLEAR]
                 kind = named[last].astype(np.int64)
@@ -116,12 +115,12 @@ class Rehearsal:
 
 
 def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
-    """Return what a part holds.
+    """Return the rehearsal data in a part.
 
     Args:
         data: The part.
         grid: Rows and columns of the sensor.
-        classes: How many the bundle has.
+        classes: Number of classes of the bundle.
 
     Raises:
         RehearsalError: It is damaged, or of another sensor.
@@ -148,7 +147,7 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
 
 
 def _fits(a: npz.Arrays, grid: tuple[int, int], classes: int) -> bool:
-    """Return whether arrays have the types and shapes of a rehearsal, and sensible values."""
+    """Return whether arrays have the types, shapes and value ranges of rehearsal data."""
     try:
         frames, taught, examples = len(a["images"]), len(a["taught"]), len(a["taught_frames"])
         forms = {
@@ -170,10 +169,13 @@ def _fits(a: npz.Arrays, grid: tuple[int, int], classes: int) -> bool:
         return False
 
 
-def disturbed(
+def varied(
     images: NDArray[np.float32], label: NDArray[np.int8], rng: np.random.Generator
 ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
-    """Return a stretch as it might have been; where its class changes it is unclear."""
+    """Return a variation of a segment: images, (n, rows, columns), and labels, (n,).
+
+    The label between two frames of different classes is unclear.
+    """
     seen, at = paced(images, rng)
     low = np.minimum(at.astype(np.intp), len(label) - 2)
     same = label[low] == label[low + 1]
@@ -181,7 +183,7 @@ def disturbed(
 
 
 def of_golden(bundle: Bundle) -> Rehearsal:
-    """Return the golden windows of a bundle, each with the class that its network answers."""
+    """Return the golden windows of a bundle, each with the class that its network outputs."""
     windows, count = bundle.golden.windows, bundle.window
     label = np.full((len(windows), count), UNCLEAR, dtype=np.int8)
     label[:, -1] = bundle.golden.probabilities.argmax(axis=1)
@@ -191,12 +193,12 @@ def of_golden(bundle: Bundle) -> Rehearsal:
     return Rehearsal(images, label.ravel(), first.ravel())
 
 
-def to_bytes(images: NDArray[np.floating]) -> Bytes:
-    """Return z as bytes, as telemetry has it: steps of 0.005, from 0.36 to 1.635."""
+def to_bytes(images: NDArray[np.floating]) -> ImageBytes:
+    """Return z, (n, rows, columns), as bytes like in telemetry: steps of 0.005, 0.36 to 1.635."""
     steps = np.rint((images.astype(np.float64) - 1.0) * STEPS_PER_Z) + UNTOUCHED
     return np.asarray(np.clip(steps, 0, 255), dtype=np.uint8)
 
 
-def from_bytes(images: Bytes) -> NDArray[np.float32]:
-    """Return the z that bytes mean."""
+def from_bytes(images: ImageBytes) -> NDArray[np.float32]:
+    """Return the z of bytes, (n, rows, columns)."""
     return np.asarray(1.0 + (images.astype(np.float32) - UNTOUCHED) / STEPS_PER_Z, np.float32)

@@ -1,4 +1,1 @@
-"""Deployable model packages: format, vocabulary, inference, deployment.
-
-For everything above recognition.
-"""
+"""Deployable model packages: format, vocabulary, inference, deployment."""

@@ -1,7 +1,7 @@
-"""Zip files in one form: the same parts make the same bytes, and no other bytes are read.
+"""Canonical zip files: the same parts give the same bytes, and no other bytes are accepted.
 
-Parts are stored uncompressed, one after the other, without dates and comments; any tool can open
-them. A reader packs what it found once more and compares, so a changed bit anywhere is found.
+Parts are stored uncompressed, one after the other, without dates and comments. The reader packs
+the parts again and compares the bytes, so any changed bit is detected.
 """
 
 import hashlib
@@ -19,15 +19,15 @@ _FILE: Final = (stat.S_IFREG | 0o644) << 16
 
 
 class ArchiveError(ValueError):
-    """The bytes are not what `pack` writes."""
+    """The bytes are not a file that `pack` writes."""
 
 
 def pack(parts: Mapping[str, bytes]) -> bytes:
-    """Return the one zip file that these parts make, in this order."""
+    """Return the canonical zip file of these parts, in this order."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as file:
         for name, data in parts.items():
-            info = zipfile.ZipInfo(name)  # of 1980, the first date that zip knows
+            info = zipfile.ZipInfo(name)  # dated 1980, the first date of the format
             info.create_system, info.external_attr = _UNIX, _FILE
             file.writestr(info, data)
     return buffer.getvalue()
@@ -42,16 +42,16 @@ def unpack(data: bytes) -> dict[str, bytes]:
     try:
         with open_zip(io.BytesIO(data), len(data), MAX_PARTS) as file:
             parts = {name: file.read(name) for name in file.namelist()}
-            whole = pack(parts) == data
-    except (*DAMAGE, ZipError, UnicodeError):  # in a name
-        whole = False
-    if not whole:
+            intact = pack(parts) == data
+    except (*DAMAGE, ZipError, UnicodeError):  # the last: in a name
+        intact = False
+    if not intact:
         raise ArchiveError("is damaged, or something else; copy it again from where it came")
     return parts
 
 
 def sums(parts: Mapping[str, bytes], but: str) -> bytes:
-    """Return the SHA-256 of every part but one, as the sha256sum tool writes and checks them."""
+    """Return the SHA-256 of every part but one, in the format of the sha256sum tool."""
     lines = [
         f"{hashlib.sha256(data).hexdigest()}  {name}\n"
         for name, data in parts.items()

@@ -1,12 +1,11 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
 A bundle with enrolled users (`users_table`) also has the user network, and
-gesture networks of single users. It is a zip in the one form that `archive` reads, so any changed
-bit is found. The hash proves integrity; authenticity comes from the channel that carried the file.
+gesture networks of single users. It is a canonical zip (`archive`), so any changed bit is detected.
+The hash shows integrity; authenticity comes from the channel that carried the file.
 """
 
 import hashlib
-import os
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
 from dataclasses import dataclass, field, fields
@@ -21,7 +20,7 @@ from controller.bundles.golden import Golden, GoldenError
 from controller.config import ConfigError
 from controller.console import one_line
 from controller.errors import UserError, reason
-from controller.files import atomic_write, open_regular
+from controller.files import atomic_write, read_bytes
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
@@ -34,15 +33,15 @@ FORMAT = 4  # of bundle.toml and of the list of parts
 READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
 MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
-REHEARSAL = "rehearsal.npz"  # optional: what is rehearsed while more is learned
+REHEARSAL = "rehearsal.npz"  # optional: training data against forgetting, for few-shot learning
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
-# Formats 1 and 2 held the weights once more, in files that are not read: ONNX holds them.
+# Formats 1 and 2 held a second copy of the ONNX weights, in files that are not read.
 _DROPPED = ("gesture.npz", "location.npz")
 _OLD_PARTS = (MANIFEST, CONTENT[0], _DROPPED[0], CONTENT[1], _DROPPED[1], GOLDEN, SUMS)
 
-_OTHERS = ("format", "mapping", "users")  # entries of a manifest with readers of their own
-_ENDS = 200, 150  # characters kept of a long message: what was found, and what was expected
+_OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
+_ENDS = 200, 150  # characters kept of the beginning and the end of a long message
 
 
 class BundleError(UserError, ValueError):
@@ -51,19 +50,14 @@ class BundleError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BundleSettings:
-    """The plain settings of a bundle, as bundle.toml has them.
+    """The scalar settings in bundle.toml.
 
     Attributes:
         labels: The gestures, "null" first, in the order of the network's outputs.
-        rows: Taxel rows of the sensor for which it was trained.
-        columns: Taxel columns.
-        pitch_mm: Distance of two taxels.
-        rate_hz: Frames per second.
+        pitch_mm: Distance between adjacent taxels.
         window: Images in a window.
-        preprocess: Settings of the windows.
-        debounce: Settings of the debouncer.
-        card: Origin: data, accuracy, date, as its maker wrote it.
-        spread: Deviation of touch positions; None if it was not measured.
+        card: Origin of the model: data, accuracy, date.
+        spread: Standard deviation of touch positions; None if it was not measured.
     """
 
     labels: tuple[str, ...] = field(
@@ -86,15 +80,14 @@ class BundleSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bundle(BundleSettings):
-    """A bundle that was read and found whole.
+    """A bundle that was read and checked.
 
     Attributes:
         mapping: Commands of the gestures.
         gesture_onnx: The network window -> probabilities.
         location_onnx: The network image -> touch; empty in a bundle without positions.
-        golden: Questions and answers that prove the networks on this machine.
+        golden: Golden vectors of the networks.
         hash: SHA-256 of the file, hexadecimal.
-        users: Enrolled users and their settings.
         user_onnx: The network window -> user; empty in a bundle that cannot identify users.
         heads: Users' own networks window -> probabilities, by name.
     """
@@ -128,30 +121,35 @@ class Bundle(BundleSettings):
 
 
 def default_path() -> Path:
-    """Return the path of the bundle that ships with the program."""
-    models = find_spec("models")  # which is not imported: it is another package
+    """Return the path of the shipped bundle."""
+    models = find_spec("models")  # located without an import: it is another package
     assert models is not None
     assert models.origin is not None
     return Path(models.origin).with_name("orbtouch.orb")
 
 
 def read(path: Path) -> Bundle:
-    """Return the bundle in a file, every byte of it checked.
+    """Return the bundle in a file, with every byte checked.
 
     Raises:
-        BundleError: There is no such file, or anything in it is not as it was written.
+        BundleError: The file does not exist or cannot be used.
     """
     try:
-        return parse(_content(path))
+        return parse(read_bytes(path, MAX_BYTES))
+    except FileNotFoundError:
+        problem = "does not exist; check its name"
+    except OSError as error:
+        problem = f"cannot be read: {reason(error)}; name a file NAME.orb"
     except BundleError as error:
-        raise BundleError(f"the bundle {path} {_cut(one_line(str(error)))}") from None
+        problem = _cut(one_line(str(error)))
+    raise BundleError(f"the bundle {path} {problem}")
 
 
 def parse(data: bytes) -> Bundle:
-    """Return the bundle in the bytes of a file, every one of them checked.
+    """Return the bundle in the bytes of a file, with every byte checked.
 
     Raises:
-        BundleError: Anything in it is not as it was written; the message has no subject.
+        BundleError: The bytes cannot be used; the message has no subject.
     """
     return _parse(unpack(data), hashlib.sha256(data).hexdigest())
 
@@ -160,7 +158,7 @@ def unpack(data: bytes) -> dict[str, bytes]:
     """Return the parts of a bundle's file, by name: `PARTS`, and users' networks.
 
     Raises:
-        BundleError: They are not as they were packed.
+        BundleError: The file is damaged.
     """
     try:
         parts = archive.unpack(data)
@@ -174,7 +172,7 @@ def unpack(data: bytes) -> dict[str, bytes]:
 
 
 def content(parts: AbstractMapping[str, bytes]) -> dict[str, bytes]:
-    """Return the parts that `write` takes, of those that `unpack` gives."""
+    """Return the parts for `write`, of those that `unpack` returned."""
     return {name: data for name, data in parts.items() if name not in (MANIFEST, SUMS)}
 
 
@@ -198,52 +196,35 @@ def manifest(text: bytes) -> dict[str, Any]:
 
 
 def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
-    """Write a bundle, complete or not at all; what the path held before is replaced.
+    """Write a bundle atomically; an older file is replaced.
 
     Args:
-        path: Where to; `NAME.orb`.
+        path: The file, `NAME.orb`.
         manifest: The text of bundle.toml, UTF-8.
-        parts: The bytes of each name in `CONTENT`, and of users' networks by the names that
-            `controller/bundles/users_table.py` gives them, as far as the manifest names users.
+        parts: The bytes of each name in `CONTENT`, and of the networks of the users in the
+            manifest, named as in `controller/bundles/users_table.py`.
 
     Raises:
-        BundleError: The result would be refused by `read`.
+        BundleError: `read` would refuse the result.
         OSError: The file cannot be written.
     """
     if not set(CONTENT) <= set(parts):
         raise BundleError(f"a bundle has the parts {', '.join(CONTENT)}, not {', '.join(parts)}")
     given = {MANIFEST: manifest, SUMS: b"", **parts}
-    whole = {name: given[name] for name in _in_order(given)}
-    whole[SUMS] = archive.sums(whole, SUMS)
-    data = archive.pack(whole)
+    complete = {name: given[name] for name in _in_order(given)}
+    complete[SUMS] = archive.sums(complete, SUMS)
+    data = archive.pack(complete)
     try:
-        _check_size(len(data))
-        _parse(whole, hashlib.sha256(data).hexdigest())
+        if len(data) > MAX_BYTES:
+            raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
+        _parse(complete, hashlib.sha256(data).hexdigest())
     except BundleError as error:
         raise BundleError(f"the bundle for {path} {error}") from None
     atomic_write(path, data)
 
 
-def _content(path: Path) -> bytes:
-    """Return the bytes of a regular file of reasonable size."""
-    try:
-        with open_regular(path) as file:
-            size = os.fstat(file.fileno()).st_size
-            _check_size(size)
-            return file.read(size)
-    except FileNotFoundError:
-        raise BundleError("does not exist; check its name") from None
-    except OSError as error:
-        raise BundleError(f"cannot be read: {reason(error)}; name a file NAME.orb") from None
-
-
-def _check_size(size: int) -> None:
-    if size > MAX_BYTES:
-        raise BundleError(f"has {size} bytes, more than the {MAX_BYTES} allowed")
-
-
 def _cut(problem: str) -> str:
-    """Return a message without its middle, where it holds a value as long as a manifest."""
+    """Return a message without its middle if it is long: it may quote a whole manifest."""
     first, last = _ENDS
     if len(problem) <= first + last:
         return problem
@@ -251,9 +232,9 @@ def _cut(problem: str) -> str:
 
 
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
-    """Return the bundle that whole parts make, every field checked."""
+    """Return the bundle in checked parts, with every field checked."""
     table = manifest(parts[MANIFEST])
-    located, told = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
+    located, identified = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
     try:
         plain = _settings(table)
         mapping = parse_mapping(_rules(table.get("mapping")), plain.labels)
@@ -261,7 +242,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         _check_parts(set(content(parts)), known)
         golden = goldens.read(
             parts[GOLDEN], (plain.window, plain.rows, plain.columns), len(plain.labels),
-            located=located, users=known, told=told, most=MAX_BYTES,
+            located=located, users=known, identified=identified, limit_bytes=MAX_BYTES,
         )  # fmt: skip
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
@@ -283,10 +264,10 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
 
 
 def _settings(table: dict[str, Any]) -> BundleSettings:
-    """Return the plain settings of a manifest, every field checked.
+    """Return the scalar settings of a manifest, with every field checked.
 
     Raises:
-        BundleError, ConfigError: One of them cannot be used.
+        BundleError, ConfigError: A value cannot be used.
     """
     own = {key: value for key, value in table.items() if key not in _OTHERS}
     plain = config.settings(BundleSettings, own)
@@ -294,7 +275,7 @@ def _settings(table: dict[str, Any]) -> BundleSettings:
         raise BundleError(f'has the labels {", ".join(plain.labels)}; expected is "null" first')
     if (plain.preprocess.window, plain.preprocess.rate_hz) != (plain.window, plain.rate_hz):
         raise BundleError("names one window and rate at its top and others under [preprocess]")
-    added = plain.card.get("added", [])  # notes of lessons; the rest of the card is its maker's
+    added = plain.card.get("added", [])  # notes of later training; the rest of the card is free
     if not isinstance(added, list):
         raise BundleError(f"has added = {added!r} under [card]; expected is a list")
     return plain
@@ -312,15 +293,15 @@ def _everywhere(mapping: Mapping) -> bool:
 
 
 def _check_parts(given: set[str], known: Users) -> None:
-    """Refuse parts that the manifest does not name, and the lack of others."""
+    """Refuse parts that the manifest does not name, and missing ones."""
     wanted = {*CONTENT, *(users_table.head_part(name) for name in known.heads)}
     if known.names:
         wanted.add(users_table.NETWORK)
     if odd := ", ".join(sorted((wanted ^ given) - {REHEARSAL})):
-        raise BundleError(f"has other parts than its manifest says ({odd}); write it again")
+        raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the parts of a file in the one order that they have there."""
+    """Return the names of parts in the order of the file."""
     own = sorted(set(names) - set(PARTS), key=lambda name: (name != users_table.NETWORK, name))
     return (MANIFEST, *CONTENT, *own, SUMS)

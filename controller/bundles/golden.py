@@ -1,4 +1,4 @@
-"""Golden vectors: the answers of a bundle's networks when they were made, `golden.npz`."""
+"""Golden vectors, `golden.npz`: reference inputs and outputs of a bundle's networks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from controller import npz
 from controller.recognition.user_id import Users
 
-_HEAD = "head."  # before a user's name: the answers of that user's own gesture network
-_PEOPLE = "people"
+_HEAD = "head."  # before a user's name: outputs of that user's own gesture network
+_PEOPLE = "people"  # output of the user network
 
 Answers = NDArray[np.float32]  # (n, outputs)
 
 
 class GoldenError(ValueError):
-    """The vectors are not what the manifest promises; the message has no subject."""
+    """The vectors do not match the manifest; the message has no subject."""
 
 
 def _none() -> Answers:
@@ -25,16 +25,15 @@ def _none() -> Answers:
 
 @dataclass(frozen=True, slots=True)
 class Golden:
-    """Questions to the networks, and their answers when they were made; a device compares.
+    """Reference inputs and outputs of the networks, against which a device compares its own.
 
     Attributes:
-        windows: Questions to the gesture networks and to the user network, (n, window, rows,
-            columns), z.
-        probabilities: The gesture network's answers, (n, classes).
-        images: Questions to the location network, (m, rows, columns), z.
-        touches: Its answers, (m, 2), x and y in grid units.
-        people: The user network's answers, (n, 1 + users); n is 0 without that network.
-        heads: Answers of users' own gesture networks, (n, classes) by name.
+        windows: Inputs of the gesture and user networks, (n, window, rows, columns), z.
+        probabilities: Outputs of the gesture network, (n, classes).
+        images: Inputs of the location network, (m, rows, columns), z.
+        touches: Its outputs, (m, 2), x and y in grid units.
+        people: Outputs of the user network, (n, 1 + users); n is 0 without that network.
+        heads: Outputs of users' own gesture networks, (n, classes) by name.
     """
 
     windows: NDArray[np.float32]
@@ -55,9 +54,9 @@ class Golden:
 
 def read(
     data: bytes, grid: tuple[int, int, int], classes: int,
-    *, located: bool, users: Users, told: bool, most: int,
+    *, located: bool, users: Users, identified: bool, limit_bytes: int,
 ) -> Golden:  # fmt: skip
-    """Return the golden vectors in a file, of the shapes that the manifest promises.
+    """Return the golden vectors in a file, of the shapes that the manifest implies.
 
     Args:
         data: The file.
@@ -65,14 +64,14 @@ def read(
         classes: Outputs of the gesture network.
         located: Whether there is a location network.
         users: The users of the bundle.
-        told: Whether there is a user network.
-        most: Bytes that the arrays may have together.
+        identified: Whether there is a user network.
+        limit_bytes: Limit of all arrays together.
 
     Raises:
-        GoldenError: It holds anything else.
+        GoldenError: The file is damaged, or its arrays have other shapes.
     """
     try:
-        arrays = npz.unpack(data, most)
+        arrays = npz.unpack(data, limit_bytes)
     except npz.NpzError as error:
         raise GoldenError(f"has golden vectors whose file {error}") from None
     heads = [f"{_HEAD}{name}" for name in users.heads]
@@ -90,13 +89,13 @@ def read(
                 f"has golden {name} of {array.dtype} {array.shape}; "
                 f"expected are finite float32 (n, {', '.join(map(str, shape))})"
             )
-    asked, images = len(arrays["windows"]), len(arrays["images"])
-    lengths = dict.fromkeys(("probabilities", *heads), asked) | {"touches": images}
+    windows, images = len(arrays["windows"]), len(arrays["images"])
+    lengths = dict.fromkeys(("probabilities", *heads), windows) | {"touches": images}
     if users.names:
-        lengths[_PEOPLE] = asked if told else 0
-    alike = all(len(arrays[name]) == length for name, length in lengths.items())
-    if not alike or not asked or bool(images) != located:
-        raise GoldenError("has golden questions and answers that are not equally many")
+        lengths[_PEOPLE] = windows if identified else 0
+    equal = all(len(arrays[name]) == length for name, length in lengths.items())
+    if not equal or not windows or bool(images) != located:
+        raise GoldenError("has different numbers of golden inputs and outputs")
     return Golden(
         **{name: arrays[name] for name in arrays if name not in heads},
         heads={name: arrays[f"{_HEAD}{name}"] for name in users.heads},

@@ -1,19 +1,19 @@
-"""The table [users] of a bundle's manifest: enrolled users and their own rules.
+"""Parse the table [users] of a bundle's manifest: enrolled users and their own rules.
 
     [users]
-    names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; output 0 is anybody else
+    names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; output 0: not enrolled
     gestures = ["press", "pinch"] # windows of these gestures are evidence
     temperature = 0.8             # divides the network's evidence
     accept = 0.9                  # a user of this probability is named
     stay = 0.98                   # probability that the next gesture is the same user's
-    forget_s = 30.0               # untouched for so long, the user is unknown
+    forget_s = 30.0               # after this time without touch, the user is unknown
     heads = ["ann"]               # users with a gesture network of their own: gesture-ann.onnx
 
     [users.mapping.bob]           # in place of the same labels of [mapping]
     pinch = "hold"
 
 Where user.onnx is empty, users are not identified by their touch, and `controller --user NAME`
-names them. It is a convenience, never a lock: docs/users.md.
+names them. Identification is a convenience, not authentication: docs/users.md.
 """
 
 from collections.abc import Sequence
@@ -35,14 +35,14 @@ def head_part(name: str) -> str:
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:
-    """Return the users that [users] describes, every field checked.
+    """Return the users in a table [users], with every field checked.
 
     Args:
-        table: As TOML has it; None if there is none.
+        table: The table; None if there is none.
         labels: The gestures of the bundle, "null" first.
 
     Raises:
-        ConfigError: It cannot be used; the message has no subject.
+        ConfigError: The table cannot be used; the message has no subject.
     """
     if table is None:
         return NOBODY
@@ -64,14 +64,14 @@ def parse(table: Any, labels: Sequence[str]) -> Users:
 def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[str, Mapping]:
     if not isinstance(value, dict) or not all(isinstance(own, dict) for own in value.values()):
         raise ConfigError("has a [users.mapping] that holds anything but a table for each name")
-    made: dict[str, Mapping] = {}
+    mappings: dict[str, Mapping] = {}
     for name, own in value.items():
         if name not in names:
             raise ConfigError(f"has [users.mapping.{name}], but {name!r} is not among the names")
         try:
-            made[name] = parse_mapping(own, labels)
+            mappings[name] = parse_mapping(own, labels)
         except MappingError as error:
             raise ConfigError(
                 f"has a [users.mapping.{name}] that cannot be used: {error}"
             ) from None
-    return made
+    return mappings

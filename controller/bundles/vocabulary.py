@@ -1,6 +1,6 @@
-"""A vocabulary: gestures that are taught, their symmetries and commands.
+"""Parse vocabularies: gestures to train, their symmetries and commands.
 
-It is a TOML file that lies beside the recordings (docs/teach.md):
+A vocabulary is a TOML file beside the recordings (docs/teach.md):
 
     name = "mine"
     extends = "paper"               # optional: the paper's gestures come first
@@ -10,7 +10,7 @@ It is a TOML file that lies beside the recordings (docs/teach.md):
     say = "press with one finger"   # text of the cue
     rotations = "all"               # symmetries: docs/gestures.md; none by default
     mirror = "self"
-    located = true                  # its position is learned as well
+    located = true                  # its position is learned, too
     command = "drop"                # or rules, as in docs/mapping.md
 
     [[gesture]]
@@ -31,7 +31,7 @@ from controller.files import read_text
 from controller.recognition import mapping
 from controller.recognition.mapping import Mapping, MappingError
 
-FILE: Final = "gestures.toml"  # its name beside recordings
+FILE: Final = "gestures.toml"  # the file's name beside recordings
 ROTATIONS: Final = ("none", "half", "all")  # fewest first
 SELF, NO_MIRROR = "self", "none"
 PAPER: Final = "paper"  # the vocabulary that others may extend
@@ -46,7 +46,7 @@ _LABEL: Final = {
 
 
 class VocabularyError(UserError, ValueError):
-    """The file is no vocabulary; the message has the place and what belongs there."""
+    """The file is no vocabulary; the message names the entry and the expected value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +54,12 @@ class Entry:
     """One gesture of a vocabulary.
 
     Attributes:
-        label: Its name.
         say: Text of the cue; by default the label in words.
-        rotations: Turns of the sensor that leave it the same gesture: "all", "half" or "none".
+        rotations: Rotations under which the gesture is invariant: "all", "half" or "none".
         mirror: Its mirror image: "self", another label, or "none" (no gesture).
-        located: Whether its place is learned.
+        located: Whether its position is learned.
         command: Its command, as in a mapping; None: nothing.
-        file: Description of the virtual hand's movement; None: as the gesture that ships.
+        file: Movement of the simulated hand; None: that of the shipped gesture.
         shifts: Whether it is the same gesture anywhere on the sensor.
     """
 
@@ -87,9 +86,8 @@ class Vocabulary:
     """Gestures, in the order of the network's outputs.
 
     Attributes:
-        name: Title.
         entries: The gestures, without "null".
-        text: The file as it was written, so that it can be laid beside recordings.
+        text: Content of the file, to copy it beside recordings.
     """
 
     name: str
@@ -103,12 +101,12 @@ class Vocabulary:
 
     @property
     def located(self) -> tuple[str, ...]:
-        """The gestures whose place is learned."""
+        """The gestures whose position is learned."""
         return tuple(entry.label for entry in self.entries if entry.located)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Descriptions of the virtual hand's movements, for gestures that do not ship."""
+        """Movements of the simulated hand, for gestures that are not shipped."""
         return tuple(entry.file for entry in self.entries if entry.file is not None)
 
     @property
@@ -126,9 +124,9 @@ class Vocabulary:
         return mapping.parse(self.table, self.labels)
 
     def rotations(self, rows: int, columns: int) -> str:
-        """Return the turns that every gesture and the grid allow: "all", "half" or "none"."""
-        turns = ["all" if rows == columns else "half", *(e.rotations for e in self.entries)]
-        return next(kind for kind in ROTATIONS if kind in turns)
+        """Return the rotations valid for every gesture and the grid: "all", "half" or "none"."""
+        kinds = ["all" if rows == columns else "half", *(e.rotations for e in self.entries)]
+        return next(kind for kind in ROTATIONS if kind in kinds)
 
     @property
     def mirrors(self) -> dict[str, str] | None:
@@ -145,10 +143,7 @@ def shipped() -> Vocabulary:
 
 
 def of(labels: Sequence[str]) -> Vocabulary:
-    """Return a vocabulary for labels of which nothing else is known, "null" first.
-
-    What a gesture that ships declares is taken from there; others declare nothing.
-    """
+    """Return a vocabulary for labels, "null" first, with the symmetries of the shipped gestures."""
     known = {entry.label: entry for entry in shipped().entries}
     entries = tuple(known.get(label) or Entry(label) for label in labels[1:])
     mirrored = tuple(
@@ -162,7 +157,7 @@ def read(path: Path) -> Vocabulary:
     """Return the vocabulary in a file.
 
     Raises:
-        VocabularyError: It cannot be read, or is none; one sentence.
+        VocabularyError: The file cannot be read, or is no vocabulary.
     """
     try:
         text = read_text(path, _MAX_BYTES)
@@ -176,11 +171,11 @@ def parse(text: str, source: str, folder: Path) -> Vocabulary:
 
     Args:
         text: TOML.
-        source: What errors begin with.
+        source: Name of the file, for errors.
         folder: Folder of the files that gestures name.
 
     Raises:
-        VocabularyError: It is none.
+        VocabularyError: The text is no vocabulary.
     """
     try:
         table = config.parse_toml(text, _MAX_BYTES)
@@ -204,19 +199,19 @@ def parse(text: str, source: str, folder: Path) -> Vocabulary:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """The entries of a vocabulary beside its gestures."""
+    """The entries of a vocabulary other than its gestures."""
 
     name: str = field(metadata={"pattern": ".{1,80}", "expected": "one line of 1 to 80 letters"})
     extends: str = field(default="", metadata={"choices": (PAPER,)})
 
 
 def _check(source: str, vocabulary: Vocabulary) -> None:
-    """Refuse gestures that do not go together."""
+    """Refuse gestures that contradict each other."""
     labels = vocabulary.labels
     by_label = {entry.label: entry for entry in vocabulary.entries}
     if len(by_label) < len(vocabulary.entries):
-        twice = next(label for label in labels if labels.count(label) > 1)
-        raise VocabularyError(f"{source} has two gestures {twice!r}; rename one")
+        repeated = next(label for label in labels if labels.count(label) > 1)
+        raise VocabularyError(f"{source} has two gestures {repeated!r}; rename one")
     for entry in vocabulary.entries:
         if entry.mirror in (SELF, NO_MIRROR):
             continue
@@ -233,7 +228,7 @@ def _check(source: str, vocabulary: Vocabulary) -> None:
 
 
 def _entry(where: str, table: Any, folder: Path) -> Entry:
-    """Return one gesture, every entry of its table checked."""
+    """Return one gesture, with every entry of its table checked."""
     if not isinstance(table, dict):
         raise VocabularyError(f"{where} is {table!r}; write [[gesture]] above its lines")
     if isinstance(label := table.get("label"), str):

@@ -1,40 +1,30 @@
-"""Cue plan, read from TOML: which labels are recorded, how often and at which pace.
+"""Cue plan, read from TOML: labels to record, numbers of examples, and timing.
 
-docs/recording.md lists the keys; only `labels` must be there.
+docs/recording.md lists the keys; only `labels` is required.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from controller.config import read_toml
+from controller.config import ConfigError, read_toml, settings
 from controller.recordings.recording import RecordingError
 
 RANDOM: Final = "random"
 BLOCKS: Final = "blocks"
-
 MAX_EXAMPLES: Final = 10_000  # about ten hours
-_MAX_NAME: Final = 100  # characters
-_SEEDS: Final = 2**32
-# Shortest and longest, seconds. A gesture takes half a second and people half of one to begin.
-_TIMES: Final = {
-    "get_ready_s": (0.0, 60.0),
-    "go_s": (0.5, 60.0),
-    "rest_s": (0.5, 60.0),
-    "jitter_s": (0.0, 60.0),
-}
 
 
 @dataclass(frozen=True, slots=True)
 class ExampleRequest:
-    """One example that is wanted.
+    """One example to record.
 
     Attributes:
-        label: Of the gesture.
-        place: Where, (x, y) in grid units; None: at its usual place.
+        label: Its gesture.
+        place: Position of the touch, (x, y) in grid units; None: the usual one of the gesture.
     """
 
     label: str
@@ -45,14 +35,18 @@ class ExampleRequest:
 class CueTiming:
     """Durations of the phases of one example, seconds; a rest takes up to `jitter_s` longer.
 
-    Go ends early when a touch was felt, and then nothing for `still_s`; 0: never.
+    A gesture takes half a second, and users need half a second to begin. Go ends early after a
+    touch that has been over for `still_s`; 0: never.
     """
 
-    get_ready_s: float = 1.0
-    go_s: float = 2.0
-    rest_s: float = 1.5
-    jitter_s: float = 0.5
+    get_ready_s: float = field(default=1.0, metadata={"range": (0.0, 60.0)})
+    go_s: float = field(default=2.0, metadata={"range": (0.5, 60.0)})
+    rest_s: float = field(default=1.5, metadata={"range": (0.5, 60.0)})
+    jitter_s: float = field(default=0.5, metadata={"range": (0.0, 60.0)})
     still_s: float = 0.0
+
+
+_TIMES: Final = tuple(each.name for each in fields(CueTiming) if "range" in each.metadata)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,18 +54,20 @@ class CuePlan:
     """The examples to record.
 
     Attributes:
-        name: Kept in the recording as its protocol.
-        repetitions: How many examples of each label, in the order of the file.
+        name: Stored in the recording as its protocol.
+        repetitions: Number of examples of each label, in the order of the file.
         pace: Durations of one example.
         order: "random" or "blocks", label after label.
         seed: Of the order and the rests.
     """
 
-    name: str
+    name: str = field(
+        metadata={"pattern": r"[^\x00-\x1f\x7f-\x9f]{1,100}", "expected": "a short text"}
+    )
     repetitions: dict[str, int]
     pace: CueTiming = CueTiming()
-    order: str = RANDOM
-    seed: int = 1
+    order: str = field(default=RANDOM, metadata={"choices": (RANDOM, BLOCKS)})
+    seed: int = field(default=1, metadata={"range": (0, 2**32 - 1)})
 
     def asks(self) -> list[ExampleRequest]:
         """Return all examples in order."""
@@ -87,7 +83,7 @@ def read(path: Path, labels: Sequence[str]) -> CuePlan:
 
     Args:
         path: The file.
-        labels: The labels that there are.
+        labels: All labels of the bundle.
 
     Raises:
         UserError: The file cannot be read, is no TOML, or makes no plan.
@@ -95,7 +91,7 @@ def read(path: Path, labels: Sequence[str]) -> CuePlan:
     table = {"name": path.stem, **read_toml(path)}
     try:
         return parse(table, labels)
-    except RecordingError as error:
+    except (RecordingError, ConfigError) as error:
         raise RecordingError(f"{path}: {error} (docs/recording.md)") from None
 
 
@@ -103,33 +99,19 @@ def parse(table: dict[str, Any], labels: Sequence[str]) -> CuePlan:
     """Return the plan in a TOML table.
 
     Raises:
-        RecordingError: It makes none; the message says what was found and what is expected.
+        RecordingError, ConfigError: The table is no plan.
     """
     known = ("name", "labels", "repetitions", *_TIMES, "order", "seed")
-    name, order, seed = table.get("name", ""), table.get("order", RANDOM), table.get("seed", 1)
-    times = {key: value for key, value in table.items() if key in _TIMES}
     for key in table:
         _check(key in known, f"{key!r} is unknown; a plan has {', '.join(known)}")
-    _check(isinstance(name, str) and name.isprintable() and 0 < len(name) <= _MAX_NAME,
-           f"name is {name!r}, not a short text")  # fmt: skip
-    _check(order in (RANDOM, BLOCKS), f"order is {order!r}, neither {RANDOM!r} nor {BLOCKS!r}")
-    _check(type(seed) is int and 0 <= seed < _SEEDS,
-           f"seed is {seed!r}, not a whole number from 0 to {_SEEDS - 1}")  # fmt: skip
-    for key, value in times.items():
-        least, most = _TIMES[key]
-        _check(type(value) in (int, float) and least <= value <= most,
-               f"{key} is {value!r}, not a number of seconds, {least:g} to {most:g}")  # fmt: skip
-    return CuePlan(
-        name,
-        _repetitions(table, labels),
-        CueTiming(**{key: float(value) for key, value in times.items()}),
-        order,
-        seed,
-    )
+    times = {key: value for key, value in table.items() if key in _TIMES}
+    rest = {key: table[key] for key in ("name", "order", "seed") if key in table}
+    plan = settings(CuePlan, {**rest, "repetitions": _repetitions(table, labels)})
+    return replace(plan, pace=settings(CueTiming, times))
 
 
 def _repetitions(table: dict[str, Any], labels: Sequence[str]) -> dict[str, int]:
-    """Return how many examples of each label are wanted."""
+    """Return the number of examples of each label."""
     wanted, counts = table.get("labels"), table.get("repetitions", 10)
     if not isinstance(wanted, list) or not wanted:
         raise RecordingError(f'labels must be a list such as ["{labels[-1]}"]')

@@ -1,10 +1,10 @@
-"""Labels from keys of a terminal while a session is recorded; pure.
+"""Labels from the keys of a terminal during a recording; pure.
 
 Hold 1 to 9: the label of that number, for as long as it is held (1 is the first gesture).
-Space: pause, and go on. Backspace: the last seconds are dropped; again: as many more.
+Space: pause and resume. Backspace: drop the last seconds; again: as many more.
 
-A terminal without kitty's protocol sends no releases. There a key is up when no repeat came within
-the time that repeats take here, and it came up at the last one.
+A terminal without kitty's protocol sends no releases. There a key counts as released at its last
+repeat, once no further repeat has come within the usual interval.
 """
 
 from dataclasses import dataclass
@@ -13,26 +13,26 @@ from typing import Final
 from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent
 from controller.recordings.recording import UNKNOWN, Mark
 
-DROP_S: Final = 3.0  # what one backspace drops: a gesture and the time to see that it went wrong
+DROP_S: Final = 3.0  # dropped by one backspace: a gesture and the time to notice a mistake
 
 # Timing of a typist's keyboard, in seconds. Systems wait 0.2 to 0.7 s before the first repeat and
 # repeat every 0.02 to 0.1 s; a network may bunch characters together or pull them apart.
-FIRST_REPEAT_S: Final = 0.75  # the first repeat comes within this, until one was seen
-SOONEST_REPEAT_S: Final = 0.18  # what comes sooner was typed twice
-_PATIENCE: Final = 4.0  # times the longest of the latest gaps
-_PATIENCE_S: Final = (0.25, 1.0)  # bounds of it
-_FORGET: Final = 0.9  # share of the longest gap that is left after each shorter one
+FIRST_REPEAT_S: Final = 0.75  # timeout of the first repeat, until one was measured
+SOONEST_REPEAT_S: Final = 0.18  # an earlier character was typed again
+_TIMEOUT_GAPS: Final = 4.0  # timeout in multiples of the longest of the latest gaps
+_TIMEOUT_S: Final = (0.25, 1.0)  # bounds of it
+_DECAY: Final = 0.9  # of the longest gap after each shorter one
 
 
 @dataclass(frozen=True, slots=True)
 class KeyChange:
-    """A key that goes down or comes up.
+    """A key press or release.
 
     Attributes:
-        key: Which.
-        down: Whether it goes down.
-        t_s: When; a key that comes up may have done so a while ago.
-        tapped: It was typed once only, and held for an unknown time.
+        key: The key.
+        down: Whether it is pressed.
+        t_s: Time; that of a release may be past.
+        tapped: Whether it was typed only once, and held for an unknown time.
     """
 
     key: str
@@ -43,12 +43,10 @@ class KeyChange:
 
 @dataclass(frozen=True, slots=True)
 class LabelCorrection:
-    """A new value for frames that were recorded already.
+    """A new value for recorded frames with times in [from_s, to_s).
 
     Attributes:
         column: "key" or "excluded".
-        from_s: First time that is corrected.
-        to_s: First time after it that is not.
         value: The new value; of "key", an index into the labels.
     """
 
@@ -62,26 +60,20 @@ class KeyLabels:
     """Labels from the keys for the present frame, and corrections of those before it.
 
     Attributes:
-        label: Index of the label whose key is held, 0 while none is; -1 until one ever was, since
-            a session without keys has no labels from them.
-        paused: The present frame is left out of training.
+        label: Index of the label whose key is held, 0 if none is, -1 before the first key.
+        paused: Whether the present frame is left out of training.
     """
 
     def __init__(self, labels: int) -> None:
-        """Begin with no key down; `labels` is how many there are, "null" included."""
+        """Begin without a held key; `labels` is the number of labels with "null"."""
         self.label = UNKNOWN
         self.paused = False
         self._labels = labels
-        self._held: list[tuple[str, float]] = []  # label keys and when they went down, in order
-        self._dropped = (0.0, 0.0)  # what the latest backspace dropped: from, to
+        self._held: list[tuple[str, float]] = []  # label keys and times of their presses, in order
+        self._dropped = (0.0, 0.0)  # range of the latest backspace: from, to
 
     def take(self, change: KeyChange, now_s: float) -> list[LabelCorrection | Mark]:
-        """Take a key that went down or came up; return what it changes in earlier frames.
-
-        Args:
-            change: The key.
-            now_s: Time of the present frame, which is not taken yet.
-        """
+        """Process a press or release before the frame at `now_s`; return its corrections."""
         if change.key.isdigit():
             return self._label(change, now_s) if 0 < int(change.key) < self._labels else []
         if not change.down:
@@ -92,18 +84,18 @@ class KeyLabels:
         return self._drop(change.t_s, now_s) if change.key == BACKSPACE else []
 
     def _label(self, change: KeyChange, now_s: float) -> list[LabelCorrection | Mark]:
-        """Begin or end a label. The key that went down last counts."""
+        """Begin or end a label; the key pressed last counts."""
         down_s = next((t_s for key, t_s in self._held if key == change.key), change.t_s)
         self._held = [pair for pair in self._held if pair[0] != change.key]
         if change.down:
             self._held.append((change.key, change.t_s))
         self.label = int(self._held[-1][0]) if self._held else 0
-        if change.tapped:  # a label was meant, for an unknown time
+        if change.tapped:  # a label for an unknown time
             return [LabelCorrection("key", down_s, now_s, UNKNOWN)]
         return [LabelCorrection("key", change.t_s, now_s, self.label)] if change.t_s < now_s else []
 
     def _drop(self, t_s: float, now_s: float) -> list[LabelCorrection | Mark]:
-        """Drop the last seconds; if they were dropped just now, as many before them."""
+        """Drop the last seconds; after a recent drop, as many before them."""
         before_s, until_s = self._dropped
         again = t_s - DROP_S < until_s
         from_s = max((before_s if again else t_s) - DROP_S, 0.0)
@@ -119,9 +111,9 @@ class HeldKeys:
 
     def __init__(self) -> None:
         self._down: list[str] = []  # by presses and releases
-        self._typed = ""  # the key whose characters come
-        self._first_s = self._last_s = 0.0  # of these characters
-        self._delay_s = 0.0  # from a character to its first repeat, as seen here; 0: not yet
+        self._typed = ""  # the key that repeats
+        self._first_s = self._last_s = 0.0  # of its characters
+        self._delay_s = 0.0  # measured from a character to its first repeat; 0: unknown
         self._gap_s = 0.0  # the longest of the latest gaps between repeats
 
     def take(self, stroke: KeyEvent, t_s: float) -> list[KeyChange]:
@@ -139,26 +131,26 @@ class HeldKeys:
         return changes
 
     def pass_time(self, t_s: float) -> list[KeyChange]:
-        """Return the keys that have come up by `t_s`, as their characters stay away."""
-        if self._typed and t_s - self._last_s > self._patience_s():
+        """Return the releases up to `t_s` by missing repeats."""
+        if self._typed and t_s - self._last_s > self._timeout_s():
             return self._release()
         return []
 
     def let_go(self, t_s: float) -> list[KeyChange]:
-        """Return every key that is down as one that comes up."""
+        """Return the releases of all held keys."""
         changes = [KeyChange(key, False, t_s) for key in self._down]
         self._down.clear()
         return changes + self._release()
 
     def _type(self, key: str, t_s: float) -> list[KeyChange]:
-        """Take a character: a repeat, or a key that goes down."""
+        """Process a character: a repeat, or a press."""
         gap_s = t_s - self._last_s
-        fresh = self._first_s == self._last_s
-        if key == self._typed and not (fresh and gap_s < SOONEST_REPEAT_S):
-            if fresh:
+        first = self._first_s == self._last_s
+        if key == self._typed and not (first and gap_s < SOONEST_REPEAT_S):
+            if first:
                 self._delay_s = gap_s
             else:
-                self._gap_s = max(gap_s, _FORGET * self._gap_s)
+                self._gap_s = max(gap_s, _DECAY * self._gap_s)
             self._last_s = t_s
             return []
         changes = self._release()
@@ -166,14 +158,14 @@ class HeldKeys:
         return [*changes, KeyChange(key, True, t_s)]
 
     def _release(self) -> list[KeyChange]:
-        """End the key whose characters came."""
+        """Return the release of the repeating key."""
         key, self._typed = self._typed, ""
         tapped = self._first_s == self._last_s
         return [KeyChange(key, False, self._last_s, tapped)] if key else []
 
-    def _patience_s(self) -> float:
-        """Return how long after its last character a key may still be down."""
-        least, most = _PATIENCE_S
+    def _timeout_s(self) -> float:
+        """Return the time after its last character within which a key may still be held."""
+        least, most = _TIMEOUT_S
         if self._first_s == self._last_s:
             return min(1.5 * self._delay_s, most) if self._delay_s else FIRST_REPEAT_S
-        return min(max(_PATIENCE * self._gap_s, least), most)
+        return min(max(_TIMEOUT_GAPS * self._gap_s, least), most)

@@ -1,7 +1,4 @@
-"""Labels of each frame by source: the button, the keys and the cues, side by side; pure.
-
-Each source has a column of its own; training chooses which to use.
-"""
+"""Labels of each frame by source, the button, the keys and the cues, in separate columns; pure."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -20,12 +17,11 @@ class FrameLabels:
     Attributes:
         button: Index of the label from the button, 0 up, -1 unknown.
         key: Index of the label from the keys, 0 none held, -1 unknown.
-        cue: Index of the label that the cue asks for, 0 hands off, -1 no cue.
-        excluded: The frame is left out of training.
+        cue: Index of the label of the cue, 0 hands off, -1 no cue.
+        excluded: Whether the frame is left out of training.
         asked: The present cue; None without a plan.
         amends: Corrections of earlier frames.
-        marks: Events.
-        voids: Examples that are asked for again.
+        voids: Discarded examples, which are requested again.
         fresh: Whether `asked` differs from the last one in more than the time left.
     """
 
@@ -52,18 +48,12 @@ class Labeller:
     def __init__(
         self, labels: Sequence[str], *, button_label: str = "", cues: CueSession | None = None
     ) -> None:
-        """Begin a session.
-
-        Args:
-            labels: Names of the labels, "null" first.
-            button_label: Label of the button where no cue gives one; "" none.
-            cues: The plan.
-        """
+        """Begin a session; `button_label` is that of the button without a cue, "" none."""
         self.keys = KeyLabels(len(labels))
         self.cues = cues
         self.labels = tuple(labels)
         self._button_label = button_label
-        self._named: str | None = None  # label of the button while it is down; None: it is up
+        self._named: str | None = None  # label of the pressed button; None: it is up
         self._holds = HeldKeys()
         self._last_s = -1.0  # of the latest frame
         self._asked: Cue | None = None
@@ -88,8 +78,8 @@ class Labeller:
             t_s: Its time.
             button: State of the sensor's button: None without one, "null" up, "" down, or a label.
             events: Events of the terminal since the last frame.
-            felt: Something touches.
-            ready: The sensor's rest is known; cues wait for it.
+            felt: Whether the sensor is touched.
+            ready: Whether the baseline is known; cues wait for it.
         """
         amends, marks = self._key_changes(events, t_s)
         voids: list[DiscardedExample] = []
@@ -137,10 +127,7 @@ class Labeller:
         )
 
     def _button(self, state: str | None) -> int:
-        """Return the label of the button, which is chosen when it goes down.
-
-        People press it late and release it later.
-        """
+        """Return the label of the button, chosen at its press: its release is often late."""
         if state is None or state == NULL_LABEL:
             self._named = None
             return UNKNOWN if state is None else 0
@@ -162,7 +149,7 @@ class Labeller:
 
 
 def _same(one: Cue, other: Cue | None) -> bool:
-    """Return whether two cues differ in nothing but the time left."""
+    """Return whether two cues are equal except for the time left."""
     return other is not None and replace(one, left_s=0.0) == replace(other, left_s=0.0)
 
 

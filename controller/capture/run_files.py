@@ -1,4 +1,4 @@
-"""Output files of a run that records: one after the other; existing files are never replaced."""
+"""Output files of a recording run: one after the other, never replacing existing files."""
 
 import logging
 from collections.abc import Callable
@@ -25,7 +25,7 @@ class RunFiles:
     """The files of one run: a new one for each session, and when one is full."""
 
     def __init__(self, place: Path, user: str, session: str) -> None:
-        """Prepare to record, and recover what a crash has left.
+        """Prepare the files, and recover journals of a crash.
 
         Args:
             place: A file to write, or a folder of files named by user and session.
@@ -43,14 +43,14 @@ class RunFiles:
             raise RecordingError(
                 f"there is no folder {place}; make it, or name a file that ends in {naming.SEALED}"
             )
-        naming.next_free(folder, self._user, session)  # or these are no names
+        naming.next_free(folder, self._user, session)  # checks the names
         recover(folder)
         refuse_unwritable(folder)
         if self._named:
             refuse_taken(place)
 
     def begin(self, record: Callable[[Path], Recorder]) -> Recorder:
-        """Return what `record` makes of the next free file; another program may be faster.
+        """Return a recorder into the next free file, again if another program takes that file.
 
         Raises:
             RecordingError: It cannot be written.
@@ -68,11 +68,11 @@ class RunFiles:
                 return recorder
 
     def next(self) -> Path:
-        """Return the file of the next run, which was free a moment ago."""
+        """Return the next free file; another program may take it meanwhile."""
         if not self._named:
             return naming.next_free(self._place, self._user, self._session)
         if not self._begun:
-            return self._place  # the file that was asked for, and no other
+            return self._place  # the first file has exactly the given name
         return next(path for path in naming.alternatives(self._place) if not taken(path))
 
 

@@ -19,11 +19,7 @@ _log = logging.getLogger("controller")
 
 
 class SessionRecorder:
-    """Records one device from its first frame on.
-
-    Attributes:
-        labels: Names that the label columns index.
-    """
+    """Recorder of one device from its first frame; `labels` are those of the label columns."""
 
     def __init__(
         self,
@@ -35,15 +31,15 @@ class SessionRecorder:
         on_cue: Callable[[Plain], None] = lambda plain: None,
         display: Display | None = None,
     ) -> None:
-        """Begin to record.
+        """Begin the first file.
 
         Args:
             begin: Begins a file, given the pipeline's state before its first frame.
-            pipeline: Processes the frames.
+            pipeline: The source of the state and the baseline.
             labeller: Labels the frames.
-            keyboard: The keys, if there are any.
+            keyboard: Label keys; None: no keys.
             on_cue: Called with every change of the cues.
-            display: For people.
+            display: Status display.
 
         Raises:
             RecordingError: The first file cannot be written.
@@ -53,7 +49,7 @@ class SessionRecorder:
         self._keyboard, self._on_cue = keyboard, on_cue
         self._display = display or Display()
         self._recorder = begin(pipeline.state())
-        self._rested = False  # this file has its rest image
+        self._rested = False  # whether this file has its rest image
         self._least_s = LEAST_S  # of the session's first file; later ones are always kept
 
     @property
@@ -87,23 +83,23 @@ class SessionRecorder:
         Args:
             frame: As it was read, (rows, columns).
             step: The pipeline's result.
-            label: True label as far as known: an index, -1 unknown.
+            label: Index of the true label, -1 unknown.
             button: State of the sensor's button.
         """
-        said = self._labeller.label(
+        labels = self._labeller.label(
             step.t_s,
             button=button,
             events=self._keyboard.poll() if self._keyboard is not None else (),
             felt=step.ready and not step.quiet,
             ready=step.ready,
         )
-        self._write(frame, step, label, said)
-        for void in said.voids:
+        self._write(frame, step, label, labels)
+        for void in labels.voids:
             self._on_cue(void.plain(step.t_s))
-        if said.asked is not None and said.fresh:
-            self._on_cue(said.asked.plain(step.t_s))
-        self._display.show(said, step, self._recorder.problem)
-        return said
+        if labels.asked is not None and labels.fresh:
+            self._on_cue(labels.asked.plain(step.t_s))
+        self._display.show(labels, step, self._recorder.problem)
+        return labels
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
         """Record an event at `t_s`."""
@@ -113,29 +109,29 @@ class SessionRecorder:
         """Seal the recording, and return whether it was long enough to be kept. Only once.
 
         Raises:
-            RecordingError: It cannot be written where it should be; the message says where it is.
+            RecordingError: The file cannot be written; the message has the place of the data.
         """
         self._display.clear()
         return self._seal()
 
-    def _write(self, frame: Frame, step: Step, label: int, said: FrameLabels) -> None:
-        """Write a frame, (rows, columns), and what came with it."""
+    def _write(self, frame: Frame, step: Step, label: int, labels: FrameLabels) -> None:
+        """Write a frame, (rows, columns), with its labels and marks."""
         recorder, rest = self._recorder, self._pipeline.rest
         recorder.add(
             frame,
             step.t_s,
             step.frame,
             label=label,
-            button=said.button,
-            key=said.key,
-            cue=said.cue,
-            excluded=said.excluded,
+            button=labels.button,
+            key=labels.key,
+            cue=labels.cue,
+            excluded=labels.excluded,
             touch=step.touch,
             command=step.command,
         )
-        for amend in said.amends:
+        for amend in labels.amends:
             recorder.amend(amend.column, amend.from_s, amend.to_s, amend.value)
-        for mark in said.marks:
+        for mark in labels.marks:
             recorder.mark(mark.t_s, mark.kind, mark.text)
         if rest is not None and not self._rested:
             self._rested = True

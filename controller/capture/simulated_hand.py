@@ -1,4 +1,4 @@
-"""The virtual orb's own hand following cues, for sessions without a person."""
+"""Simulated hand of the virtual orb that follows cues, for sessions without a user."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ _REACTION_S: Final = (0.2, 0.6)  # from a cue to the hand's first movement
 
 
 class CuedHand:
-    """A hand that follows cues with the delay of a person's reaction."""
+    """A simulated hand that follows cues with a reaction time."""
 
     def __init__(
         self,
@@ -25,13 +25,13 @@ class CuedHand:
         gestures: Sequence[Path] = (),
         strays: Sequence[str] = (),
     ) -> None:
-        """Prepare.
+        """Prepare the hand.
 
         Args:
             geometry: Of the orb.
-            seed: Of reactions and places.
-            gestures: Files of gestures that it can do beside those that ship.
-            strays: What it does where no gesture is asked for; nothing if empty.
+            seed: Of reaction times and positions.
+            gestures: Files of gestures other than the shipped ones.
+            strays: Movements during cues without a gesture; none if empty.
         """
         self._rng = np.random.default_rng([seed, 1])
         self._geometry, self._repertoire = geometry, load(gestures)
@@ -39,7 +39,7 @@ class CuedHand:
         self._number = 0
 
     def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
-        """Return when the hand does what, for a cue that changed at `t_s`; None: it rests."""
+        """Return time and gesture of the hand for a cue that changed at `t_s`; None: it rests."""
         if cue.phase is not Phase.GO or cue.paused:
             return None
         label = cue.label

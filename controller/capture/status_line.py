@@ -1,4 +1,4 @@
-"""Status line of a recording session on a terminal: what to do, what is left, and the keys."""
+"""Status line of a recording session on a terminal: instruction, progress and keys."""
 
 import os
 from collections.abc import Sequence
@@ -20,10 +20,10 @@ _WAITING: Final = {
 
 
 class Display:
-    """A display of a recording session; this one shows nothing."""
+    """A display of a recording session; this base class shows nothing."""
 
     def show(self, said: FrameLabels, step: Step, problem: str) -> None:
-        """Show a frame; `problem` is what is wrong with the disk, "" if nothing."""
+        """Show a frame, and a problem of the disk, "" if there is none."""
 
     def clear(self) -> None:
         """Clear the display before other output."""
@@ -76,10 +76,7 @@ class StatusLine(TerminalDisplay):
         self.write("")
 
     def write(self, text: str) -> None:
-        """Write a text over the last one.
-
-        The cursor goes back to the beginning, so that whatever is printed next covers the line.
-        """
+        """Overwrite the last text; the cursor returns to the beginning of the line."""
         if self._stream is None or text == self._shown:
             return
         width = max(self.size()[0] - 1, _SMALLEST[0])
@@ -107,7 +104,7 @@ def describe(said: FrameLabels, t_s: float, labels: Sequence[str], *, keyboard: 
 
 
 def _instruction(cue: Cue) -> str:
-    """Return what to do."""
+    """Return the instruction of a cue."""
     if cue.phase in _WAITING:
         return _WAITING[cue.phase]
     place = "" if cue.place is None else f" at {cue.place[0]:g},{cue.place[1]:g}"
@@ -116,7 +113,7 @@ def _instruction(cue: Cue) -> str:
 
 
 def _progress(cue: Cue) -> str:
-    """Return how many examples are left, and of which labels there are enough."""
+    """Return the number of missing examples, and the complete labels."""
     more = ", ".join(f"{label} {count}" for label, count in cue.more.items() if count)
     enough = ", ".join(label for label, count in cue.more.items() if not count)
     return f"{cue.left} left" + f" ({more})" * bool(more) + f", enough {enough}" * bool(enough)

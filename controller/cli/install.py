@@ -18,10 +18,10 @@ def main(argv: Sequence[str]) -> int:
 def _install(argv: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="controller install",
-        description="Prove a bundle on this device and take it into use: its hash, its golden "
-        "answers, and the time of a control step with each engine, of which the faster one is "
-        "kept, or, where both are as fast, the one that starts sooner. The bundle of before stays "
-        "for `controller rollback`.",
+        description="Test a bundle on this device and take it into use: its hash, its golden "
+        "vectors, and the time of a control step with each engine. The faster engine is used, or, "
+        "of equally fast ones, the one that starts sooner. The bundle before is kept for "
+        "`controller rollback`.",
     )
     parser.add_argument("file", metavar="FILE", type=Path, help="a bundle, NAME.orb")
     parser.add_argument(

@@ -5,6 +5,7 @@ import secrets
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -63,7 +64,7 @@ def check(options: Namespace) -> int:
 
 
 def _examined(files: Iterable[Path]) -> list[Report]:
-    """Return the reports on recordings, with what they have in common."""
+    """Return the reports on recordings, with shared frames."""
     index, reports = FrameIndex(), []
     loaded: list[Path] = []
     for path in files:
@@ -75,8 +76,10 @@ def _examined(files: Iterable[Path]) -> list[Report]:
         index.add(recording)
         loaded.append(path)
         reports.append(quality.examine(path, recording))
-    twice = {loaded[number]: shared for number, shared in index.shared().items()}
-    return [report.also(*quality.twice(twice.get(report.path, {}), loaded)) for report in reports]
+    by_path = {loaded[number]: shared for number, shared in index.shared().items()}
+    return [
+        report.also(*quality.duplicated(by_path.get(report.path, {}), loaded)) for report in reports
+    ]
 
 
 def recover(options: Namespace) -> int:
@@ -99,7 +102,7 @@ def recover(options: Namespace) -> int:
 
 
 def export(options: Namespace) -> int:
-    """Write recordings as tables, and print where each went."""
+    """Write recordings as tables, and print the path of each."""
     for path in options.files:
         tables = csv_export.tables(reader.load(path))
         folder = _folder(options.out or path.parent)
@@ -175,12 +178,11 @@ def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 
 def _unfinished(journal: Path) -> Finding:
-    """Return what to do with a journal."""
+    """Return the finding about a journal."""
     if journal.name.endswith(naming.JOURNAL):
-        what = "a recording under way, or what a crash has left; if none is under way: controller "
-        return Finding(Level.DOUBTFUL, f"{what}recordings recover {journal}")
-    what = "what was left of a damaged journal after recovery; nothing more is to be done with it"
-    return Finding(Level.GOOD, what)
+        text = "a recording under way, or what a crash has left; if none is under way: controller "
+        return Finding(Level.DOUBTFUL, f"{text}recordings recover {journal}")
+    return Finding(Level.GOOD, "a damaged journal after its recovery; nothing is left to do")
 
 
 def _folder(folder: Path) -> Path:
@@ -199,7 +201,7 @@ def _refuse_taken(target: Path) -> None:
 
 
 def _write(target: Path, data: bytes) -> None:
-    """Write a new file, whole or not at all."""
+    """Write a new file atomically."""
     try:
         writer.write_beside(target, data)
     except FileExistsError:
@@ -209,19 +211,17 @@ def _write(target: Path, data: bytes) -> None:
 
 
 def _ids(folder: Path) -> Mapping[str, Path]:
-    """Return the recordings that are in a folder, by id."""
-    there = {}
+    """Return the recordings in a folder, by id."""
+    known = {}
     for path in sorted(folder.glob("[!.]*.npz")):
-        try:
-            there[reader.survey(path).origin.id] = path
-        except RecordingError:
-            continue  # it is no recording, and stays
-    there.pop("", None)
-    return there
+        with suppress(RecordingError):  # another file
+            known[reader.survey(path).origin.id] = path
+    known.pop("", None)
+    return known
 
 
 def _changed(options: Namespace, change: Callable[[Recording, MetadataChange], Recording]) -> int:
-    """Write a changed recording into a new file, and print which."""
+    """Write a changed recording into a new file, and print its path."""
     out = options.out
     if out.suffix != ".npz":
         raise RecordingError(f"{out} would not be found as a recording; end its name in .npz")

@@ -1,6 +1,6 @@
-"""The keys and pad buttons that a mapping can name, and what each system calls them.
+"""Names of keys and pad buttons in mappings, and their codes on each system.
 
-A key is a place on the keyboard, as on a US one; the user's layout decides what it writes there.
+A key is a position on a US keyboard; the character it types depends on the user's layout.
 """
 
 from collections.abc import Collection, Iterable
@@ -12,13 +12,13 @@ EXTENDED: Final = 0xE000  # scan codes that the keyboard sends after a byte E0
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key in the words of each system.
+    """Codes of one key.
 
     Attributes:
         evdev: Linux: linux/input-event-codes.h, KEY_ or BTN_.
         keysym: X11: X11/keysymdef.h.
-        mac: macOS: a virtual key code of Carbon's Events.h; -1: it has none.
-        scan: Windows: scan code of set 1, `EXTENDED` added where E0 comes first.
+        mac: macOS: a virtual key code of Carbon's Events.h; -1: none.
+        scan: Windows: scan code of set 1, plus `EXTENDED` after a byte E0.
     """
 
     evdev: int
@@ -36,7 +36,7 @@ class Axis:
 
 
 def _plain(codes: str, first: int, macs: Iterable[int]) -> dict[str, Key]:
-    """Return keys in a row of the keyboard, whose names are the characters that they write."""
+    """Return the keys of a keyboard row by the characters that they type."""
     return {
         _CHARACTERS.get(char, char): Key(code, ord(char), mac, code)
         for code, (char, mac) in enumerate(zip(codes, macs, strict=True), first)
@@ -119,15 +119,15 @@ DANGEROUS: Final = (
 )
 _SIDES: Final = {"rctrl": "ctrl", "rshift": "shift", "altgr": "alt"}
 
-Chord = tuple[str, ...]  # keys in the order in which they go down; the last one is the main key
+Chord = tuple[str, ...]  # keys in the order of their presses; the last one is the main key
 
 
 def danger(keys: Collection[str], allowed: Collection[Chord]) -> str:
-    """Return the dangerous chord that lies in these keys, "" if there is none.
+    """Return the dangerous chord among keys held together, "" if there is none.
 
     Args:
-        keys: What would be down at one time.
-        allowed: Chords that the user wants in spite of it; nothing else may be down beside one.
+        keys: The held keys.
+        allowed: Chords that the user permits, if no other key is held with them.
     """
     down = {_SIDES.get(key, key) for key in keys}
     for chord in DANGEROUS:
@@ -139,7 +139,7 @@ def danger(keys: Collection[str], allowed: Collection[Chord]) -> str:
 
 
 def typed(char: str) -> Chord | None:
-    """Return what writes a character on a US keyboard, None if nothing does."""
+    """Return the chord that types a character on a US keyboard, None without one."""
     plain = _SHIFTED.get(char, char.lower() if char.isascii() else "")
     name = _CHARACTERS.get(plain, plain)
     if name not in KEYS:

@@ -1,9 +1,8 @@
-"""State of held keys: from commands and snapshots to strokes. Pure; time comes in.
+"""State of held keys: from commands and snapshots to strokes; pure, with explicit time.
 
-Everything that is down belongs to the command that put it down. A key goes up when no command
-holds it any longer. Everything goes up at once when it is disarmed, when the profile or the host
-changes, and when the orb is silent. Nothing goes down but what the mapping names, and nothing
-while it is disarmed.
+Each held key belongs to the commands that pressed it, and is released when the last one ends. All
+keys are released on disarming, on a change of profile or host, and when the orb is silent. Only
+keys of the mapping are pressed, and none while disarmed.
 """
 
 from collections import deque
@@ -14,13 +13,13 @@ from typing import Final
 from controller.keymap.key_names import Chord, danger
 from controller.keymap.keymap import Arm, Entry, KeyMap, Mode, Press, SelectHost, Switch, Text
 
-SILENCE_S: Final = 1.0  # the orb reports ten times a second what is held; after this, nothing is
-LETTER_S: Final = 0.012  # a typed letter is down, and then up, for so long
+SILENCE_S: Final = 1.0  # timeout of the orb's reports, which come ten times a second
+LETTER_S: Final = 0.012  # duration of a typed letter's press, and of the pause after it
 
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """A key that goes down or up."""
+    """A press or release of a key."""
 
     key: str
     down: bool
@@ -31,9 +30,9 @@ class _Hold:
     """One command's hold on its keys.
 
     Attributes:
-        press: What it presses.
-        next_s: When the keys go up by themselves or, waiting, go down again.
-        again_s: When they go down again, once they are up.
+        press: Its keys.
+        next_s: Time of the next release or, if they are up, press.
+        again_s: Time of the next press, once they are up.
         down: Whether they are down.
     """
 
@@ -47,21 +46,21 @@ class KeyState:
     """The keys of one player.
 
     Attributes:
-        armed: Whether commands press anything.
-        profile: The one in force.
-        down: Keys that are down, in the order in which they went down.
-        strokes: Strokes to make, oldest first; the owner of the device takes them.
-        hosts: Numbers of the hosts that were selected, oldest first; taken as `strokes` are.
-        notes: Sentences for the user, oldest first; the owner of the terminal takes them.
+        armed: Whether commands press keys.
+        profile: The active profile.
+        down: Held keys, in the order of their presses.
+        strokes: Strokes to execute, oldest first; the caller removes them.
+        hosts: Numbers of selected hosts, oldest first; the caller removes them.
+        notes: Sentences for the user, oldest first; the caller removes them.
     """
 
     def __init__(self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0) -> None:
-        """Begin with everything up, in the first profile.
+        """Begin without held keys, in the first profile.
 
         Args:
-            key_map: What commands do.
+            key_map: The mapping.
             armed: Whether to begin armed.
-            gap_s: How long a key that is pressed again stays up before, seconds.
+            gap_s: Pause before a held key is pressed again, seconds.
         """
         self.armed = armed
         self.profile = key_map.first
@@ -72,14 +71,14 @@ class KeyState:
         self._map = key_map
         self._gap_s = gap_s
         self._holds: dict[str, _Hold] = {}
-        self._since_s: dict[str, float] = {}  # held commands whose long hold is not over
-        self._reported_s = 0.0  # when the orb last reported what is held
+        self._since_s: dict[str, float] = {}  # start of held commands before their long hold
+        self._reported_s = 0.0  # time of the orb's last report
         self._letters: deque[Chord] = deque()
-        self._letter_s = 0.0  # when the next half of a letter is due
+        self._letter_s = 0.0  # time of the next press or release of a letter
 
     @property
     def due_s(self) -> float | None:
-        """When `tick` has something to do, None if never."""
+        """Time of the next change by `tick`, None if there is none."""
         times = [hold.next_s for hold in self._holds.values()]
         if any(hold.press.mode is not Mode.TAP for hold in self._holds.values()):
             times.append(self._reported_s + SILENCE_S)
@@ -88,7 +87,7 @@ class KeyState:
         return min(times, default=None)
 
     def command(self, name: str, now_s: float) -> None:
-        """Do what a command asks for; unknown ones, and most while disarmed, do nothing."""
+        """Execute a command; unknown ones, and most while disarmed, have no effect."""
         self.tick(now_s)
         self._do(name, self._map.profiles[self.profile].get(name), now_s)
         if name in self._map.long:
@@ -115,7 +114,7 @@ class KeyState:
                 self.tick(now_s)
 
     def state(self, held: Collection[str], now_s: float) -> None:
-        """Take a snapshot of the commands that are held; it releases, and never presses."""
+        """Update by a snapshot of the held commands, which only releases keys."""
         self._reported_s = now_s
         self.tick(now_s)
         self._since_s = {name: s for name, s in self._since_s.items() if name in held}
@@ -131,7 +130,7 @@ class KeyState:
         self._end_waits(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Let time pass: taps end, held keys repeat, texts go on."""
+        """Advance to the present time: end taps, repeat held keys, continue texts."""
         silent = now_s >= self._reported_s + SILENCE_S  # computed as in `due_s`
         if silent:
             self._since_s.clear()
@@ -140,11 +139,11 @@ class KeyState:
                 self._drop(name)
                 self.notes.append(f"{name} was released: the orb no longer reports what is held")
             while name in self._holds and hold.next_s <= now_s:
-                self._turn(name, hold, now_s)
+                self._toggle(name, hold, now_s)
         self._type(now_s)
 
     def _end_waits(self, now_s: float) -> None:
-        """Do what a long hold does; once, and only when the orb has just reported it."""
+        """Execute long holds, once, and only after a report of the orb."""
         for name, since_s in list(self._since_s.items()):
             if now_s - since_s >= self._map.long_s:
                 self._since_s.pop(name, None)
@@ -155,27 +154,27 @@ class KeyState:
         self.disarm(why) if self.armed else self.arm(why)
 
     def arm(self, why: str) -> None:
-        """Let commands press keys from now on."""
+        """Enable key presses."""
         if not self.armed:
             self.armed = True
             self.notes.append(f"armed {why}: profile {self.profile}")
 
     def disarm(self, why: str) -> None:
-        """Release everything, and let commands press nothing."""
+        """Release all keys, and disable key presses."""
         self.release()
         if self.armed:
             self.armed = False
             self.notes.append(f"disarmed {why}")
 
     def switch(self, profile: str = "") -> None:
-        """Release everything, and change the profile; "" is the file's next one."""
+        """Release all keys, and change the profile; "" is the next one of the file."""
         self.release()
         names = list(self._map.profiles)
         self.profile = profile or names[(names.index(self.profile) + 1) % len(names)]
         self.notes.append(f"profile {self.profile}")
 
     def release(self) -> None:
-        """Release everything."""
+        """Release all keys."""
         self._holds.clear()
         self._letters.clear()
         self._since_s.clear()
@@ -184,10 +183,10 @@ class KeyState:
     # -- the keys ----------------------------------------------------------------------
 
     def _press(self, name: str, press: Press, now_s: float) -> None:
-        """Put a command's keys down, the main one again; a toggle that is down goes up."""
+        """Press a command's keys, the main one again; a toggle that is down is released."""
         before = self._holds.get(name)
         if before is not None and not before.down and press.mode is not Mode.REPEAT:
-            return  # its keys are up for a moment before this press
+            return  # its keys are in the pause before a press
         again = before is not None or press.chord[-1] in self.down
         self._drop(name)
         if before is not None and press.mode is Mode.TOGGLE:
@@ -197,10 +196,10 @@ class KeyState:
             self._up(press.chord[-1:])
             hold.next_s = now_s + self._gap_s
         else:
-            self._turn(name, hold, now_s)
+            self._toggle(name, hold, now_s)
 
-    def _turn(self, name: str, hold: _Hold, now_s: float) -> None:
-        """Put a command's keys down if they are up, or else up."""
+    def _toggle(self, name: str, hold: _Hold, now_s: float) -> None:
+        """Press a command's keys if they are up, else release them."""
         if not hold.down:
             self._begin(name, hold, now_s)
         elif hold.press.mode is Mode.REPEAT:
@@ -224,12 +223,12 @@ class KeyState:
             self._lift(hold.press.chord)
 
     def _lift(self, chord: Chord) -> None:
-        """Put keys up, but for those that another command holds."""
+        """Release keys, except those held by another command."""
         holds = [hold for hold in self._holds.values() if hold.down]
         self._up({*chord}.difference(*(hold.press.chord for hold in holds)))
 
     def _down(self, chord: Chord, name: str) -> bool:
-        """Put keys down, the main one again if it is down; refuse what is dangerous together."""
+        """Press keys, the main one again if it is down; refuse dangerous combinations."""
         if risk := danger({*self.down, *chord}, self._map.allowed):
             self.notes.append(f"{name} was dropped: with what is down it would make {risk}")
             return False
@@ -241,12 +240,12 @@ class KeyState:
         return True
 
     def _up(self, keys: Collection[str]) -> None:
-        """Put keys up, the latest first."""
+        """Release keys, the latest first."""
         self.strokes += [Stroke(key, down=False) for key in reversed(self.down) if key in keys]
         self.down = [key for key in self.down if key not in keys]
 
     def _type(self, now_s: float) -> None:
-        """Put the next letter down, or up, when it is time."""
+        """Press or release the next letter when it is due."""
         if self._letters and self._letter_s <= now_s:
             self._letter_s = now_s + LETTER_S
             if self.down:

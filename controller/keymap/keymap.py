@@ -1,4 +1,4 @@
-"""Key mappings: what each command does, profile by profile, and which outputs a target has."""
+"""Key mappings: the entry of each command by profile, and the outputs of targets."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
@@ -17,7 +17,7 @@ Kind = Literal["keyboard", "gamepad"]
 
 
 class KeyMapError(UserError, ValueError):
-    """The mapping cannot be used; the message names the entry, and what belongs there.
+    """The mapping cannot be used; the message names the entry and the expected value.
 
     Attributes:
         path: The entry's place in the file: names of tables, and its own.
@@ -29,7 +29,7 @@ class KeyMapError(UserError, ValueError):
 
 
 class Mode(Enum):
-    """How long a key stays down."""
+    """Duration of a key press."""
 
     TAP = "tap"
     HOLD = "hold"
@@ -39,7 +39,7 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """Keys or pad buttons that a command presses, and for how long."""
+    """Keys or pad buttons of a command, and the timing of their press."""
 
     chord: Chord
     mode: Mode = Mode.TAP
@@ -78,14 +78,14 @@ Entry = Press | Text | Arm | Switch | SelectHost
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """The outputs of a target: what its mappings can name.
+    """The outputs of a target for mappings.
 
     Attributes:
         entries: Kinds of entries, such as "key" and "profile".
         names: Keys and pad buttons.
-        plain: The kind of an entry that is only a text; "" if the kind has to be written.
-        advice: What to do about a file that cannot be read.
-        docs: The page that explains the mapping.
+        plain: Kind of an entry that is only a text; "" if the kind is required.
+        advice: Advice about an unreadable file.
+        docs: Documentation page of the mapping.
     """
 
     entries: tuple[str, ...]
@@ -101,15 +101,14 @@ GAMEPAD: Final = Outputs(("pad", "arm", "profile"), frozenset(PAD), "pad")
 
 @dataclass(frozen=True, slots=True)
 class KeyMap:
-    """What every command does in every profile.
+    """The entry of every command in every profile.
 
     Attributes:
         profiles: By name, in the order of the file: command to entry.
-        arm_key: The key of our window and terminal that arms and disarms.
-        profile_key: The one that changes to the next profile.
-        allowed: Dangerous chords that the user wants.
-        long: What a command does in every profile when it is held for `long_s`.
-        long_s: How long that is.
+        arm_key: Key of the program's window and terminal that arms and disarms.
+        profile_key: Key that changes to the next profile.
+        allowed: Dangerous chords that the user permits.
+        long: Entries of commands held for `long_s`, in every profile.
     """
 
     profiles: dict[str, dict[str, Entry]]
@@ -139,7 +138,7 @@ class KeyMap:
 
     @property
     def commands(self) -> frozenset[str]:
-        """All commands that do something, in any profile."""
+        """All commands with an entry in any profile."""
         return frozenset().union(self.long, *self.profiles.values())
 
     @property

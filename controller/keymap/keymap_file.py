@@ -1,6 +1,6 @@
 """Parser of key mappings: the table command -> key, chord, text, pad button or host, in TOML.
 
-arm_key = "f9"                     # in our window or terminal
+arm_key = "f9"                     # in the program's window or terminal
 
 [everywhere]                       # holds in every profile
 menu = { arm = true }              # a gesture that arms and disarms
@@ -51,7 +51,7 @@ _SHIPPED: Final = {"keyboard": "arrows", "gamepad": "pad"}  # profiles of defaul
 _DOWN_MS: Final = (10, 1000)
 _EVERY_MS: Final = (50, 5000)
 _LONG_MS: Final = (500, 10_000)
-_MOST_LETTERS: Final = 100  # of a text; commands are dropped while it is typed
+_MOST_LETTERS: Final = 100  # of a text, during which commands are dropped
 _MOST_HOSTS: Final = 9
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _HOT_KEYS: Final = ("f6", "f7", "f8", "f9", "f10", "f12", *"abcdefghijklmnopqrstuvwxyz0123456789")
@@ -260,7 +260,7 @@ def _chord(place: _Place, what: str, words: Any, known: Collection[str]) -> Chor
 
 
 def _hot_keys(table: dict[str, Any], pressed: Collection[str]) -> list[str]:
-    """Return the keys of our window that arm, and that change the profile."""
+    """Return the keys of the window that arm, and that change the profile."""
     keys = {"arm_key": "f9", "profile_key": "f8"}
     for name, usual in keys.items():
         key = keys[name] = table.get(name, usual)

@@ -1,8 +1,8 @@
-"""Keyboard of the terminal that the program was started in, over SSH as well.
+"""Keyboard of the program's terminal, also over SSH.
 
-A thread reads, so that every key has its own time however long a scan takes; `poll` never waits.
-The terminal is left as it was found, however the program ends, and while it is suspended. Only
-after SIGKILL it is not: type `reset`.
+A thread reads, so that the time of each key is independent of the scans; `poll` never blocks. The
+terminal's state is restored when the program ends or is suspended, except after SIGKILL: type
+`reset`.
 """
 
 import contextlib
@@ -27,8 +27,8 @@ from controller.keymap.terminal_decoder import (
     Signal,
 )
 
-ANSWER_S: Final = 0.3  # a terminal that has not answered by then never will
-_TURN_S: Final = 0.05  # the thread stops reading within this
+ANSWER_S: Final = 0.3  # timeout of a terminal's answer
+_TURN_S: Final = 0.05  # greatest time until the thread stops reading
 _CHUNK: Final = 1024
 
 Timed = tuple[float, KeyEvent | Signal]  # seconds ago, and the event
@@ -49,10 +49,10 @@ def keyboard(
 
     Args:
         stream: Of the terminal; standard input if not given.
-        clock: Seconds that never go back.
+        clock: Monotonic clock, seconds.
 
     Yields:
-        The keyboard; None where there is no terminal, or another program has it.
+        The keyboard; None without a terminal, or if another program uses it.
     """
     stream = sys.stdin if stream is None else stream
     if stream is None or not stream.isatty():
@@ -68,7 +68,7 @@ if sys.platform == "win32":
     import msvcrt
 
     class WindowsKeyboard:
-        """The console of Windows, which sends characters only. Untried."""
+        """The console of Windows, which sends characters only. Never run on Windows."""
 
         _FUNCTION_KEYS: Final = dict(
             zip(b"@ABCD\x85\x86", ("f6", "f7", "f8", "f9", "f10", "f11", "f12"), strict=True)
@@ -144,7 +144,7 @@ else:
             return events
 
         def resume(self, number: int = 0, frame: FrameType | None = None) -> None:
-            """Take the terminal, at first and whenever the program returns to the foreground."""
+            """Configure the terminal, at first and when the program returns to the foreground."""
             if not _in_foreground(self._handle):
                 return
             with contextlib.suppress(termios.error):  # it has gone
@@ -156,33 +156,33 @@ else:
                 self._reading.set()
 
         def suspend(self, number: int, frame: FrameType | None) -> None:
-            """Give the terminal back and stop, as Ctrl-Z asks; `resume` follows."""
-            self._give_back()
+            """Restore the terminal and suspend the program; `resume` follows."""
+            self._restore()
             before = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
             os.kill(os.getpid(), signal.SIGTSTP)
-            signal.signal(signal.SIGTSTP, before)  # here the program goes on
+            signal.signal(signal.SIGTSTP, before)  # after the suspension
             self.resume()
 
         def quit(self, number: int, frame: FrameType | None) -> None:
-            """Give the terminal back and die, as Ctrl and the backslash ask."""
-            self._give_back()
+            """Restore the terminal and end with SIGQUIT."""
+            self._restore()
             signal.signal(signal.SIGQUIT, signal.SIG_DFL)
             os.kill(os.getpid(), signal.SIGQUIT)
 
         def close(self) -> None:
-            """Give the terminal back for good."""
-            self._give_back()
+            """Restore the terminal, and end the thread."""
+            self._restore()
             self._closed = True
             self._reading.set()  # wakes the thread, which ends
             self._thread.join()
             if self._screen >= 0:
                 os.close(self._screen)
 
-        def _give_back(self) -> None:
-            """Leave the terminal as it was found."""
+        def _restore(self) -> None:
+            """Restore the terminal's state."""
             if not self._reading.is_set():
                 return
-            if self._screen >= 0:  # an answer that came later would stand at the shell's prompt
+            if self._screen >= 0:  # a later answer would appear at the shell's prompt
                 self._answered.wait(ANSWER_S)
             self._reading.clear()
             with self._turn:
@@ -192,7 +192,7 @@ else:
                     self._write(DISABLE)
                 with contextlib.suppress(termios.error):
                     termios.tcsetattr(self._handle, termios.TCSAFLUSH, self._before)
-                # Releases will not be sent, and characters go to another program.
+                # No releases follow, and characters go to another program.
                 self._events.put((self._clock(), Signal.AWAY))
 
         def _write(self, data: bytes) -> None:
@@ -201,7 +201,7 @@ else:
                     os.write(self._screen, data)
 
         def _run(self) -> None:
-            """Read in the thread, until the terminal has gone."""
+            """Read in the thread, until the terminal is closed."""
             while self._reading.wait() and not self._closed:
                 with self._turn:
                     if not self._reading.is_set():
@@ -210,7 +210,7 @@ else:
                         return
 
         def _read(self) -> bool:
-            """Read what was typed; return False when the terminal has gone."""
+            """Read the terminal's input; return False when the terminal is closed."""
             try:
                 data = os.read(self._handle, _CHUNK)
             except OSError:
@@ -222,7 +222,7 @@ else:
                 elif event is Signal.ANSWERED:
                     self._answered.set()
                 elif event in _SIGNALS:
-                    os.killpg(0, _SIGNALS[event])  # as the terminal would do by itself
+                    os.killpg(0, _SIGNALS[event])  # as the terminal does in its usual mode
                 else:
                     self._events.put((self._clock(), event))
             return bool(data) or not _hung_up(self._handle)
@@ -241,13 +241,13 @@ else:
             return False
 
     def _hung_up(handle: int) -> bool:
-        """Return whether a terminal that gave nothing has gone."""
+        """Return whether a terminal without input is closed."""
         poll = select.poll()
-        poll.register(handle, 0)  # a hang-up is reported in any case
+        poll.register(handle, 0)  # hang-ups are always reported
         return bool(poll.poll(0))
 
     def _screen(handle: int) -> int:
-        """Return a file descriptor to write to the terminal, -1 if it knows no sequences."""
+        """Return a file descriptor for output, -1 if the terminal supports no sequences."""
         if os.environ.get("TERM", "dumb") == "dumb":
             return -1
         try:
@@ -256,10 +256,10 @@ else:
             return -1
 
     def _raw(attributes: list[Any]) -> list[Any]:
-        """Return a terminal's attributes so that keys come at once and are not shown.
+        """Return terminal attributes without line buffering and echo.
 
-        Ctrl-C and Ctrl-Z stay what they are; Ctrl-S, which would halt our own output, does nothing.
-        A read never waits: Ctrl-C throws away what was typed before it, also just before the read.
+        Ctrl-C and Ctrl-Z keep their meaning; Ctrl-S, which would stop the output, is disabled. A
+        read never blocks, since Ctrl-C discards pending input, even just before the read.
         """
         changed = list(attributes)
         changed[0] &= ~termios.IXON

@@ -1,8 +1,8 @@
 """Decoder of a terminal's bytes into key events; pure.
 
-Two kinds of terminal are understood. With the kitty keyboard protocol [1] a terminal sends each
-press and each release. All others send characters only: one when a key goes down, and after a
-while the same again and again for as long as it is held.
+Two kinds of terminals are supported. With the kitty keyboard protocol [1] a terminal sends each
+press and each release. All others send characters only: one at the press of a key, and repeats
+while it is held.
 
 [1] https://sw.kovidgoyal.net/kitty/keyboard-protocol/
 """
@@ -43,7 +43,7 @@ class Signal(Enum):
     INTERRUPT = auto()  # Ctrl-C, where the terminal sends every key
     SUSPEND = auto()  # Ctrl-Z
     QUIT = auto()  # Ctrl-\
-    AWAY = auto()  # the window lost the focus: releases will not be sent
+    AWAY = auto()  # the window lost the focus: no releases follow
     SPEAKS_KITTY = auto()  # an answer to QUERY
     ANSWERED = auto()  # the end of the answers to QUERY
 
@@ -54,8 +54,8 @@ _CONTROLS: Final = {
     ord("\\"): Signal.QUIT,
 }
 
-QUERY: Final = b"\x1b[?u\x1b[c"  # is kitty's protocol understood? And a query that all answer
-# Send presses and releases of all keys, on any layout, and the loss of the focus.
+QUERY: Final = b"\x1b[?u\x1b[c"  # kitty's protocol, and a query that every terminal answers
+# Enables presses and releases of all keys, on any layout, and the loss of the focus.
 ENABLE: Final = b"\x1b[>15u\x1b[?1004h"
 DISABLE: Final = b"\x1b[?1004l\x1b[<u"
 
@@ -69,10 +69,9 @@ class KeyEvent:
 
 
 class Decoder:
-    """Splits a terminal's bytes into key events and signals; unknown bytes are skipped."""
+    """Decoder of a terminal's bytes into key events and signals; unknown bytes are skipped."""
 
     def __init__(self) -> None:
-        """Begin between two keys."""
         self._sequence: bytearray | None = None  # an escape sequence so far, after ESC
 
     def feed(self, data: bytes) -> list[KeyEvent | Signal]:

@@ -1,4 +1,4 @@
-"""Links: one module for each URL scheme, found by name. For `runtime` and `diagnostics`."""
+"""Links to hosts: one module for each URL scheme, found by name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 PRINT: Final = "-"  # the link that prints commands
-_JOINT: Final = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
+_JOINT: Final = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere is part of the URL
 
 
 def open_link(
@@ -33,12 +33,12 @@ def open_link(
 
     Args:
         url: "-" prints commands; "listen://127.0.0.1:PORT" waits for a host (0: any free port, see
-            its `url`); anything else is the name of a port, or a URL that pyserial knows;
-            "rfcomm:+hid:" opens both.
+            its `url`); anything else is the name of a port, or a pyserial URL; "rfcomm:+hid:"
+            opens both.
         welcome: The description of the device.
-        token: What a host has to know; "" lets every host in.
-        key: What every frame is sealed with, on both ends; b"": frames are not sealed.
-        exposed: Let other machines in, although there is no key.
+        token: Shared secret of the hosts; "" accepts every host.
+        key: Key that authenticates every frame, on both ends; b"": no authentication.
+        exposed: Accept other machines without a key.
 
     Raises:
         LinkError: It cannot be opened.
@@ -47,7 +47,7 @@ def open_link(
         raise LinkError("--link names no port; leave it out to have commands printed")
     try:
         link: Link = module_of(url).create(url, welcome, Access(token, key, exposed))
-    except ProtocolError as error:  # this Welcome, before any host has asked for it
+    except ProtocolError as error:  # the Welcome does not fit in a packet
         raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     return link
 
@@ -65,5 +65,5 @@ def module_of(url: str) -> Any:
 
 
 def split(url: str) -> list[str]:
-    """Return the links that a URL names: one, or several with a plus in between."""
+    """Return the links in a URL: one, or several joined by a plus."""
     return _JOINT.split(url)

@@ -20,17 +20,17 @@ class LinkError(UserError, OSError):
 
 
 class LinkAwayError(LinkError, TroubleError):
-    """What a link needs is not there now: a port, a library, an adapter, a free address."""
+    """A resource of the link is missing: a port, a library, an adapter, a free address."""
 
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """Which hosts are let in; a link passes it on to its sessions.
+    """Access control of a link.
 
     Attributes:
-        token: What a host has to know; "" lets every host in.
-        key: What every frame is sealed with; b"": frames are not sealed.
-        exposed: The user allows a link without a key to be open to other machines.
+        token: Shared secret of the hosts; "" accepts every host.
+        key: Key that authenticates every frame; b"": no authentication.
+        exposed: Accept other machines without a key.
     """
 
     token: str = field(default="", repr=False)
@@ -39,13 +39,13 @@ class Access:
 
 
 class Link(ABC):
-    """The device's end of a link. None of its methods waits, `wait` apart.
+    """The device's end of a link. No method but `wait` blocks.
 
     Attributes:
-        url: Where hosts connect to; "" if no host connects to a place.
+        url: The address to which hosts connect; "" if there is none.
         touchable: Whether hosts send requests, such as touches of a virtual orb.
         authenticated: Whether only hosts with a key, a token or a bond are served.
-        problem: Why the link has ended by itself, in one sentence; "" while it has not.
+        problem: Reason that the link has ended by itself, one sentence; "" while it works.
     """
 
     url: str = ""
@@ -56,32 +56,27 @@ class Link(ABC):
     @property
     @abstractmethod
     def dropped(self) -> int:
-        """Messages that never left: there was no host, or it reads too slowly."""
+        """Number of messages not sent: there was no host, or it reads too slowly."""
 
     @property
     @abstractmethod
     def connected(self) -> bool:
-        """Whether the host of the latest Hello that `poll` returned is still there."""
+        """Whether the host of the latest Hello that `poll` returned is still connected."""
 
     @property
     def state(self) -> str:
-        """Whether the link is "ready", or in a sentence what is missing."""
+        """Return "ready", or a sentence about what is missing."""
         return "ready"
 
     @abstractmethod
     def send(self, message: Message, t_ms: int) -> None:
-        """Send a message, at once or never.
-
-        Args:
-            message: The message.
-            t_ms: The device's time that it belongs to.
-        """
+        """Send a message of the device's time `t_ms`, or drop it."""
 
     def poll(self) -> list[Message]:
         """Return the host's new requests, oldest first.
 
-        Hello begins a session (the old one, if any, is over); then come Contacts, Perform and
-        Grant; Bye ends it, also when the host vanished without one.
+        Hello begins a session and ends the one before; Contacts, Perform and Grant follow; Bye ends
+        it, also after a lost connection.
         """
         return []
 
@@ -90,27 +85,24 @@ class Link(ABC):
         """Return when `poll` has requests, or after the timeout."""
 
     def pair(self, seconds: int) -> None:  # noqa: B027
-        """Let new hosts pair for a while; nothing happens on a link without pairing."""
+        """Allow new hosts to pair for a while; no effect on a link without pairing."""
 
     def renew(self, welcome: Welcome, reason: str) -> None:  # noqa: B027
         """Replace the description of the device; the host gets the reason, and reconnects.
 
-        Nothing happens on a link that describes no device.
-
         Raises:
-            ProtocolError: The wire cannot carry this Welcome.
+            ProtocolError: The Welcome does not fit in a packet.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Send Bye, and end the thread. Nothing may be called afterwards but close."""
+        """Send Bye, and end the thread; a second call has no effect."""
 
 
 class RequestQueue(Generic[Item]):
-    """Requests on their way from a link's thread to the loop."""
+    """Thread-safe queue of requests from a link's thread to the control loop."""
 
     def __init__(self) -> None:
-        """Begin empty."""
         self._queue: queue.SimpleQueue[Item] = queue.SimpleQueue()
         self._ready: deque[Item] = deque()  # taken from the queue by `wait`
 
@@ -118,7 +110,7 @@ class RequestQueue(Generic[Item]):
         return self._queue.qsize() + len(self._ready)
 
     def put(self, item: Item) -> None:
-        """Add a request, on any thread."""
+        """Add a request; callable from any thread."""
         self._queue.put(item)
 
     def take(self) -> list[Item]:

@@ -1,8 +1,7 @@
-"""Base of the links that carry bytes: one thread that reads and writes, and a session a peer.
+"""Base class of byte-stream links: an I/O thread, and a session for each peer.
 
-The thread sleeps in `select`. Requests cross to the loop's thread through a queue; what the loop
-sends goes out on the loop's own thread as far as the stream takes it without waiting, so that an
-answer needs no second thread, and the rest follows from the thread.
+The thread sleeps in `select` and queues requests for the control loop. Messages are written on the
+loop's thread as far as the stream accepts them without blocking; the I/O thread writes the rest.
 """
 
 from __future__ import annotations
@@ -23,32 +22,32 @@ from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Messag
 from controller.protocol.packets import encode
 from controller.protocol.retransmit import RetransmitQueue
 
-REQUESTS = 4096  # that may wait for the loop; a host that sends more is cut off
+REQUESTS = 4096  # limit of queued requests; a host that exceeds it is disconnected
 CHUNK = 16 * 1024  # bytes per read
-TICK_S = 0.05  # how late a heartbeat may be, seconds
-LINGER_MS = 500  # for what is still to be sent when the link closes
+TICK_S = 0.05  # greatest delay of a heartbeat, seconds
+LINGER_MS = 500  # greatest time for pending output when the link closes
 
 log = logging.getLogger(__name__)
 
 
 class Stream(Protocol):
-    """Bytes both ways; nothing waits. A stream that is gone raises OSError."""
+    """A non-blocking byte stream, such as a socket. A lost connection raises OSError."""
 
     def fileno(self) -> int:
-        """Return what `select` takes."""
+        """Return the file descriptor for `select`."""
 
     def recv(self, size: int, /) -> bytes:
-        """Return what there is, b"" at the end, or raise BlockingIOError."""
+        """Return available bytes, b"" at the end, or raise BlockingIOError."""
 
     def send(self, data: bytes, /) -> int:
-        """Take what fits and return how much, or raise BlockingIOError."""
+        """Write bytes and return how many, or raise BlockingIOError."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the stream."""
 
 
 class Peer:
-    """The other end of a stream, with a session or without one since `since_ms`."""
+    """The peer at the other end of a stream, without a session since `since_ms`."""
 
     def __init__(self, stream: Stream, session: DeviceSession, since_ms: int) -> None:
         self.stream = stream
@@ -56,7 +55,7 @@ class Peer:
         self.since_ms = since_ms
 
     def flush(self) -> None:
-        """Write what the stream takes now; raise OSError if it is gone."""
+        """Write as much output as the stream accepts; raise OSError if it is lost."""
         output = self.session.output
         while output:
             try:
@@ -67,66 +66,61 @@ class Peer:
 
 
 class StreamLink(Link):
-    """The common part; a link adds where its peers come from.
+    """A link over byte streams; subclasses accept the peers.
 
     Attributes:
-        dropped: Messages that never left: no host, or one that reads too slowly. Commands are
-            counted in `outbox`.
-        outbox: Commands that no host has acknowledged yet, and how many were lost.
-        patient: Whether a peer may stay without a session; else it is let go after 2 s.
+        dropped: Number of messages not sent, without commands, which `outbox` counts.
+        outbox: Unacknowledged commands, and the number of lost ones.
+        patient: Whether a peer may stay without a session; else it is disconnected after 2 s.
     """
 
     dropped = 0
     patient = False
 
     def __init__(self, welcome: Welcome, access: Access) -> None:
-        """Prepare; `start` begins.
-
-        Args:
-            welcome: The description of the device.
-            access: Which hosts are let in.
+        """Prepare the link for `start`.
 
         Raises:
-            ProtocolError: The wire cannot carry this Welcome.
+            ProtocolError: The Welcome does not fit in a packet.
         """
-        encode(welcome, session=0, sequence=0, t_ms=0)  # better now than at the first Hello
+        encode(welcome, session=0, sequence=0, t_ms=0)  # raises before the first Hello
         self.outbox = RetransmitQueue()
         self._welcome, self._access = welcome, access
         self.authenticated = self.authenticated or bool(access.key or access.token)
         self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
         self._lock = threading.Lock()  # guards peers and sessions
         self._peers: list[Peer] = []
-        self._host: Peer | None = None  # the one peer that was welcomed
-        self._replaced: list[Peer] = []  # peers whose host has connected again, by another stream
-        self._hush = LogLimit()
+        self._host: Peer | None = None  # the one peer with a session
+        self._replaced: list[Peer] = []  # old streams of a host that has reconnected
+        self._log_limit = LogLimit()
         self._requests: RequestQueue[tuple[int, Message]] = RequestQueue()
-        self._polled = 0  # the session that the loop knows of; 0: none
+        self._polled = 0  # session of the latest Hello that `poll` returned; 0: none
         self._closing = False
         self._failure: BaseException | None = None
-        self._wake_reader, self._wake_end = socket.socketpair()
+        self._wake_reader, self._wake_writer = socket.socketpair()
         self._wake_reader.setblocking(False)
-        self._wake_end.setblocking(False)
+        self._wake_writer.setblocking(False)
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._wake_reader, selectors.EVENT_READ, self._woken)
         self._thread = threading.Thread(target=self._run, name="link", daemon=True)
         self._start_ns = time.monotonic_ns()
 
     def start(self) -> None:
-        """Begin; the subclass has found that it can."""
+        """Start the I/O thread."""
         self._thread.start()
 
-    # --- the loop's side ---
+    # --- on the loop's thread ---
 
     @property
     def connected(self) -> bool:
-        """Whether the host of the latest Hello that `poll` returned is still there."""
+        """Whether the host of the latest Hello that `poll` returned is still connected."""
         host = self._host
         return host is not None and host.session.number == self._polled
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Send to the host of the latest Hello that `poll` returned; drop it if that one is gone.
+        """Send to the host of the latest Hello that `poll` returned; drop it without that host.
 
-        A command waits for a moment, in case the same host comes back.
+        A command is kept for a moment, in case the same host reconnects.
         """
         with self._lock:
             host = self._host
@@ -139,15 +133,15 @@ class StreamLink(Link):
             before = host.session.dropped
             host.session.send(message, t_ms, self._now_ms())
             self.dropped += host.session.dropped - before
-            # If the stream is gone, the thread will find that out, too.
+            # The I/O thread detects a lost stream.
             with contextlib.suppress(OSError):
                 host.flush()
-            waiting = bool(host.session.output)
-        if waiting:
+            pending = bool(host.session.output)
+        if pending:
             self._wake()
 
     def _is_for(self, host: Peer, message: Message) -> bool:
-        """Whether the loop means this host; a command is for the one before, if it is back."""
+        """Return whether a message is for this host; a command is also for a resumed session."""
         session = host.session
         return session.number == self._polled or (session.resumed and isinstance(message, Command))
 
@@ -166,11 +160,7 @@ class StreamLink(Link):
         self._requests.wait(timeout_s)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Replace the description of the device; the host gets the reason, and reconnects.
-
-        Raises:
-            ProtocolError: The wire cannot carry this Welcome.
-        """
+        """Replace the description of the device; the host gets the reason, and reconnects."""
         encode(welcome, session=0, sequence=0, t_ms=0)
         with self._lock:
             self._welcome = welcome
@@ -186,11 +176,11 @@ class StreamLink(Link):
         self._thread.join()
 
     def _wake(self) -> None:
-        """Wake the thread."""
-        with contextlib.suppress(OSError):  # full, it rings already; or the thread has just ended
-            self._wake_end.send(b"!")
+        """Wake the I/O thread."""
+        with contextlib.suppress(OSError):  # full: a wake-up is pending; or the thread has ended
+            self._wake_writer.send(b"!")
 
-    # --- the thread's side ---
+    # --- on the I/O thread ---
 
     def _run(self) -> None:
         ticked_ms = 0
@@ -209,7 +199,7 @@ class StreamLink(Link):
             self._shut()
 
     def _attach(self, stream: Stream) -> None:
-        """Begin to listen to a new peer."""
+        """Start a session with a new peer."""
         access = self._access
         session = DeviceSession(
             self._welcome, token=access.token, key=access.key, outbox=self.outbox
@@ -220,7 +210,7 @@ class StreamLink(Link):
             self._peers.append(peer)
 
     def _detach(self, peer: Peer, reason: str) -> None:
-        """Close a peer; forward its end if it was the host."""
+        """Close a peer; queue Bye if it was the host."""
         with self._lock:
             self._peers.remove(peer)
             self._forward(peer, peer.session.end(reason))
@@ -228,9 +218,9 @@ class StreamLink(Link):
         peer.stream.close()
 
     def _serve(self, peer: Peer, events: int) -> None:
-        """Read from a peer if it has something, and write to it what waits."""
+        """Read available bytes from a peer, and write pending output."""
         if peer not in self._peers:
-            return  # it left while this round's other events were handled
+            return  # detached by another event of this round
         try:
             if events & selectors.EVENT_READ:
                 data = peer.stream.recv(CHUNK)
@@ -247,19 +237,19 @@ class StreamLink(Link):
         except OSError as error:
             self._detach(peer, f"the link was lost: {error}")
             return
-        # Look for room to write only while something waits to be written.
+        # Select for writing only while there is pending output.
         wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if peer.session.output else 0)
         key = self._selector.get_key(peer.stream)
         if key.events != wanted:
             self._selector.modify(peer.stream, wanted, key.data)
 
     def _receive(self, peer: Peer, data: bytes) -> None:
-        """Give a peer's bytes to its session, and the requests in them to the loop."""
+        """Decode a peer's bytes in its session, and queue the requests."""
         session = peer.session
         taken = self._host not in (None, peer)
         session.taken_by = self.outbox.host if taken else 0
         if session.state == "waiting":
-            session.number = self._number  # so that no two sessions have one number
+            session.number = self._number  # session numbers are unique
         self._forward(peer, session.receive(data, self._now_ms()))
         self._number = session.number or self._number
         self._log_refusal(session)
@@ -267,7 +257,7 @@ class StreamLink(Link):
             raise ConnectionAbortedError("the host sends faster than the orb can follow")
 
     def _forward(self, peer: Peer, requests: list[Message]) -> None:
-        """Queue requests for the loop, and keep track of which peer is the host."""
+        """Queue requests for the loop, and update the host."""
         for request in requests:
             if isinstance(request, Hello):
                 if self._host not in (None, peer):
@@ -276,24 +266,24 @@ class StreamLink(Link):
                 self._log(f"host {request.host!r} connected, session {peer.session.number}")
             elif isinstance(request, Bye):
                 if peer is not self._host:
-                    continue  # its host is here already, on another line
+                    continue  # its host has reconnected already, by another stream
                 self._host = None
                 self._log(f"host gone: {request.reason}")
             self._requests.put((peer.session.number, request))
 
     def _log_refusal(self, session: DeviceSession) -> None:
-        """Log why a host was refused."""
+        """Log the reason of a refused session."""
         reason, session.refused = session.refused, ""
         if reason:
-            self._log(f"a host was turned away: {reason}", logging.WARNING)
+            self._log(f"a host was refused: {reason}", logging.WARNING)
 
     def _log(self, line: str, level: int = logging.INFO) -> None:
-        """Log what a peer did, at a limited rate."""
-        if self._hush.lets(line):
+        """Log a line, at a limited rate."""
+        if self._log_limit.lets(line):
             log.log(level, "%s", line)
 
     def _tick(self, now_ms: int) -> None:
-        """Let time pass: heartbeats, hosts that fell silent, peers that have no session."""
+        """Send heartbeats, and detach silent hosts and peers without a session."""
         for peer in tuple(self._peers):
             with self._lock:
                 self._forward(peer, peer.session.tick(now_ms))
@@ -305,14 +295,14 @@ class StreamLink(Link):
                 self._detach(peer, "no session")
 
     def _woken(self, events: int) -> None:
-        """The bell rang: something waits to be written, or the link is to close."""
+        """Write pending output after a wake-up."""
         with contextlib.suppress(BlockingIOError):
             self._wake_reader.recv(CHUNK)
         for peer in tuple(self._peers):
             self._serve(peer, 0)
 
     def _shut(self) -> None:
-        """Send Bye to the host, and close everything."""
+        """Send Bye to the host, and close all streams."""
         host = self._host
         if host is not None:
             with self._lock, contextlib.suppress(OSError):
@@ -324,13 +314,13 @@ class StreamLink(Link):
             self._detach(peer, "the orb was switched off")
         self._selector.close()
         self._wake_reader.close()
-        self._wake_end.close()
+        self._wake_writer.close()
 
     def _linger(self, host: Peer) -> None:
-        """Wait a moment for the host to take what was sent.
+        """Wait a moment until the host has read the output.
 
-        A socket that is closed while something is unread resets the connection, which loses what
-        was sent last; so wait for the host to close first. Ports know neither end nor reset.
+        Closing a socket with unread input resets the connection, and the last output is lost; so
+        wait for the host to close first. Serial ports have neither end nor reset.
         """
         end_ms = self._now_ms() + LINGER_MS
         with selectors.DefaultSelector() as selector, contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Link that presents the orb as a Bluetooth gamepad and keyboard, to hosts without our software.
+"""Link as a Bluetooth gamepad and keyboard, for hosts without the `host` program.
 
 hid:                        over GATT (Bluetooth low energy), on the first adapter
 hid:hci1                    on another adapter
@@ -44,11 +44,11 @@ log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
-    """Offer the orb to paired hosts.
+    """Register the HID device.
 
     Raises:
-        LinkError: There is no Bluetooth, it is another program's, or the URL has a mistake.
-        KeyMapError: The mapping has one.
+        LinkError: Bluetooth is missing or in use by another program, or the URL has a mistake.
+        KeyMapError: The mapping has a mistake.
     """
     head, _, query = url.partition(":")[2].partition("?")
     words = [word for word in head.split(",") if word]
@@ -71,7 +71,7 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
 
 
 class HidLink(BluetoothLink):
-    """One host at a time, bonded and encrypted; it gets what is pressed, and nothing else.
+    """Link to one bonded host at a time, over an encrypted connection; it sends key presses only.
 
     Attributes:
         connected: Whether a host is active; changes only in `poll`, with Hello and Bye.
@@ -84,14 +84,14 @@ class HidLink(BluetoothLink):
     def __init__(
         self, keys: KeyMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
     ) -> None:
-        """Register with BlueZ, and begin.
+        """Register with BlueZ.
 
         Args:
-            keys: What commands press.
-            name: Under which hosts find the orb.
+            keys: Keys of each command.
+            name: Name of the orb for hosts.
             adapter: Its name or address; "": the first.
-            classic: Over classic Bluetooth instead of GATT.
-            only: The address of the one host that may be active; "": any that is paired.
+            classic: Use classic Bluetooth instead of GATT.
+            only: Address of the only host that may be active; "": any paired host.
 
         Raises:
             LinkError: BlueZ refuses the registration.
@@ -114,14 +114,14 @@ class HidLink(BluetoothLink):
             raise LinkAwayError(f"cannot be a Bluetooth gamepad: {error}") from None
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Press what a command asks for, as long as the orb reports that it is held."""
+        """Press the keys of a command, for as long as the State messages report it as held."""
         if not self.connected:
             self.dropped += 1
         if isinstance(message, Command | State | Telemetry) and not self._closed.is_set():
             self._registration.submit(self._take(message))
 
     def poll(self) -> list[Message]:
-        """Return Hello for every host that has become active, and Bye when none is."""
+        """Return Hello for every host that has become active, and Bye when there is none."""
         messages = self._requests.take()
         if messages:
             self.connected = isinstance(messages[-1], Hello)
@@ -132,7 +132,7 @@ class HidLink(BluetoothLink):
         self._requests.wait(timeout_s)
 
     def close(self) -> None:
-        """Release everything on the host, disconnect it, and let BlueZ forget us."""
+        """Release all keys on the host, disconnect it, and unregister from BlueZ."""
         self._closed.set()
         self._registration.close()
 
@@ -140,17 +140,17 @@ class HidLink(BluetoothLink):
         self._device.take(message)
 
     def _report_host(self, address: str) -> None:
-        """Queue that another host is active; called on the registration's thread."""
+        """Queue a change of the active host; called on the registration's thread."""
         if address:
-            log.info("host %s has the orb", address)
+            log.info("host %s is active", address)
             self._requests.put(Hello(VERSION, VERSION, "", address, False))
         else:
-            log.info("no host has the orb")
+            log.info("no host is active")
             self._requests.put(Bye("the host has gone"))
 
 
 def _transport(device: HidDevice, name: str, *, classic: bool) -> HidTransport:
-    """Return the transport that brings reports to hosts."""
+    """Return the transport of reports to hosts."""
     if classic:
         from controller.links.bluetooth.hid.classic import ClassicTransport
 

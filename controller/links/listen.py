@@ -1,7 +1,7 @@
-"""A link that waits for a host on a TCP port: listen://127.0.0.1:PORT.
+"""Link over a listening TCP port: listen://127.0.0.1:PORT.
 
-Only this machine can connect, unless the user names an address such as 0.0.0.0 (all of this
-machine's), and either a key, or that the link is open without one.
+By default only this machine can connect. Another address, such as 0.0.0.0 (all of this machine's),
+requires a key, or explicit permission to listen without one.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from controller.links.byte_link import StreamLink
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 
-SEND_BUFFER = 32 * 1024  # bytes: what a host does not read waits where it can be dropped
-PEERS = 8  # connections at a time; one of them is the host, the others get a refusal
+SEND_BUFFER = 32 * 1024  # bytes: unread messages stay in the session, which can drop them
+PEERS = 8  # connections at a time; one of them is the host, the others are refused
 
 log = logging.getLogger(__name__)
 
@@ -30,7 +30,7 @@ def create(url: str, welcome: Welcome, access: Access) -> ListenLink:
 
     Raises:
         LinkError: The address is for other machines, and there is no key; or the port is taken.
-        ProtocolError: The wire cannot carry this Welcome.
+        ProtocolError: The Welcome does not fit in a packet.
     """
     listener = _bind(url, access)
     try:
@@ -41,14 +41,10 @@ def create(url: str, welcome: Welcome, access: Access) -> ListenLink:
 
 
 class ListenLink(StreamLink):
-    """One host at a time.
-
-    Attributes:
-        url: Where hosts of this machine connect to: socket://127.0.0.1:PORT.
-    """
+    """Link to one TCP client at a time; `url` is its address for hosts on this machine."""
 
     def __init__(self, listener: socket.socket, welcome: Welcome, access: Access) -> None:
-        """Take over a listening socket, and begin."""
+        """Take over a listening socket, and start."""
         super().__init__(welcome, access)
         host, port = listener.getsockname()[:2]
         host = _OWN.get(host, host)
@@ -59,7 +55,7 @@ class ListenLink(StreamLink):
         self.start()
 
     def _accept(self, events: int) -> None:
-        with contextlib.suppress(OSError):  # it went away before we looked
+        with contextlib.suppress(OSError):  # closed before it was accepted
             connection, _ = self._listener.accept()
             if len(self._peers) >= PEERS:
                 connection.close()
@@ -75,11 +71,11 @@ class ListenLink(StreamLink):
         super()._shut()
 
 
-_OWN = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where a wildcard is reached from this machine
+_OWN = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # loopback address of each wildcard address
 
 
 def _bind(url: str, access: Access) -> socket.socket:
-    """Return a socket that listens; LinkError if it cannot."""
+    """Return a listening socket, or raise LinkError."""
     try:
         parts = urlsplit(url)
         host, port = parts.hostname or "", parts.port
@@ -101,33 +97,29 @@ def _bind(url: str, access: Access) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family, backlog=PEERS)
     except OSError as error:
-        what = {
+        advice = {
             errno.EADDRINUSE: "another program has this port; name another one, or 0 for any",
             errno.EACCES: "ports below 1024 are the system's; name a higher one, or 0 for any",
         }.get(error.errno or 0, f"{error.strerror}; try listen://127.0.0.1:0")
-        raise LinkAwayError(f"cannot listen at {url}: {what}") from error
+        raise LinkAwayError(f"cannot listen at {url}: {advice}") from error
 
 
 def _check_exposed(url: str, port: int, access: Access) -> None:
-    """Warn about listening for other machines; refuse it where the user has not agreed.
-
-    Raises:
-        LinkError: There is no key, and the link may not be open without one.
-    """
+    """Warn about listening for other machines; raise LinkError without key and permission."""
     if access.key:
         log.warning(
-            "listening at %s for hosts with the key; what the orb feels is not encrypted: "
-            "others on this network can read it, but not change it",
+            "listening at %s for hosts with the key; sensor data is not encrypted: others on this "
+            "network can read it, but not change it",
             url,
         )
     elif access.exposed:
         log.warning(
-            "listening at %s without a key: everybody who reaches this address sees what the "
-            "orb feels, can keep your own host out and, if the orb is virtual, move it",
+            "listening at %s without a key: any machine that reaches this address can read sensor "
+            "data, block your own host and, if the orb is virtual, touch it",
             url,
         )
     else:
         raise LinkError(
-            f"will not listen at {url}, where strangers could connect; add --key FILE, or "
-            f"--unprotected to let everybody in, or write listen://127.0.0.1:{port}"
+            f"will not listen at {url}, where other machines could connect; add --key FILE, or "
+            f"--unprotected to accept all of them, or write listen://127.0.0.1:{port}"
         )

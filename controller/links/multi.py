@@ -1,7 +1,7 @@
 """Several links at a time, such as rfcomm:+hid: for a laptop and a television.
 
-Every message goes out on all of them. To the loop they are one link: its session begins with the
-first host that comes, and ends with the last one that goes.
+Every message is sent on all of them. The combined session begins when the first host connects, and
+ends when the last one disconnects.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from controller.links import module_of, split
 from controller.links.base import Access, Link, LinkError
 from controller.protocol.messages import Bye, Contacts, Hello, Message, Welcome
 
-GLANCE_S = 0.05  # how late a request on any link but the first may be seen
+POLL_S = 0.05  # greatest delay of a request on any link but the first
 
 
 def create(url: str, welcome: Welcome, access: Access) -> MultiLink:
@@ -22,8 +22,8 @@ def create(url: str, welcome: Welcome, access: Access) -> MultiLink:
         LinkError: One cannot be opened.
     """
     urls = split(url)
-    if twice := next((each for each in urls if urls.count(each) > 1), ""):
-        raise LinkError(f"{twice} stands twice in {url}; name each link once")
+    if repeated := next((each for each in urls if urls.count(each) > 1), ""):
+        raise LinkError(f"{repeated} stands twice in {url}; name each link once")
     links: list[Link] = []
     try:
         for each in urls:
@@ -36,10 +36,9 @@ def create(url: str, welcome: Welcome, access: Access) -> MultiLink:
 
 
 class MultiLink(Link):
-    """Several links that look like one."""
+    """Several open links as one."""
 
     def __init__(self, links: Sequence[Link]) -> None:
-        """Take over links that are open."""
         self.links = tuple(links)
         self.url = next((link.url for link in links if link.url), "")
         touchable = [link for link in links if link.touchable]
@@ -48,13 +47,13 @@ class MultiLink(Link):
 
     @property
     def dropped(self) -> int:
-        """Messages that reached no host: of the links that have one, and of all if none has."""
+        """Number of messages not sent, on links with a host; on all if none has one."""
         hosts = [link for link in self.links if link.connected] or self.links
         return sum(link.dropped for link in hosts)
 
     @property
     def connected(self) -> bool:
-        """Whether a host is there, on any of the links."""
+        """Whether any of the links has a host."""
         return any(link.connected for link in self.links)
 
     def send(self, message: Message, t_ms: int) -> None:
@@ -63,10 +62,10 @@ class MultiLink(Link):
             link.send(message, t_ms)
 
     def poll(self) -> list[Message]:
-        """Return requests: one Hello when the first host comes, Bye when the last has gone.
+        """Return requests: Hello when the first host connects, Bye when the last disconnects.
 
-        A host that comes later is no new beginning, unless it wants to own the clock; one that goes
-        before the last takes its fingers off the orb.
+        The Hello of a later host is dropped unless it grants time; the Bye of an earlier one
+        becomes empty Contacts.
         """
         requests: list[Message] = []
         for link in self.links:
@@ -80,15 +79,15 @@ class MultiLink(Link):
 
     def wait(self, timeout_s: float) -> None:
         """Return when `poll` may have requests, or after the timeout."""
-        self.links[0].wait(min(timeout_s, GLANCE_S))
+        self.links[0].wait(min(timeout_s, POLL_S))
 
     def pair(self, seconds: int) -> None:
-        """Let new hosts pair for a while, on every link that has pairing."""
+        """Allow new hosts to pair for a while, on every link with pairing."""
         for link in self.links:
             link.pair(seconds)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Replace the description of the device, on every link that sends it."""
+        """Replace the description of the device on all links."""
         for link in self.links:
             link.renew(welcome, reason)
 

@@ -1,4 +1,4 @@
-"""A link that waits for bonded hosts over Bluetooth: rfcomm:, or rfcomm:hci1 for one adapter."""
+"""Link over a Bluetooth serial port: rfcomm:, or rfcomm:hci1 for one adapter."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from controller.links.bluetooth.registration import BluetoothLink, RegistrationT
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
-PEERS = 4  # connections at a time; one of them is the host, the others get a refusal
+PEERS = 4  # connections at a time; one of them is the host, the others are refused
 
 log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
-    """Offer the serial port service on an adapter, and wait for hosts.
+    """Register the serial port service on an adapter.
 
     Raises:
-        LinkError: There is no Bluetooth, or it is another program's.
+        LinkError: Bluetooth is missing or in use by another program.
     """
     adapter = url.partition(":")[2]
     if adapter.startswith("//"):
@@ -39,21 +39,20 @@ def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
 
 
 class RfcommLink(StreamLink, BluetoothLink):
-    """One host at a time, bonded and encrypted; bluetoothd and the adapter may come and go.
+    """Link to one bonded host at a time, over an encrypted connection.
 
-    Attributes:
-        url: Where hosts connect to: rfcomm://ADDRESS:CHANNEL.
+    It registers again when bluetoothd or the adapter returns. `url` is rfcomm://ADDRESS:CHANNEL.
     """
 
-    authenticated = True  # only bonded hosts on an encrypted line are let in
+    authenticated = True  # only bonded hosts on encrypted connections are accepted
 
     def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
-        """Register with BlueZ, and begin."""
+        """Register with BlueZ, and start."""
         from controller.links.bluetooth.serial_profile import SerialService
 
         super().__init__(welcome, access)
-        self._calls: RequestQueue[Callable[[], None]] = RequestQueue()  # of the other thread
-        self._paths: dict[socket.socket, str] = {}  # of each one's device in BlueZ
+        self._calls: RequestQueue[Callable[[], None]] = RequestQueue()  # for the I/O thread
+        self._paths: dict[socket.socket, str] = {}  # BlueZ's path of each device
         service = SerialService(self._accept, self._leave)
         self._registration = RegistrationThread(service, adapter)
         try:
@@ -69,7 +68,7 @@ class RfcommLink(StreamLink, BluetoothLink):
         super().close()
         self._registration.close()
 
-    # --- the registration's side ---
+    # --- on the registration's thread ---
 
     def _accept(self, connection: socket.socket, host: str, path: str) -> None:
         self._calls.put(partial(self._join, connection, host, path))
@@ -79,7 +78,7 @@ class RfcommLink(StreamLink, BluetoothLink):
         self._calls.put(partial(self._part, path))
         self._wake()
 
-    # --- the thread's side ---
+    # --- on the I/O thread ---
 
     def _woken(self, events: int) -> None:
         super()._woken(events)
@@ -87,7 +86,7 @@ class RfcommLink(StreamLink, BluetoothLink):
             call()
 
     def _join(self, connection: socket.socket, host: str, path: str) -> None:
-        self._paths = {open_: its for open_, its in self._paths.items() if open_.fileno() >= 0}
+        self._paths = {one: its for one, its in self._paths.items() if one.fileno() >= 0}  # open
         if len(self._paths) >= PEERS:
             connection.close()
             return

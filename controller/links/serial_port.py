@@ -1,4 +1,4 @@
-"""A link over a serial port: its name, a pty, or any URL that pyserial knows and `select` takes."""
+"""Link over a serial port: its name, a pty, or a pyserial URL whose port `select` supports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
 BAUD = 115_200  # for a real serial line; Bluetooth, USB and pty ports ignore it
-RETRY_MS = 500  # between two attempts to open a port that has vanished
+RETRY_MS = 500  # between two attempts to open a lost port
 
 log = logging.getLogger(__name__)
 
@@ -32,20 +32,20 @@ def create(url: str, welcome: Welcome, access: Access) -> PortLink:
 
 
 class PortLink(StreamLink):
-    """The host is at the other end of the line; a port that vanishes is reopened."""
+    """Link to the peer at the other end of a serial line; a lost port is opened again."""
 
-    patient = True  # a line is there before a host is
+    patient = True  # the port is open before a host begins a session
 
     def __init__(self, url: str, welcome: Welcome, access: Access) -> None:
-        """Open the port, and begin."""
+        """Open the port, and start."""
         super().__init__(welcome, access)
         self._url = url
         self._retry_ms = 0
         try:
             self._attach(_PortStream(url))
-        except Exception as error:  # pyserial lets many kinds through, termios.error among them
+        except Exception as error:  # pyserial raises many kinds, such as termios.error
             self._shut()
-            # pyserial raises ValueError where it cannot read the URL
+            # pyserial raises ValueError for a malformed URL
             kind = LinkError if isinstance(error, ValueError) else LinkAwayError
             raise kind(f"cannot open {url}: {_why(error)}; name another with --link") from error
         self.start()
@@ -54,13 +54,13 @@ class PortLink(StreamLink):
         super()._tick(now_ms)
         if not self._peers and now_ms >= self._retry_ms:
             self._retry_ms = now_ms + RETRY_MS
-            with contextlib.suppress(Exception):  # it is not back yet
+            with contextlib.suppress(Exception):  # still missing
                 self._attach(_PortStream(self._url))
                 log.info("port %s is back", self._url)
 
 
 def _why(error: BaseException) -> str:
-    """Return the system's reason of an error, which pyserial wraps, sometimes twice."""
+    """Return the system's reason for an error that pyserial wraps, sometimes twice."""
     inner: BaseException | None = error
     while inner is not None:
         number = getattr(inner, "errno", None) or (inner.args[0] if inner.args else None)
@@ -81,7 +81,7 @@ _WORDS = {
 
 
 def _check_address(url: str) -> None:
-    """Raise ValueError unless a socket's URL has an address and a port: pyserial only stumbles."""
+    """Raise ValueError unless a socket's URL has an address and a port."""
     with contextlib.suppress(ValueError):
         parts = urlsplit(url)
         if parts.hostname and parts.port:
@@ -90,7 +90,7 @@ def _check_address(url: str) -> None:
 
 
 class _PortStream:
-    """A pyserial port, read and written directly: pyserial's own methods may wait."""
+    """A pyserial port, read and written directly: pyserial's own methods may block."""
 
     def __init__(self, url: str) -> None:
         if url.startswith("socket:"):

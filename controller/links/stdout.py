@@ -1,4 +1,4 @@
-"""A link in one direction: commands, cues and identified users, as JSON lines."""
+"""One-way link: commands, cues and identified users, as JSON lines on the standard output."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from controller.protocol.messages import (
     Welcome,
 )
 
-LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
+LINES = 65_536  # limit of queued lines for a slow reader; further ones are dropped
 
 
 def create(url: str, welcome: Welcome, access: Access) -> StdoutLink:
-    """Return the link to the standard output; it has use for none of the arguments.
+    """Return the link to the standard output; all arguments are ignored.
 
     Raises:
-        LinkError: The program was started without one.
+        LinkError: The program was started without standard output.
     """
     if sys.stdout is None:
         raise LinkError("there is no standard output to print to; name a port with --link")
@@ -34,10 +34,10 @@ def create(url: str, welcome: Welcome, access: Access) -> StdoutLink:
 
 
 class StdoutLink(Link):
-    """Prints commands and cues. A thread writes, so that a slow reader delays no scan.
+    """Printer of commands and cues. A thread writes, so that a slow reader delays no scan.
 
     Attributes:
-        dropped: Lines that were not printed: the reader is too slow, or has gone.
+        dropped: Number of lines that a slow or closed reader did not get.
         connected: Whether there is a reader.
     """
 
@@ -46,20 +46,20 @@ class StdoutLink(Link):
     connected = True
 
     def __init__(self, stream: TextIO) -> None:
-        """Begin to write to `stream`, which stays open when the link is closed."""
-        self._spot: PositionUncertainty | None = None  # the newest
+        """Write to `stream`, which stays open when the link is closed."""
+        self._position: PositionUncertainty | None = None  # the newest
         self._stream = stream
-        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()  # to be written; "" is the end
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()  # "" is the end
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stdout", daemon=True)
         self._thread.start()
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Print a Command with the uncertainty of its place, or an identified user."""
+        """Print a Command with the uncertainty of its position, or an identified user."""
         if isinstance(message, PositionUncertainty):
-            self._spot = message
+            self._position = message
         elif isinstance(message, Command):
-            self._print(_line(message, self._spot, t_ms))
+            self._print(_line(message, self._position, t_ms))
         elif isinstance(message, UserIdentified):
             fields = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
             self._print(json.dumps(fields) + "\n")
@@ -73,7 +73,7 @@ class StdoutLink(Link):
         self._closed.wait(timeout_s)
 
     def close(self) -> None:
-        """Print what is still to be printed, for as long as the reader reads."""
+        """Print the queued lines, as long as the reader reads."""
         if not self._closed.is_set():
             self._closed.set()
             self._lines.put("")
@@ -93,7 +93,7 @@ class StdoutLink(Link):
                 self._stream.write(line)
                 if not line or self._lines.empty():
                     self._stream.flush()
-            except BrokenPipeError:  # the reader has gone, as in `controller | head -1`
+            except BrokenPipeError:  # the reader has ended, as in `controller | head -1`
                 self.connected = False
             except OSError as error:
                 self.problem = f"cannot print the commands: {error.strerror or error}"
@@ -102,8 +102,8 @@ class StdoutLink(Link):
             let_go(self._stream)
 
 
-def _line(command: Command, spot: PositionUncertainty | None, t_ms: int) -> str:
-    """Return a command as one JSON object, with numbers that are equal on every machine."""
+def _line(command: Command, position: PositionUncertainty | None, t_ms: int) -> str:
+    """Return a command as one JSON object, rounded to be equal on every machine."""
     touch = command.touch and [round(value, 3) for value in command.touch]
     fields: dict[str, object] = {
         "t": t_ms / 1000,
@@ -111,7 +111,7 @@ def _line(command: Command, spot: PositionUncertainty | None, t_ms: int) -> str:
         "probability": round(command.probability, 4),
         "touch": touch,
     }
-    if spot is not None and spot.frame == command.frame:
-        fields["sigma"] = round(spot.sigma, 3)
+    if position is not None and position.frame == command.frame:
+        fields["sigma"] = round(position.sigma, 3)
     fields["command"] = command.name
     return json.dumps(fields) + "\n"

@@ -1,5 +1,5 @@
-"""Recordings: sessions in files that describe themselves (docs/recording.md).
+"""Recordings: sessions in self-describing files (docs/recording.md).
 
-`recording` defines them, `writer` and `reader` store them, `journal` and `recorder` keep a live
-session safe until it is sealed. Imports recognition only; sensors, capture and models import it.
+`recording` defines them, `writer` and `reader` store them, `journal` and `recorder` protect a live
+session against a crash until it is sealed.
 """

@@ -1,8 +1,8 @@
-"""Export a recording as tables that any program reads.
+"""Export a recording as CSV tables.
 
 NAME.csv has a row for each frame, NAME_events.csv the true gestures, NAME_commands.csv and
-NAME_marks.csv the tables of those names, and NAME.json all that is no table. The tables follow
-RFC 4180: UTF-8, a comma between cells, quotes where they are needed.
+NAME_marks.csv the tables of those names, and NAME.json all other data. The tables follow RFC 4180,
+in UTF-8.
 """
 
 import csv
@@ -23,13 +23,13 @@ COMMANDS: Final = ("t_s", "frame", "gesture", "probability", "touch_x", "touch_y
 MARKS: Final = ("t_s", "kind", "text")
 _FIXED: Final = ("t", "sequence", *LABELLERS, "excluded", "touch_x", "touch_y")
 _FINGER: Final = ("x", "y", "depth_mm")
-_UNKNOWN: Final = ("", "?", "??", "???")  # for an unknown label; the first that is no label
+_UNKNOWN: Final = ("", "?", "??", "???")  # for an unknown label: the first one that is no label
 
 Row = Sequence[str]
 
 
 def tables(recording: Recording) -> dict[str, str]:
-    """Return the files of a recording: the end of each name after NAME, and its content."""
+    """Return the files of a recording: the suffix of each name after NAME, and its content."""
     origin, truth = recording.origin, recording.truth
     unknown = next(
         sign for sign in (*_UNKNOWN, "?" * (len(origin.labels) + 4)) if sign not in origin.labels

@@ -1,4 +1,4 @@
-"""Cut a recording and correct its labels: always into a new one, which names its source."""
+"""Trim and relabel recordings: into a new recording, which names its source."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -24,13 +24,7 @@ NO_LABEL: Final = "unknown"  # the name of a missing label
 
 @dataclass(frozen=True, slots=True)
 class MetadataChange:
-    """Identity of a new recording.
-
-    Attributes:
-        id: Of the new recording.
-        source: Name of the one that is changed.
-        when: UTC as ISO 8601.
-    """
+    """Id of the new recording, name of its source, and the time of the change, ISO 8601."""
 
     id: str
     source: str
@@ -38,15 +32,9 @@ class MetadataChange:
 
 
 def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataChange) -> Recording:
-    """Return the frames whose times are in [begin_s, end_s), with all that belongs to them.
+    """Return the frames with times in [begin_s, end_s), seconds, and their labels and tables.
 
-    Times stay as they are. The state is kept only where the first frame is.
-
-    Args:
-        recording: Stays as it is.
-        begin_s: First time that is kept, seconds of the recording.
-        end_s: First time after it that is not.
-        change: Identity of the new recording.
+    Times are unchanged. The pipeline's state is kept only together with the first frame.
 
     Raises:
         RecordingError: No frame is left.
@@ -83,16 +71,16 @@ def relabel(
     column: str = "label",
     excluded: bool | None = None,
 ) -> Recording:
-    """Return the recording with the frames whose times are in [begin_s, end_s) relabelled.
+    """Return the recording with the frames with times in [begin_s, end_s), seconds, relabelled.
 
     Args:
-        recording: Stays as it is.
-        begin_s: First time that is changed, seconds of the recording.
-        end_s: First time after it that is not.
+        recording: The source, which is not changed.
+        begin_s: First time of the range.
+        end_s: First time after the range.
         change: Identity of the new recording.
-        label: One of its labels, or "unknown"; None leaves them as they are.
+        label: One of its labels, or "unknown"; None: unchanged.
         column: The label column.
-        excluded: Whether these frames are left out of training; None leaves that as it is.
+        excluded: Whether these frames are left out of training; None: unchanged.
 
     Raises:
         RecordingError: There is no such label or column, or no such frame.
@@ -101,29 +89,23 @@ def relabel(
         raise RecordingError(f"there is no label column {column!r}; take {_either(LABELLERS)}")
     if label is None and excluded is None:
         raise RecordingError("nothing is to be changed; name a label, or exclude or include frames")
-    where = _within(recording, begin_s, end_s)
+    within = _within(recording, begin_s, end_s)
     done: list[str] = []
     arrays: dict[str, Any] = {}
     if label is not None:
-        values: NDArray[np.int16] = getattr(recording, column).copy()
-        values[where] = _index(recording.origin.labels, label)
-        arrays[column] = values
+        index = _index(recording.origin.labels, label)
+        arrays[column] = np.where(within, index, getattr(recording, column)).astype(np.int16)
         done.append(f"{column} set to {label}")
-    changed = replace(recording, **arrays)
     if excluded is not None:
-        changed = replace(changed, excluded=np.where(where, excluded, recording.excluded))
+        arrays["excluded"] = np.where(within, excluded, recording.excluded)
         done.append("excluded" if excluded else "included")
-    t = recording.t[where]
-    what = f"{count(int(where.sum()), 'frame')} of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
-    return _marked(changed, float(t[0]), "relabel", what, change)
+    t = recording.t[within]
+    text = f"{count(int(within.sum()), 'frame')} of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
+    return _marked(replace(recording, **arrays), float(t[0]), "relabel", text, change)
 
 
 def sealed(recording: Recording) -> bytes:
-    """Return a recording as the bytes of its file, checked by reading it.
-
-    Raises:
-        RecordingError: It could not be read again.
-    """
+    """Return a recording as the bytes of its file; RecordingError if they cannot be read."""
     data = writer.pack(recording)
     try:
         reader.parse(npz.unpack(data, reader.MAX_BYTES))
@@ -141,11 +123,7 @@ def _index(labels: tuple[str, ...], label: str) -> int:
 
 
 def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bool_]:
-    """Return which frames are in [begin_s, end_s), (n,).
-
-    Raises:
-        RecordingError: None is.
-    """
+    """Return whether each frame is in [begin_s, end_s), (n,); RecordingError if none is."""
     t = recording.t
     within = (t >= begin_s) & (t < end_s)
     if not within.any():
@@ -157,11 +135,11 @@ def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bo
 
 
 def _marked(
-    recording: Recording, t_s: float, kind: str, what: str, change: MetadataChange
+    recording: Recording, t_s: float, kind: str, text: str, change: MetadataChange
 ) -> Recording:
     """Return a recording with a new id and a mark that describes the change."""
-    was = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
-    mark = Mark(t_s, kind, f"{what}; from {was}, {change.when}, by orbtouch {software()}")
+    source = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
+    mark = Mark(t_s, kind, f"{text}; from {source}, {change.when}, by orbtouch {software()}")
     marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)
     origin = replace(recording.origin, id=change.id, schema=SCHEMA)
     return replace(recording, origin=origin, marks=tuple(marks))

@@ -1,11 +1,10 @@
 """Descriptions of foreign arrays in TOML, by which they are imported as recordings."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from controller.config import read_toml
+from controller.config import ConfigError, read_toml, settings
 from controller.recordings.recording import LABELLERS, PICOFARAD, RecordingError
 
 NULL: Final = "null"
@@ -17,27 +16,27 @@ class Description:
 
     Attributes:
         frames: Array of frames, (n, rows, columns), or (n, taxels) with the next two.
-        rows: Taxel rows; 0: as the array has them.
-        columns: Taxel columns; 0: as the array has them.
+        rows: Taxel rows; 0: as in the array.
+        columns: Taxel columns; 0: as in the array.
         unit: Of the frames.
-        pitch_mm: Distance of two taxels.
+        pitch_mm: Distance between adjacent taxels.
         rate_hz: Frames per second; 0: from the median interval.
-        time: Array of times in seconds, (n,); "": one frame after the other at `rate_hz`.
+        time: Array of times in seconds, (n,); "": uniform intervals at `rate_hz`.
         gap_s: A longer interval begins a new stretch, as time that goes back does; 0: none.
         drop_repeated: Leave out frames that have the time of the frame before.
         label: Array of class numbers, (n,); "": no labels.
         label_names: Names of the classes, counted from 0, or the array that holds them.
-        null: Name of the class in which nothing is done; "": there is none.
-        labeller: The label column that the labels belong to.
-        subject: Array of the person of each frame, (n,); "": all are of one person.
-        session: Arrays that distinguish sessions of one person, each (n,).
+        null: Name of the class without a gesture; "": there is none.
+        labeller: Label column of the labels.
+        subject: Array of the user of each frame, (n,); "": all frames are of one user.
+        session: Arrays that distinguish sessions of one user, each (n,).
         device: Serial number of the sensor, or of its kind.
-        hardware: Kind of sensor, for people.
+        hardware: Kind of sensor, as text.
         protocol: Name of the task.
     """
 
     frames: str
-    pitch_mm: float
+    pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})
     unit: str = PICOFARAD
     rows: int = 0
     columns: int = 0
@@ -48,12 +47,23 @@ class Description:
     label: str = ""
     label_names: str | tuple[str, ...] = ()
     null: str = ""
-    labeller: str = "label"
+    labeller: str = field(default="label", metadata={"choices": LABELLERS})
     subject: str = ""
     session: tuple[str, ...] = ()
     device: str = "imported"
     hardware: str = ""
     protocol: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.time and not self.rate_hz:
+            raise ValueError("neither 'time' nor 'rate_hz', so the rate is unknown")
+        if self.label and not self.label_names:
+            raise ValueError("'label', but no 'label_names' for its numbers")
+        if isinstance(self.label_names, list):
+            object.__setattr__(self, "label_names", tuple(self.label_names))
+        names = self.label_names
+        if not isinstance(names, str | tuple) or not all(isinstance(name, str) for name in names):
+            raise ValueError(f"label_names = {names!r}; expected is a text or a list of texts")
 
     @property
     def arrays(self) -> set[str]:
@@ -64,19 +74,6 @@ class Description:
         return names - {""}
 
 
-_WORDS: Final[dict[type, str]] = {
-    str: "a text",
-    int: "a whole number",
-    float: "a number",
-    bool: "true or false",
-    tuple: "a list of texts",
-}
-_NEEDED: Final[dict[str, type]] = {"frames": str, "pitch_mm": float}
-_KINDS: Final[dict[str, type]] = _NEEDED | {
-    field.name: type(field.default) for field in fields(Description) if field.name not in _NEEDED
-}
-
-
 def read(path: Path) -> Description:
     """Return the description in a file.
 
@@ -85,47 +82,6 @@ def read(path: Path) -> Description:
     """
     table = read_toml(path)
     try:
-        return parse(table)
-    except RecordingError as error:
+        return settings(Description, table)
+    except ConfigError as error:
         raise RecordingError(f"the description {path} {error}; see docs/recording.md") from None
-
-
-def parse(given: Mapping[str, Any]) -> Description:
-    """Return the description in a table of TOML.
-
-    Raises:
-        RecordingError: A key is unknown, is missing, or has an impossible value.
-    """
-    for key in given:
-        if key not in _KINDS:
-            raise RecordingError(f"has the unknown key {key!r}; there are {', '.join(_KINDS)}")
-    for key in _NEEDED:
-        if key not in given:
-            raise RecordingError(f"has no {key!r}")
-    made = Description(**{key: _value(key, value) for key, value in given.items()})
-    if not made.time and not made.rate_hz:
-        raise RecordingError("has neither 'time' nor 'rate_hz', so the rate is unknown")
-    if made.labeller not in LABELLERS:
-        known = ", ".join(LABELLERS)
-        raise RecordingError(f"has labeller = {made.labeller!r}, which is none of {known}")
-    if made.label and not made.label_names:
-        raise RecordingError("has 'label', but no 'label_names' for its numbers")
-    for key in ("pitch_mm", "rate_hz", "gap_s", "rows", "columns"):
-        value = getattr(made, key)
-        if not 0 <= value < 1e6 or (key == "pitch_mm" and not value):
-            raise RecordingError(f"has {key} = {value}, which is impossible")
-    return made
-
-
-def _value(key: str, value: Any) -> Any:
-    """Return one value, of the type that its key wants."""
-    kind = _KINDS[key]
-    if key == "label_names" and isinstance(value, str):
-        return value  # of the array that holds them
-    if kind is float and type(value) is int:
-        return float(value)
-    if kind is tuple and isinstance(value, list) and all(isinstance(item, str) for item in value):
-        return tuple(value)
-    if type(value) is not kind:
-        raise RecordingError(f"has {key} = {value!r}, which is not {_WORDS[kind]}")
-    return value

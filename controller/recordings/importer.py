@@ -1,4 +1,4 @@
-"""Import arrays of other sensors as recordings: one for each person and session."""
+"""Import arrays of other sensors as recordings: one for each user and session."""
 
 import hashlib
 import json
@@ -23,17 +23,17 @@ from controller.recordings.recording import (
 )
 
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
-ALONE: Final = "01"  # user and session where the description names none
-_DIGITS: Final = 2  # of a person's or session's number
+ALONE: Final = "01"  # user and session if the description names none
+_DIGITS: Final = 2  # of a user's or session's number
 
 Arrays = dict[str, NDArray[Any]]
 
 
 def read(path: Path, description: Description) -> Arrays:
-    """Return the arrays that the description names, out of an .npz or a single .npy.
+    """Return the arrays that the description names, of any shape, from an .npz or .npy.
 
     Raises:
-        RecordingError: The file cannot be read, or lacks one.
+        RecordingError: The file cannot be read, or lacks an array.
     """
     try:
         if path.suffix == ".npy":
@@ -52,12 +52,12 @@ def read(path: Path, description: Description) -> Arrays:
 
 
 def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
-    """Yield a recording of each person and session, in order of their names.
+    """Yield a recording of each user and session, in order of their names.
 
-    The same arrays and the same description give the same recordings, their ids included.
+    The same arrays and the same description give the same recordings and ids.
 
     Raises:
-        RecordingError: The arrays are not what the description says.
+        RecordingError: The arrays contradict the description.
     """
     frames = _frames(arrays, description)
     count = len(frames)
@@ -97,7 +97,7 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
 
 
 def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
-    """Return the frames as (n, rows, columns), of any kind of number."""
+    """Return the frames, (n, rows, columns), of any numeric type."""
     frames = arrays[description.frames]
     if description.rows and description.columns and frames.ndim in (2, 3):
         if frames[:1].size not in (0, description.rows * description.columns):
@@ -163,10 +163,10 @@ def _labels(
     labels = (NULL, *(given[i] for i in used))
     if len(set(labels)) < len(labels):
         raise RecordingError(f"the labels {', '.join(labels)} are not all different")
-    becomes = np.zeros(len(given) + 1, dtype=np.int16)
-    becomes[used] = np.arange(1, len(used) + 1)
-    becomes[UNKNOWN] = UNKNOWN  # the last place: a number of -1 is found there
-    return labels, becomes[number]
+    index = np.zeros(len(given) + 1, dtype=np.int16)
+    index[used] = np.arange(1, len(used) + 1)
+    index[UNKNOWN] = UNKNOWN  # the last element, which -1 selects
+    return labels, index[number]
 
 
 def _rate(times: NDArray[np.float64] | None) -> float:
@@ -182,7 +182,7 @@ def _rate(times: NDArray[np.float64] | None) -> float:
 def _groups(
     arrays: Arrays, description: Description, count: int
 ) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
-    """Yield (user, session, indices of frames) of each person and session, in order."""
+    """Yield (user, session, indices of frames) of each user and session, in order."""
     names = [name for name in (description.subject, *description.session) if name]
     columns = [_column(arrays, name, count, "iuU") for name in names]
     if not columns:
@@ -201,7 +201,7 @@ def _groups(
 
 
 def _word(arrays: Arrays, name: str, value: Any) -> str:
-    """Return the ID of a person or a session: letters and digits."""
+    """Return the ID of a user or a session: letters and digits."""
     named = arrays.get(f"{name}_names")
     if isinstance(value, np.integer):
         if named is not None and named.dtype.kind == "U" and 0 <= value < len(named):
@@ -217,13 +217,13 @@ def _stretches(
     rate_hz: float,
     description: Description,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return the frames to keep, rising times, and numbers that jump where a stretch begins.
+    """Return the frames to keep, rising times, and sequence numbers with gaps between stretches.
 
     A pause keeps its length; where time goes back, the next stretch begins a gap later.
 
     Args:
         chosen: Indices of the frames of one recording, (n,).
-        times: Of all frames, seconds; None: one after the other at `rate_hz`.
+        times: Of all frames, seconds; None: uniform intervals.
         rate_hz: Frames per second.
         description: Of the arrays.
     """
@@ -248,10 +248,10 @@ def _stretches(
 
 
 def _id(description: Description, user: str, session: str, arrays: Sequence[NDArray[Any]]) -> str:
-    """Return an id of the arrays, frames, (n, rows, columns), first: the same for the same ones."""
+    """Return a hash of the arrays, of which frames, (n, rows, columns), are the first, as id."""
     digest = hashlib.blake2b(digest_size=16)
-    about = [asdict(description), user, session, arrays[0].shape]
-    digest.update(json.dumps(about).encode())
+    context = [asdict(description), user, session, arrays[0].shape]
+    digest.update(json.dumps(context).encode())
     for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

@@ -3,9 +3,9 @@
     kind (1 byte)  length (4)  CRC-32 (4)  content (length bytes)
 
 Numbers are little-endian. The CRC of a record is computed over its kind, length and content, and
-starts from the CRC of the record before it. So it covers everything since the header, which holds
-the recording's random id: a changed bit, a block that moved and a block of another journal all end
-the journal there, and nothing wrong is ever read. `docs/recording.md` lists the contents.
+starts from the CRC of the record before. So it covers everything since the header, which holds the
+recording's random id: reading ends at a changed bit, a moved block or a block of another journal.
+`docs/recording.md` lists the contents.
 """
 
 import dataclasses
@@ -40,8 +40,8 @@ from controller.recordings.recording import (
 
 AMENDABLE: Final = (*LABELLERS, "excluded")
 
-# A journal is closed and the next begun at half of what can be read, so no frame is ever refused.
-# Half is 5 hours at 10 Hz, 35 minutes at 100 Hz, and fits a small computer's memory.
+# A journal is closed and the next begun at half of the readable size, so no frame is refused.
+# Half is 5 hours at 10 Hz, 35 minutes at 100 Hz, and fits the memory of a small computer.
 MAX_BYTES: Final = 64 << 20
 MAX_ROWS: Final = 1 << 15  # marks, commands and amendments; with the longest texts 262 MB
 MAX_HEADER: Final = 16 << 20  # bytes; a pipeline's state has some hundred frames
@@ -67,10 +67,10 @@ class Kind(IntEnum):
 
 
 class Journal:
-    """A journal as it grows in memory: every whole beginning of its bytes is a recording.
+    """A growing journal in memory: every prefix of whole records is a recording.
 
     Attributes:
-        origin: Where the recording comes from, with the journal's id.
+        origin: Provenance of the recording, with the journal's id.
         data: The bytes.
     """
 
@@ -78,12 +78,12 @@ class Journal:
         """Begin with the header.
 
         Args:
-            origin: Where the frames come from; its id is replaced.
+            origin: Provenance of the frames; its id is replaced.
             state: `Pipeline.state()` before the first frame.
-            recording_id: Random, never used before.
+            recording_id: Random and unique.
 
         Raises:
-            RecordingError: No recording can have such an origin or state.
+            RecordingError: The origin or state is not valid in a recording.
         """
         self.origin = dataclasses.replace(origin, id=recording_id)
         self.data = bytearray()
@@ -108,7 +108,7 @@ class Journal:
         """Append a frame, (rows, columns); `labels` has an index for each of `LABELLERS`.
 
         Raises:
-            RecordingError: It could not be read again, or the journal is full.
+            RecordingError: The reader would refuse it, or the journal is full.
         """
         image = self._image(frame, f"frame {number}")
         if not (self._t_s < t_s < LATEST_S and self._sequence < number < 1 << 63):
@@ -126,7 +126,7 @@ class Journal:
         """Append a recognised command.
 
         Raises:
-            RecordingError: It could not be read again, or the journal is full.
+            RecordingError: The reader would refuse it, or the journal is full.
         """
         c, touch = command, command.touch
         if not (math.isfinite(c.t_s) and math.isfinite(c.probability) and 0 <= c.frame < 1 << 63):
@@ -150,10 +150,10 @@ class Journal:
         self._append(Kind.REST, self._image(frame, "the rest image"))
 
     def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
-        """Append another value for a column of the frames so far with times in [from, to).
+        """Append a new value of a column for the frames so far with times in [from, to).
 
         Raises:
-            RecordingError: There is no such column, or it cannot have this value.
+            RecordingError: There is no such column, or the value is not valid in it.
         """
         possible = value in (0, 1) if column == "excluded" else self._known(value)
         if column not in AMENDABLE or not possible or math.isnan(from_s) or math.isnan(to_s):
@@ -165,7 +165,7 @@ class Journal:
         self._rows += 1
 
     def _image(self, frame: Frame, name: str) -> bytes:
-        """Return a frame's bytes, if the reader accepts them."""
+        """Return the bytes of a frame, (rows, columns), if the reader accepts them."""
         shape = (self.origin.rows, self.origin.columns)
         image = frame.astype("<f4")
         if image.shape != shape or not (np.abs(image) < LARGEST).all():  # refuses NaN too
@@ -196,8 +196,8 @@ class Decoded:
 
     Attributes:
         recording: None if there is no whole frame.
-        whole_bytes: Length of that beginning.
-        frame_bytes: Length of one frame's record; a shorter rest of the file cannot hold one.
+        whole_bytes: Length of the valid records.
+        frame_bytes: Length of one frame's record; a shorter rest of the file holds none.
     """
 
     recording: Recording | None
@@ -257,7 +257,7 @@ def _crc(kind: int, content: bytes, before: int) -> int:
     return zlib.crc32(content, zlib.crc32(struct.pack("<BI", kind, len(content)), before))
 
 
-# Journals of version 0.1 have records of the same contents: magic, kind, number, length, content
+# Records in journals of version 0.1 have the same contents: magic, kind, number, length, content
 # and a keyed hash of the offset and all of these. Their header begins with its key.
 _OLD: Final = b"\xc2OJ\x1b\x01"
 _OLD_RECORD: Final = struct.Struct("<4sBII")
@@ -282,13 +282,13 @@ def _old_records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
 def _recording(
     header: npz.Arrays, origin: Provenance, contents: dict[int, list[bytes]], amended: list[int]
 ) -> Recording | None:
-    """Return the recording that these records make, checked as if it came from a file.
+    """Return the recording of some records, checked like one in a file; None without a frame.
 
     Args:
         header: The origin as "meta", and the state.
         origin: The same origin, parsed.
         contents: Of the records, by kind.
-        amended: How many frames there were at each amendment.
+        amended: Number of frames before each amendment.
     """
     if not contents[Kind.FRAME]:
         return None
@@ -325,7 +325,7 @@ def _header(origin: Provenance, state: State) -> bytes:
     if not all(a.dtype == np.float64 and np.isfinite(a).all() for a in state.values()):
         raise RecordingError("no recording can be made: the pipeline's state is not all numbers")
     if len(text) * 4 + sum(a.nbytes for a in state.values()) > _MAX_STATE:
-        raise RecordingError("no recording can be made: the pipeline remembers too much")
+        raise RecordingError("no recording can be made: the pipeline's state is too large")
     return npz.pack({"meta": np.array(text), **{STATE + n: a for n, a in state.items()}})
 
 
@@ -343,5 +343,5 @@ def _command(row: bytes) -> CommandRecord:
 
 
 def _clean(text: str) -> str:
-    """Return a text that a file can hold: no zeros, no half characters, not too long."""
+    """Return a text without zeros and lone surrogates, cut to the limit of a file."""
     return text.replace("\0", "").encode(errors="replace").decode()[:MAX_TEXT]

@@ -1,4 +1,4 @@
-"""File of a crash journal: written at an offset, synced, and locked while it is recorded."""
+"""File of a crash journal: written at an offset, synced, and locked during the recording."""
 
 import contextlib
 import sys
@@ -7,14 +7,14 @@ from typing import IO, Final
 
 from controller.files import sync, sync_folder
 
-_LOCK_AT: Final = 1 << 40  # Windows refuses to read locked bytes; this one is far behind the end
+_LOCK_AT: Final = 1 << 40  # Windows refuses to read locked bytes; this offset is beyond the end
 
 
 class JournalFile:
     """A journal's file, locked until it is closed."""
 
     def __init__(self, path: Path) -> None:
-        """Create the file, and put its name on the disk.
+        """Create the file, and sync its folder.
 
         Raises:
             FileExistsError: It exists.
@@ -23,42 +23,42 @@ class JournalFile:
         self._path = path
         self._file = path.open("xb", buffering=0)
         with contextlib.suppress(OSError):  # a file system without locks
-            lock(self._file, wait=True)  # a recovery may be reading it just now
+            lock(self._file, wait=True)  # a recovery may be reading it
         sync_folder(path.parent)
 
     def write(self, offset: int, data: bytes) -> None:
         """Write all of `data` at an offset.
 
         Raises:
-            OSError: The disk is full or fails; some of it may have been written.
+            OSError: The disk is full or fails; a part may have been written.
         """
         self._file.seek(offset)
         while data:
             data = data[self._file.write(data) :]
 
     def sync(self) -> None:
-        """Return when all that was written is on the disk.
+        """Flush all written bytes to the disk.
 
         Raises:
-            OSError: What was written since the last sync may be lost.
+            OSError: Bytes written since the last sync may be lost.
         """
         sync(self._file.fileno())
 
     def close(self) -> None:
-        """Unlock the file, which stays."""
-        with contextlib.suppress(OSError):  # a disk that was pulled
+        """Close and unlock the file."""
+        with contextlib.suppress(OSError):  # a removed disk
             self._file.close()
 
     def remove(self) -> None:
-        """Unlock the file, and delete it if that is possible."""
-        if sys.platform == "win32":  # which deletes no open file
+        """Close the file, and delete it if possible."""
+        if sys.platform == "win32":  # cannot delete an open file
             self.close()
         remove(self._path)
         self.close()
 
 
 def remove(path: Path) -> None:
-    """Delete a journal, if that is possible; one that stays is found by the next recovery."""
+    """Delete a journal, if possible; otherwise the next recovery finds it."""
     with contextlib.suppress(OSError):
         path.unlink()
         sync_folder(path.parent)

@@ -1,6 +1,6 @@
-"""Names of recordings: `sub-ID_ses-DATE_run-NN.npz`, as the BIDS standard builds names.
+"""Names of recordings: `sub-ID_ses-DATE_run-NN.npz`, by the BIDS standard.
 
-The journal of a recording that is not sealed yet has the same name, so that name counts as taken.
+The journal of an unsealed recording has the same name, so that name counts as taken.
 """
 
 import re
@@ -12,13 +12,13 @@ from controller.recordings.recording import RecordingError
 
 SEALED: Final = ".npz"
 JOURNAL: Final = ".journal"
-DAMAGED: Final = ".damaged"  # after the journal's: a damaged journal, kept as it was
-LONGEST: Final = 64  # characters of an ID: three parts fit any file system's 255
+DAMAGED: Final = ".damaged"  # appended to the name of a damaged journal
+LONGEST: Final = 64  # characters of an ID: three parts fit the 255 of file systems
 _RUN: Final = re.compile(r"(.*_run-)(\d{1,9})")
 
 
 def first(user: str, session: str) -> str:
-    """Return the name of a session's first run, without its ending."""
+    """Return the name of a session's first run, without its suffix."""
     return f"{_stem(user, session)}01"
 
 
@@ -37,7 +37,7 @@ def next_free(folder: Path, user: str, session: str) -> Path:
     stem = _stem(user, session)
     runs = [0]
     for path in folder.iterdir() if folder.is_dir() else ():
-        match = _RUN.match(path.name.lower())  # some file systems take A for a
+        match = _RUN.match(path.name.lower())  # some file systems ignore case
         if match and match[1] == stem.lower():
             runs.append(int(match[2]))
     return folder / f"{stem}{max(runs) + 1:02d}{SEALED}"
@@ -48,7 +48,7 @@ def _stem(user: str, session: str) -> str:
 
 
 def alternatives(path: Path) -> Iterator[Path]:
-    """Yield `path`, then the names that come after it, without end: run-02, run-03 or x-2, x-3."""
+    """Yield `path`, then an infinite sequence of names after it: run-02, run-03 or x-2, x-3."""
     yield path
     run = _RUN.fullmatch(path.stem)
     stem, first = (run[1], int(run[2]) + 1) if run else (f"{path.stem}-", 2)
@@ -59,5 +59,5 @@ def alternatives(path: Path) -> Iterator[Path]:
 
 
 def journal_of(path: Path) -> Path:
-    """Return where the journal of a recording is while it is being recorded."""
+    """Return the path of a recording's journal."""
     return path.with_name((path.stem if path.suffix == SEALED else path.name) + JOURNAL)

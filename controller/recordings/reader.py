@@ -1,4 +1,4 @@
-"""Read recordings from files that may be damaged or hostile: every array is checked.
+"""Read recordings from files of unknown origin, with every array checked.
 
 `survey` reads the provenance and the length only; `load` reads all.
 """
@@ -50,14 +50,7 @@ TABLES: Final = ("mark_", "command_", "event_")  # begin the names of tables' co
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """Summary of a recording that was not read whole.
-
-    Attributes:
-        path: The file.
-        origin: Where it comes from.
-        frames: Number of frames.
-        seconds: From its first frame to its last.
-    """
+    """Provenance, number of frames and duration of a recording."""
 
     path: Path
     origin: Provenance
@@ -69,14 +62,14 @@ def survey(path: Path | str) -> Survey:
     """Return the summary of a recording, without reading its frames.
 
     Raises:
-        RecordingError: There is none, it is damaged, or it is no recording.
+        RecordingError: The file is missing, damaged, or no recording.
     """
     path = Path(path)
     with _one_sentence(path):
-        there = _inspect(path)
+        shapes = _inspect(path)
         arrays = npz.unpack(path, MAX_BYTES, only=("meta", "t"))
         origin = origin_of(arrays.get("meta"))
-        shape, kind = there.get("frames", ((), None))
+        shape, kind = shapes.get("frames", ((), None))
         if kind != np.float32 or len(shape) != 3 or shape[1:] != (origin.rows, origin.columns):
             raise RecordingError("has no frames of its sensor")
         if not shape[0]:
@@ -86,10 +79,10 @@ def survey(path: Path | str) -> Survey:
 
 
 def load(path: Path | str) -> Recording:
-    """Return the recording in a file, every array checked.
+    """Return the recording in a file, with every array checked.
 
     Raises:
-        RecordingError: There is none, it is damaged, or it is no recording.
+        RecordingError: The file is missing, damaged, or no recording.
     """
     path = Path(path)
     with _one_sentence(path):
@@ -99,7 +92,7 @@ def load(path: Path | str) -> Recording:
 
 @contextmanager
 def _one_sentence(path: Path) -> Iterator[None]:
-    """Turn any error about a file into one sentence that names it."""
+    """Convert errors about a file into one sentence with its name."""
     try:
         if not path.exists():
             raise RecordingError("does not exist")
@@ -115,19 +108,19 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 
 def _inspect(path: Path) -> dict[str, npz.Shape]:
-    """Return the shapes of the arrays in a file, refusing absurd ones; nothing else is read."""
-    there = npz.shapes(path, MAX_BYTES)
-    _refuse_absurd(there)
-    return there
+    """Return the shapes of the arrays in a file, with excessive ones refused, reading only them."""
+    shapes = npz.shapes(path, MAX_BYTES)
+    _refuse_excessive(shapes)
+    return shapes
 
 
 def parse(arrays: npz.Arrays) -> Recording:
-    """Return the recording that these arrays make.
+    """Return the recording in some arrays.
 
     Raises:
-        RecordingError: They make none.
+        RecordingError: They are no recording.
     """
-    _refuse_absurd({name: (array.shape, array.dtype) for name, array in arrays.items()})
+    _refuse_excessive({name: (array.shape, array.dtype) for name, array in arrays.items()})
     origin = origin_of(arrays.get("meta"))
     frames = _array(arrays, "frames", np.float32, (-1, origin.rows, origin.columns))
     count = len(frames)
@@ -161,13 +154,9 @@ def parse(arrays: npz.Arrays) -> Recording:
     )
 
 
-def _refuse_absurd(there: Mapping[str, npz.Shape]) -> None:
-    """Refuse texts and tables that would become far larger as Python objects.
-
-    Raises:
-        RecordingError: One is.
-    """
-    for name, (shape, kind) in there.items():
+def _refuse_excessive(shapes: Mapping[str, npz.Shape]) -> None:
+    """Raise RecordingError for texts and tables that need far more memory as Python objects."""
+    for name, (shape, kind) in shapes.items():
         if name == "meta" and kind.itemsize > 4 * MAX_PROVENANCE:
             raise RecordingError(TOO_LONG)
         if name.startswith(TABLES) and len(shape) > 0 and shape[0] > MAX_ROWS:
@@ -175,8 +164,8 @@ def _refuse_absurd(there: Mapping[str, npz.Shape]) -> None:
 
 
 def _rising(column: NDArray[Any], name: str) -> NDArray[Any]:
-    """Return times or numbers of frames, (n,), which must rise from each to the next."""
-    # Differences of hostile numbers overflow; comparisons do not.
+    """Return times or numbers of frames, (n,), after a check that they increase strictly."""
+    # Differences of arbitrary numbers may overflow; comparisons do not.
     if not (column[1:] > column[:-1]).all():
         raise RecordingError(f"holds {name!r} that does not rise from frame to frame")
     if column.dtype.kind == "f" and not (column[0] > -LATEST_S and column[-1] < LATEST_S):
@@ -185,7 +174,7 @@ def _rising(column: NDArray[Any], name: str) -> NDArray[Any]:
 
 
 def _before_form_3(count: int) -> npz.Arrays:
-    """Return the arrays that forms 1 and 2 lack, of `count` frames."""
+    """Return the arrays missing in forms 1 and 2, for `count` frames."""
     columns = unlabelled(count)
     empty = np.array([], dtype=np.str_)
     return {
@@ -199,7 +188,7 @@ def _before_form_3(count: int) -> npz.Arrays:
 
 
 def _rest(arrays: npz.Arrays, origin: Provenance) -> NDArray[np.float32] | None:
-    """Return the untouched sensor, (rows, columns); None if it was never found."""
+    """Return the image of the untouched sensor, (rows, columns); None if it was never found."""
     if "rest" not in arrays:
         return None
     rest = _array(arrays, "rest", np.float32, (origin.rows, origin.columns))
@@ -209,7 +198,7 @@ def _rest(arrays: npz.Arrays, origin: Provenance) -> NDArray[np.float32] | None:
 
 
 def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
-    """Return the events beside the frames."""
+    """Return the table of marks."""
     t = _array(arrays, "mark_t", np.float64, (-1,))
     kind, text = (_texts(arrays, f"mark_{name}", len(t)) for name in ("kind", "text"))
     if not np.isfinite(t).all() or not (np.diff(t) >= 0).all():
@@ -218,7 +207,7 @@ def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
 
 
 def origin_of(array: NDArray[Any] | None) -> Provenance:
-    """Return the checked provenance in the array "meta", one text of shape ()."""
+    """Return the checked provenance in the array "meta", a text of shape ()."""
     if array is None or array.shape != () or array.dtype.kind != "U":
         raise RecordingError("is no recording of OrbTouch")
     return parse_provenance(_legible(array))

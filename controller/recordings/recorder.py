@@ -1,8 +1,8 @@
-"""Recorder of a live session: a crash of the program or the computer costs at most a second.
+"""Recorder of a live session: a crash of the program or the computer loses at most a second.
 
-Every frame is appended to a journal in memory. A thread writes what is new to the journal's file
-and syncs it twice a second, so the loop never waits for a disk. When the recorder is closed, the
-session is sealed into its file, and only then is the journal removed.
+Every frame is appended to a journal in memory. A thread writes new bytes to the journal's file and
+syncs it twice a second, so the loop never waits for a disk. On close, the session is sealed into
+its file, and only then is the journal removed.
 """
 
 import contextlib
@@ -26,10 +26,10 @@ from controller.recordings.journal_file import JournalFile
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from controller.recordings.writer import seal
 
-SYNC_S: Final = 0.4  # a frame waits so long for its turn, and then for one write and one sync
-RETRY_S: Final = 1.0
-SLOW_S: Final = 1.0  # a disk that takes longer for a sync may cost more than a second
-HANG_S: Final = 10.0  # at the end, a disk that has not answered for so long is given up
+SYNC_S: Final = 0.4  # between two syncs
+RETRY_S: Final = 1.0  # after a failed sync
+SLOW_S: Final = 1.0  # with a slower sync, a crash may lose more than a second
+HANG_S: Final = 10.0  # timeout for the disk on close
 RECOVER: Final = "`controller recordings recover`"
 
 _log = logging.getLogger("controller")
@@ -45,11 +45,11 @@ def taken(path: Path) -> bool:
 
 
 def refuse_taken(path: Path) -> None:
-    """Refuse a file that cannot be recorded into, without making anything.
+    """Refuse a path that cannot be recorded into; nothing is created.
 
     Raises:
-        TakenError: It or its journal exists.
-        RecordingError: Its folder cannot be written to.
+        TakenError: The file or its journal exists.
+        RecordingError: Its folder is not writable.
     """
     if os.path.lexists(path):
         raise TakenError(f"{path} exists and is kept as it is; record into another file")
@@ -62,22 +62,18 @@ def refuse_taken(path: Path) -> None:
 
 
 def refuse_unwritable(folder: Path) -> None:
-    """Refuse a folder in which nothing can be recorded.
-
-    Raises:
-        RecordingError: It is none, or cannot be written to.
-    """
+    """Raise RecordingError unless a folder exists and is writable."""
     if not folder.is_dir() or not os.access(folder, os.W_OK):
         raise RecordingError(f"cannot write into {folder}; record into another folder")
 
 
 class Recorder:
-    """Records a session into a journal, and seals it into a file when it is closed.
+    """Recorder of a session into a journal, which is sealed into a file on close.
 
     Attributes:
-        path: The file it will be sealed into.
-        origin: As given, with the id that was drawn for this recording.
-        problem: What is wrong with the disk now, "" if nothing; each change is logged.
+        path: The file to write.
+        origin: Provenance, with the random id of this recording.
+        problem: The present problem of the disk, "" if there is none; each change is logged.
     """
 
     def __init__(
@@ -92,14 +88,13 @@ class Recorder:
 
         Args:
             path: The file to write; must not exist.
-            origin: Where the frames come from; a new id is drawn for each recording.
+            origin: Provenance of the frames; its id is replaced.
             state: `Pipeline.state()` before the first frame.
             create: Creates the journal's file.
 
         Raises:
             TakenError: The file exists.
-            RecordingError: Its folder cannot be written to, or no recording can have such an
-                origin or state.
+            RecordingError: Its folder is not writable, or the origin or state is not valid.
         """
         refuse_taken(path)
         self.path, self.problem = path, ""
@@ -130,8 +125,8 @@ class Recorder:
         """Append one frame, (rows, columns), with its labels; never waits for the disk.
 
         Raises:
-            RecordingError: The frame could not be read again: its shape, numbers, order or labels
-                are impossible. The frames before it are kept.
+            RecordingError: Shape, numbers, order or labels of the frame are not valid; the frames
+                before it are kept.
         """
         with self._lock:
             labels = (label, button, key, cue)
@@ -140,7 +135,7 @@ class Recorder:
                 self._journal.add_command(command)
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
-        """Append an event at a time, in any order; texts are cut after 1000 characters."""
+        """Append a mark, in any order; texts are cut after 1000 characters."""
         with self._lock:
             self._journal.add_mark(t_s, kind, text)
 
@@ -156,17 +151,14 @@ class Recorder:
 
     @property
     def full(self) -> bool:
-        """Whether to close this recorder and begin the next; there is room for as much again."""
+        """Whether to close this recorder and begin the next; half of its capacity is left."""
         return self._journal.full
 
     def close(self, least_s: float = 0.0) -> Path | None:
-        """Seal the session; return its file, or None if there was nothing or it was closed.
-
-        Args:
-            least_s: A shorter session is not kept.
+        """Seal the session; return its file, or None if it is shorter than `least_s` or closed.
 
         Raises:
-            RecordingError: The file cannot be written; the message says where the data is.
+            RecordingError: The file cannot be written; the message has the place of the data.
         """
         if self._closing.is_set():
             return None
@@ -190,11 +182,11 @@ class Recorder:
         return place
 
     def sync(self) -> None:
-        """Write what is new to the journal's file, and wait for the disk.
+        """Write new bytes to the journal's file, and wait for the disk.
 
         Raises:
-            OSError: The disk is full or fails; the next call writes the same bytes again, since
-                nothing is known of bytes written before a failed sync.
+            OSError: The disk is full or fails. The next call writes the same bytes again, since
+                bytes before a failed sync may be lost.
         """
         with self._lock:
             new = bytes(memoryview(self._journal.data)[self._synced :])
@@ -219,7 +211,7 @@ class Recorder:
         return self._file
 
     def _run(self) -> None:
-        """Sync until the recorder is closed, and then once more."""
+        """Sync until the recorder is closed, and a last time then."""
         wait_s = SYNC_S
         closing = False
         while not closing:
@@ -258,7 +250,7 @@ class Recorder:
     def _rescue(self, recording: Recording, error: Exception, answers: bool) -> str:
         """Seal a session into a temporary folder; return the sentence about it.
 
-        Its journal, if there is one, stays as well: a temporary folder may not last.
+        Its journal is kept, too, since the temporary folder may be deleted.
         """
         problem = str(error)
         if isinstance(error, OSError):

@@ -1,9 +1,8 @@
 """A recording: every frame of a session with its time, its labels and the recognised commands.
 
-It holds what a replay needs to give the same commands again: the frames as they were read, the
-bundle's hash, the engine, and the state of the pipeline before the first frame. Labels are kept by
-source: `label` is the truth as far as known, `button`, `key` and `cue` are what the label button,
-the keyboard and the cues gave at the time.
+It holds the data for an exact replay: the raw frames, the bundle's hash, the engine, and the state
+of the pipeline before the first frame. Labels are stored by source: `label` is the known truth,
+`button`, `key` and `cue` are the labels of the label button, the keyboard and the cues.
 """
 
 import dataclasses
@@ -26,9 +25,9 @@ READABLE: Final = (1, 2, SCHEMA)
 PICOFARAD: Final = "pF"
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
-RATE_TOLERANCE: Final = 0.02  # farther apart than this, a window is no longer the network's second
+RATE_TOLERANCE: Final = 0.02  # greatest relative difference between the rates of data and network
 
-MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: all labels at their longest, three times
+MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: three times that of the longest labels
 TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
 MAX_TEXT: Final = 1000  # characters of any name
 MAX_TAXELS: Final = 4096  # 64×64
@@ -36,32 +35,30 @@ MAX_LABELS: Final = 256
 
 
 class RecordingError(UserError, ValueError):
-    """The recording cannot be read, used or written; the message says why, in one sentence."""
+    """The recording cannot be read, used or written; the message is one sentence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a recording comes from.
+    """Provenance of a recording.
 
     Attributes:
         device_id: The sensor's serial number.
-        rows: Taxel rows.
-        columns: Taxel columns.
-        pitch_mm: Distance of two taxels.
-        rate_hz: Frames per second, as intended.
+        pitch_mm: Distance between adjacent taxels.
+        rate_hz: Nominal frames per second.
         labels: Names that the label columns index, "null" first.
-        bundle: Hash of the bundle that gave the commands.
+        bundle: Hash of the bundle that recognised the commands.
         engine: Inference engine that ran its networks.
         software: Version of this program.
-        user: ID of the person at the sensor; "" unknown.
+        user: ID of the user; "" unknown.
         session: ID of the session, unique for the user.
         protocol: Name of the task.
-        preset: Quality of a simulated orb.
-        seed: Of the simulation; None where nothing is simulated.
-        id: Random, so that copies are recognised; "" before form 3.
-        started: When its time was 0, UTC as ISO 8601; "" unknown.
-        hardware: Kind of sensor, for people.
-        unit: Of the frames; "pF" is capacitance, anything else is a sensor's own.
+        preset: Noise preset of a simulated orb.
+        seed: Of the simulation; None for a real sensor.
+        id: Random, to recognise copies; "" before form 3.
+        started: Time 0 of the recording, UTC as ISO 8601; "" unknown.
+        hardware: Kind of sensor, as text.
+        unit: Of the frames; "pF" is capacitance, anything else is specific to the sensor.
         schema: Version of the file's form.
     """
 
@@ -88,13 +85,7 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """An event at a time: a cue, a key, a pause, a lost sensor.
-
-    Attributes:
-        t_s: Seconds of the recording.
-        kind: One word.
-        text: Details.
-    """
+    """An event, such as a cue, a key, a pause or a lost sensor, with its time, kind and details."""
 
     t_s: float
     kind: str
@@ -121,19 +112,18 @@ class Recording:
     """A whole recording of n frames.
 
     Attributes:
-        origin: Where it comes from.
-        frames: As they were read, (n, rows, columns), in the origin's unit.
+        origin: Provenance.
+        frames: Raw frames, (n, rows, columns), in the origin's unit.
         t: End of each scan, monotonic seconds since the session began, (n,).
         sequence: Number of each frame; a missing number is a missed frame, (n,).
-        label: Truth as far as known: index into the labels, -1 unknown, (n,).
+        label: Known truth: index into the labels, -1 unknown, (n,).
         button: Label from the label button, -1 unknown, (n,).
         key: Label from the keyboard, -1 unknown, (n,).
-        cue: Label that the cue asked for, -1 unknown, (n,).
+        cue: Label of the cue, -1 unknown, (n,).
         excluded: Frames left out of training: paused, or dropped afterwards, (n,).
-        touch: The touch as recognised, grid units, NaN none, (n, 2).
-        rest: The untouched sensor as first found, (rows, columns); None if it never was.
-        marks: Events beside the frames, in order of time.
-        commands: Recognised commands.
+        touch: Recognised position of the touch, grid units, NaN none, (n, 2).
+        rest: First image of the untouched sensor, (rows, columns); None if it was never found.
+        marks: Events, in order of time.
         state: State of the pipeline before the first frame.
         truth: Ground truth of a simulation; None for a real sensor.
     """
@@ -156,7 +146,7 @@ class Recording:
 
     @property
     def rate_hz(self) -> float:
-        """Frames per second as measured: from the median interval, which missed frames keep."""
+        """Measured frames per second, from the median interval."""
         if len(self.t) < 2:
             return self.origin.rate_hz
         return 1.0 / float(np.median(np.diff(self.t)))
@@ -241,7 +231,7 @@ def _possible(origin: Provenance) -> bool:
     scales = (origin.pitch_mm, origin.rate_hz)
     return (
         all(isinstance(text, str) and len(text) <= MAX_TEXT for text in texts)
-        and all(text.isprintable() for text in texts)  # a terminal acts on what is not
+        and all(text.isprintable() for text in texts)  # no control sequences for terminals
         and all(type(size) is int and size > 0 for size in sizes)
         and origin.rows * origin.columns <= MAX_TAXELS
         and 0 < len(set(origin.labels)) == len(origin.labels) <= MAX_LABELS

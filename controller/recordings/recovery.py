@@ -1,7 +1,7 @@
-"""Recovery after a crash: a journal becomes the recording that it would have become.
+"""Recovery after a crash: seal a journal into its recording.
 
 Nothing is removed before its replacement is on the disk and was read again, so an interrupted
-recovery is simply repeated.
+recovery can be repeated.
 """
 
 import os
@@ -22,11 +22,11 @@ from controller.recordings.naming import DAMAGED, JOURNAL, SEALED
 from controller.recordings.recording import RecordingError
 from controller.recordings.writer import seal
 
-_BLOCK: Final = 4096  # bytes; a disk loses or keeps a block in one piece
+_BLOCK: Final = 4096  # bytes; disks lose or keep whole blocks
 
 
 class LockedError(RecordingError):
-    """The journal is being written, and will be sealed by the program that writes it."""
+    """Another program is recording into the journal, and will seal it."""
 
 
 @dataclass(frozen=True)
@@ -35,19 +35,18 @@ class Recovered:
 
     Attributes:
         path: The recording; None if the journal held no frame.
-        line: The outcome for people.
+        line: The outcome as text.
     """
 
     path: Path | None
     line: str
 
     def __str__(self) -> str:
-        """Return the line for people."""
         return self.line
 
 
 def leftovers(folder: Path) -> list[Path]:
-    """Return the journals in a folder, by name; some may still be written."""
+    """Return the journals in a folder, by name; some may be in use."""
     if not folder.is_dir():
         return []
     return sorted(
@@ -56,12 +55,11 @@ def leftovers(folder: Path) -> list[Path]:
 
 
 def recover(journal: Path) -> Recovered:
-    """Seal a journal, then remove it, or keep it aside if it was damaged.
+    """Seal a journal, then remove it, or rename it if it is damaged.
 
     Raises:
-        LockedError: It is being written.
-        RecordingError: It holds nothing that can be read, or the recording cannot be written; the
-            journal is kept as it is.
+        LockedError: Another program is recording into it.
+        RecordingError: It is not readable, or the recording cannot be written; it is kept.
     """
     if not journal.exists():
         raise RecordingError(f"there is no journal {journal}; name one, or a folder")
@@ -72,7 +70,7 @@ def recover(journal: Path) -> Recovered:
         raise
     except OSError as error:
         problem = f"cannot be recovered: {reason(error)}"
-        advice = "try again when that is mended"
+        advice = "try again when that is fixed"
     except RecordingError as error:
         problem, advice = str(error), "delete it if you do not need it"
     raise RecordingError(f"the journal {journal} {problem}; it is kept as it is, {advice}")
@@ -82,7 +80,7 @@ def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
     size = file.seek(0, os.SEEK_END)
     decoded = decode(_read(file, size))
     unread = size - decoded.whole_bytes
-    unread = unread if unread >= decoded.frame_bytes else 0  # else the crash tore a record
+    unread = unread if unread >= decoded.frame_bytes else 0  # less: an incomplete record
     path, line = None, f"{journal} held no frame"
     if (recording := decoded.recording) is not None:
         stem = journal.name.partition(JOURNAL)[0]
@@ -92,9 +90,9 @@ def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
         line = f"recovered {frames} ({seconds:.1f} s) into {path}"
     if unread:
         line += f"; its last {count(unread, 'byte')} follow a damaged record"
-    if not journal.name.endswith(JOURNAL):  # a name that was given by hand, and stays
+    if not journal.name.endswith(JOURNAL):  # another name, given by the user, is kept
         return Recovered(path, f"{line}; the journal is kept as {journal}")
-    if sys.platform == "win32":  # which moves and deletes no open file
+    if sys.platform == "win32":  # cannot move or delete an open file
         file.close()
     if unread:
         return Recovered(path, f"{line}; the journal is kept as {_set_aside(journal)}")
@@ -103,7 +101,7 @@ def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
 
 
 def _set_aside(journal: Path) -> Path:
-    """Give a damaged journal a name that no recovery looks for; return it."""
+    """Rename a damaged journal so that no recovery finds it; return the new path."""
     names = naming.alternatives(journal.with_name(journal.name + DAMAGED))
     place = next(name for name in names if not os.path.lexists(name))
     journal.rename(place)
@@ -129,19 +127,15 @@ def _locked(journal: Path) -> Iterator[IO[bytes]]:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether this is a plain file: no pipe, and no link."""
+    """Return whether this is a regular file, no link."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
-    except FileNotFoundError:  # sealed since its name was read
+    except FileNotFoundError:  # sealed since the folder was listed
         return False
 
 
 def _read(file: IO[bytes], size: int) -> bytes:
-    """Return the bytes of a journal up to the first block that the disk cannot read.
-
-    Raises:
-        RecordingError: It has more bytes than a journal may have.
-    """
+    """Return the bytes of a journal up to the first unreadable block."""
     if size > MAX_BYTES:
         raise RecordingError(f"has {size} bytes, more than the {MAX_BYTES} allowed")
     data = bytearray()

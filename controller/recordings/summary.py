@@ -1,4 +1,4 @@
-"""Summary and verdict of a recording as text, with small pictures of the sensor."""
+"""Summary and quality verdict of a recording as text, with small images of the sensor."""
 
 from collections import Counter
 from dataclasses import asdict
@@ -18,9 +18,9 @@ from controller.recordings.recording import PICOFARAD, Recording
 BLOCKS: Final = " ░▒▓█"  # from nothing to the greatest value
 ASCII: Final = " .:+#"
 _WIDTH: Final = 80  # columns of a terminal
-_TALL: Final = 16  # rows of a picture; larger grids are averaged
+_TALL: Final = 16  # rows of an image; larger grids are averaged
 _INDENT: Final = 2
-_APART: Final = 3  # columns between two pictures
+_APART: Final = 3  # columns between two images
 _LONGEST: Final = 24  # letters of a name
 
 Map = NDArray[np.floating]  # (rows, columns), one number a taxel, 0 and more
@@ -45,13 +45,7 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
 
 
 def lines(path: Path, recording: Recording, shades: str = BLOCKS) -> list[str]:
-    """Return the summary as lines, not wider than a terminal if its names are short.
-
-    Args:
-        path: The file.
-        recording: Its content.
-        shades: `BLOCKS` or `ASCII`.
-    """
+    """Return the summary as lines for a terminal; `shades` is `BLOCKS` or `ASCII`."""
     origin, response = recording.origin, respond(recording)
     rhythm, sources = timing.measure(recording), labels.summarise(recording, response)
     excluded = int(recording.excluded.sum())
@@ -132,7 +126,7 @@ def _lines(rows: dict[str, list[str]]) -> list[str]:
 
 
 def _labels(source: SourceLabels) -> list[str]:
-    """Return how often and how long each label was given, as lines."""
+    """Return the number and duration of each label, as lines."""
     times = [
         f"{label} {count(source.events[label], 'time')} ({seconds:.1f} s)"
         if label in source.events
@@ -146,7 +140,7 @@ def _labels(source: SourceLabels) -> list[str]:
 
 
 def _wrapped(name: str, parts: list[str]) -> list[str]:
-    """Return as many lines as the parts need; the name stands before the first."""
+    """Return the parts as wrapped lines, with the name before the first."""
     rows: list[str] = []
     for part in parts:
         if rows and len(rows[-1]) + len(part) + 16 <= _WIDTH:
@@ -190,7 +184,7 @@ def _pictures(
 
 
 def _abreast(blocks: list[list[str]]) -> list[str]:
-    """Return pictures side by side, as many as a terminal is wide."""
+    """Return images side by side, as many as fit a terminal."""
     width = max(len(line) for block in blocks for line in block)
     abreast = max(1, (_WIDTH - _INDENT + _APART) // (width + _APART))
     text: list[str] = []
@@ -205,7 +199,7 @@ def _abreast(blocks: list[list[str]]) -> list[str]:
 
 
 def _block(name: str, change: Map, unit: str, shades: str) -> list[str]:
-    """Return one picture: its name, a line for each row, two characters a taxel, and a caption."""
+    """Return one image: its name, a line for each row, two characters a taxel, and a caption."""
     top = float(change.max())
     below = f"{100 * top:.0f} %" if unit == PICOFARAD else f"{top:.3g} {unit}"
     small = _shrunk(change)
@@ -216,7 +210,7 @@ def _block(name: str, change: Map, unit: str, shades: str) -> list[str]:
 
 
 def _shrunk(values: Map) -> Map:
-    """Return a picture that fits, by averaging squares of taxels."""
+    """Return an image reduced to fit, by averaging squares of taxels."""
     rows, columns = values.shape
     factor = max(-(-rows // _TALL), -(-columns // ((_WIDTH - _INDENT - 2) // 2)))
     wide = np.full((-(-rows // factor) * factor, -(-columns // factor) * factor), np.nan)

@@ -1,4 +1,4 @@
-"""Write recordings to files: the same recording gives the same bytes, and no file is replaced."""
+"""Write recordings to files, deterministically and without replacing a file."""
 
 import os
 from collections.abc import Sequence
@@ -56,9 +56,9 @@ def tables(marks: Sequence[Mark], commands: Sequence[CommandRecord]) -> npz.Arra
 
 
 def seal(path: Path, recording: Recording) -> Path:
-    """Write a recording, unless it has been; return its file: `path`, or the next free name.
+    """Write a recording, unless it exists already; return its file: `path`, or the next free name.
 
-    The file is whole, on the disk, and was read again before this returns.
+    The file is complete, on the disk, and was read again when this returns.
 
     Raises:
         RecordingError: The written file cannot be read again.
@@ -68,7 +68,7 @@ def seal(path: Path, recording: Recording) -> Path:
     for place in naming.alternatives(path):
         if not os.path.lexists(place):
             if place != path and os.path.lexists(naming.journal_of(place)):
-                continue  # that name is being recorded
+                continue  # in use by a recorder
             try:
                 write_beside(place, data)
             except FileExistsError:
@@ -82,17 +82,12 @@ def seal(path: Path, recording: Recording) -> Path:
 
 
 def write_beside(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all, and never over another.
-
-    Raises:
-        FileExistsError: The name is taken.
-        OSError: It cannot be written.
-    """
+    """Write a new file atomically; FileExistsError if the name is taken."""
     atomic_write(path, data, replace=False, folders=False)
 
 
 def _holds(path: Path, recording: Recording) -> bool:
-    """Return whether a file holds this recording, or one of the same id with more frames."""
+    """Return whether a file holds this recording, or a longer one with the same id."""
     try:
         if reader.survey(path).origin.id != recording.origin.id:
             return False

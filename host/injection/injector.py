@@ -1,8 +1,8 @@
-"""The sender's side of the watchdog: strokes and heartbeats out, acknowledgements back in.
+"""Sender of the watchdog process: writes strokes and heartbeats, and reads acknowledgements.
 
-A key counts as down from the moment before its press is written until the watchdog has answered a
-heartbeat that was written after its release. What counts as down when the watchdog is lost is
-released through a second handle to the back end, here in the sender.
+A key counts as down from just before its press is written until the watchdog has acknowledged a
+heartbeat written after its release. If the watchdog is lost, keys that count as down are released
+by this process through a second handle to the back end.
 """
 
 import contextlib
@@ -20,8 +20,8 @@ from controller.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError, ends_with_process, open_backend
 from host.injection.watchdog import HANG_MS, now_ms
 
-BEAT_MS: Final = 50  # a hang shows after 300
-MUTE_MS: Final = 800  # a watchdog that does not answer for so long has hung
+BEAT_MS: Final = 50  # between two heartbeats
+MUTE_MS: Final = 800  # without an answer for longer, the watchdog has hung
 START_S: Final = 10.0
 END_S: Final = 0.5
 _BY_HAND: Final = "press it once on your own keyboard"
@@ -29,7 +29,7 @@ _GUARD: Final = (sys.executable, "-m", "host.injection.watchdog")
 
 
 class Sender(ABC):
-    """What makes strokes."""
+    """A sink of strokes."""
 
     @abstractmethod
     def start(self) -> str:
@@ -41,21 +41,21 @@ class Sender(ABC):
 
     @abstractmethod
     def send(self, strokes: Iterable[Stroke]) -> None:
-        """Make strokes, in order."""
+        """Execute strokes, in order."""
 
     def check(self) -> str:
-        """Send a heartbeat; return how and why all presses ended, "" if they did not."""
+        """Send a heartbeat; return a sentence if all presses have ended, else ""."""
         return ""
 
     def close(self) -> None:  # noqa: B027
-        """Release everything, for good."""
+        """Release all keys, and end."""
 
 
 class Injector(Sender):
-    """A watchdog process that presses keys for us.
+    """A watchdog process that presses keys.
 
     Attributes:
-        process: The present one; None while there is none.
+        process: The process; None if none is running.
     """
 
     def __init__(
@@ -67,13 +67,13 @@ class Injector(Sender):
         command: Sequence[str] = _GUARD,
         clock: Callable[[], int] = now_ms,
     ) -> None:
-        """Prepare; `start` begins.
+        """Prepare the command line for `start`.
 
         Args:
             backend: Its name, or "auto".
-            kind: What is to be pressed.
-            keys: What can be pressed; the watchdog refuses everything else.
-            command: What to start.
+            kind: Keyboard or gamepad.
+            keys: Keys that the watchdog may press.
+            command: The watchdog's program.
             clock: Milliseconds of the machine's monotonic clock.
         """
         self.process: subprocess.Popen[bytes] | None = None
@@ -81,19 +81,19 @@ class Injector(Sender):
         self._command = [*command, "--backend", backend, "--kind", kind, "--", *sorted(keys)]
         self._clock = clock
         self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        # What may be down: when its release was written, milliseconds; None: it was not.
+        # Keys that may be down, and the time of their release, milliseconds; None: not released.
         self._down: dict[str, int | None] = {}
         self._name = ""  # of the back end
-        self._spare: Backend | None = None  # releases what a lost watchdog may have left down
-        self._beat_ms = 0  # when the last heartbeat was sent
-        self._asked_ms: int | None = None  # when the first one without an answer was sent
+        self._spare: Backend | None = None  # releases keys that a lost watchdog may have left down
+        self._beat_ms = 0  # time of the last heartbeat
+        self._pending_ms: int | None = None  # time of the first heartbeat without an answer
         self._trouble = ""
 
     def start(self) -> str:
         """Start the watchdog if there is none; return its back end, "" if there is one."""
         if self.process is not None:
             return ""
-        self._lift()
+        self._release_spare()
         if self._down:
             raise BackendError(f"{', '.join(self._down)} may still be down; {_BY_HAND}")
         self._answers = queue.SimpleQueue()
@@ -102,7 +102,7 @@ class Injector(Sender):
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
-            # What the terminal or the console sends to this process must not reach the watchdog.
+            # Signals of the terminal or the console to this process must not reach the watchdog.
             start_new_session=True,
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
@@ -126,16 +126,16 @@ class Injector(Sender):
             self.close()
             raise
         self._trouble = ""
-        self._beat_ms, self._asked_ms = self._clock(), None
+        self._beat_ms, self._pending_ms = self._clock(), None
         return rest
 
     def send(self, strokes: Iterable[Stroke]) -> None:
-        """Make strokes, in order; without a watchdog they are dropped."""
+        """Execute strokes, in order; without a watchdog they are dropped."""
         for stroke in strokes:
             if self.process is None:
                 return
             now = self._clock()
-            # A signal may raise between any two lines, and must leave no key out of `_down`.
+            # A signal handler may raise between any two lines; `_down` must stay complete.
             if stroke.down:
                 self._down[stroke.key] = None
                 self._write(f"d {now} {stroke.key}")
@@ -145,30 +145,30 @@ class Injector(Sender):
                     self._down[stroke.key] = now
 
     def check(self) -> str:
-        """Send a heartbeat; return how and why all presses ended, "" if they did not."""
-        self._listen()
+        """Send a heartbeat; return a sentence if all presses have ended, else ""."""
+        self._read_answers()
         now = self._clock()
-        if self._asked_ms is not None and now - self._beat_ms >= HANG_MS:
-            self._asked_ms = now  # this process stood still, and may not have read the answers
-        if self._asked_ms is not None and now - self._asked_ms >= MUTE_MS:
+        if self._pending_ms is not None and now - self._beat_ms >= HANG_MS:
+            self._pending_ms = now  # this process was suspended, and may not have read the answers
+        if self._pending_ms is not None and now - self._pending_ms >= MUTE_MS:
             self._lose("the watchdog has hung")
         if now - self._beat_ms >= BEAT_MS:
             self._beat_ms = now
             if self.process is None:
-                self._lift()  # what failed before
+                self._release_spare()  # retries failed releases
             else:
-                self._asked_ms = now if self._asked_ms is None else self._asked_ms
+                self._pending_ms = now if self._pending_ms is None else self._pending_ms
                 self._write(f"b {now}")
         trouble, self._trouble = self._trouble, ""
         return trouble
 
     def close(self) -> None:
-        """End the watchdog, which releases everything; release here what it did not."""
+        """End the watchdog, which releases all keys; release remaining ones here."""
         process = self.process
         if process is not None:
             assert process.stdin is not None
             with contextlib.suppress(OSError):
-                process.stdin.close()  # its sign to release everything, and end
+                process.stdin.close()  # makes the watchdog release all keys and end
             try:
                 process.wait(timeout=END_S)
             except subprocess.TimeoutExpired:
@@ -176,40 +176,40 @@ class Injector(Sender):
                 process.wait()
             if process.returncode == 0:
                 self._down.clear()
-        self._lift()
+        self._release_spare()
         self.process = None
         if self._down:
             self._note("the program ends")
 
-    def _listen(self) -> None:
-        """Take the watchdog's answers."""
+    def _read_answers(self) -> None:
+        """Process the watchdog's answers."""
         while self.process is not None:
             try:
                 answer = self._answers.get_nowait()
             except queue.Empty:
                 return
-            self._asked_ms = None
+            self._pending_ms = None
             word, _, rest = (answer or "").partition(" ")
             if answer is None:
                 self._lose("the watchdog has died")
             elif word == "failed":
                 self._lose(rest)
             elif word == "released":
-                self._down.clear()  # and any press that is still in the pipe will be refused
+                self._down.clear()  # the watchdog refuses presses that are still in the pipe
                 self._write(f"c {self._clock()}")
                 self._note(rest)
             elif word == "b" and rest.isdecimal():
                 self._acknowledge(int(rest))
 
     def _acknowledge(self, beat_ms: int) -> None:
-        """Forget the keys that were released before a heartbeat which has been answered."""
+        """Remove the keys that were released before an acknowledged heartbeat."""
         self._down = {
             key: up_ms for key, up_ms in self._down.items() if up_ms is None or up_ms >= beat_ms
         }
 
     def _write(self, line: str) -> None:
         stdin = None if self.process is None else self.process.stdin
-        if stdin is None or stdin.closed:  # closed: a signal raised while it was being lost
+        if stdin is None or stdin.closed:  # closed: a signal interrupted `_lose`
             return
         try:
             if not stdin.write(f"{line}\n".encode()):
@@ -217,10 +217,10 @@ class Injector(Sender):
         except OSError:
             self._lose("the watchdog has died")
 
-    def _lose(self, why: str) -> None:
-        """End the watchdog, and release what it may have left down.
+    def _lose(self, reason: str) -> None:
+        """End the watchdog, and release keys that it may have left down.
 
-        `process` stays until this is done: if a signal raises in here, `close` repeats it.
+        `process` is kept until this is done, so that `close` repeats it after a signal.
         """
         process = self.process
         if process is None:
@@ -230,22 +230,22 @@ class Injector(Sender):
         assert process.stdin is not None
         with contextlib.suppress(OSError):
             process.stdin.close()
-        self._lift()
-        self._asked_ms, self.process = None, None
-        self._note(why)
+        self._release_spare()
+        self._pending_ms, self.process = None, None
+        self._note(reason)
 
-    def _lift(self) -> None:
-        """Release through the second handle what may be down, once there is no watchdog."""
+    def _release_spare(self) -> None:
+        """Release keys that may be down through the second handle, without a watchdog."""
         if self._spare is None:
-            self._down.clear()  # the system released it with the process
+            self._down.clear()  # the system released them with the process
         if self._down:
-            # On a thread: a signal that raised in the middle of a call would spoil the handle.
-            thread = threading.Thread(target=self._release, args=(self._spare,), name="lift")
+            # On a thread, so that a signal cannot interrupt a call and corrupt the handle.
+            thread = threading.Thread(target=self._release, args=(self._spare,), name="release")
             thread.start()
             thread.join()
 
     def _release(self, spare: Backend) -> None:
-        """Release what may be down; what fails stays in `_down`, to be tried again."""
+        """Release keys that may be down; those that fail stay in `_down` for another attempt."""
         left: list[str] = []
         for key in reversed(list(self._down)):
             try:
@@ -258,22 +258,22 @@ class Injector(Sender):
                 self._open_spare()  # this one may be broken
 
     def _open_spare(self) -> None:
-        """Open the second handle, if keys outlive the process that pressed them.
+        """Open the second handle, if keys stay down after the end of the watchdog's process.
 
-        It is opened with each watchdog, because a back end may keep the layout of that moment.
+        It is opened with each watchdog, since a back end may cache the keyboard layout.
         """
         ends = ends_with_process(self._name)
         self._spare = None if ends else open_backend(self._name, self._kind)[1]
 
-    def _note(self, why: str) -> None:
-        """Keep what `check` will return."""
+    def _note(self, reason: str) -> None:
+        """Store the sentence for `check`."""
         left = ", ".join(self._down)
         up = f"with {left} perhaps down, {_BY_HAND}" if left else "with every key up"
-        self._trouble = self._trouble or f"{up}: {why}"
+        self._trouble = self._trouble or f"{up}: {reason}"
 
 
 def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
-    """Hand over the watchdog's lines, and None at their end."""
+    """Queue the watchdog's lines, and None at their end."""
     with output:
         for line in output:
             answers.put(line.decode(errors="replace").strip())
@@ -281,10 +281,9 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
 
 
 class DryRunInjector(Sender):
-    """Prints what would be pressed, for --dry-run."""
+    """Printer of strokes, for --dry-run."""
 
     def __init__(self, print_line: Callable[[str], None]) -> None:
-        """Take what prints a line."""
         self._print_line = print_line
         self._name = "dry run"
 

@@ -1,16 +1,15 @@
-"""The watchdog: a process that holds the keys, and lifts them when its sender hangs or dies.
+"""Watchdog process: holds the keys, and releases them when its sender hangs or dies.
 
-`host` starts it and writes to its standard input, one line each; times are milliseconds of the
-machine's monotonic clock, the same for both processes.
+`host` starts it and writes commands to its standard input, one per line; times are milliseconds of
+the machine's monotonic clock, the same for both processes.
 
-    d TIME KEY   put a key down          b TIME   the sender is alive
-    u TIME KEY   lift a key              c TIME   the sender knows that all was lifted
+    d TIME KEY   press a key             b TIME   heartbeat of the sender
+    u TIME KEY   release a key           c TIME   acknowledgement of `released`
 
 It answers with `ready BACKEND` or `failed SENTENCE` at first, then `b TIME` to every b, which
-acknowledges all lines before it, and `released SENTENCE` when it has lifted everything by itself;
-after that it presses nothing until c. At the end of its input, or on SIGINT, SIGTERM or SIGHUP,
-it lifts everything and ends with status 0. Nothing but the keys that it was given at its start is
-pressed.
+acknowledges all lines before it, and `released SENTENCE` when it has released all keys by itself;
+after that it refuses presses until c. At the end of its input, or on SIGINT, SIGTERM or SIGHUP, it
+releases all keys and ends with status 0. It presses only the keys in its command line.
 """
 
 import argparse
@@ -26,51 +25,51 @@ from typing import Final, cast
 from controller.keymap.keymap import Kind
 from host.injection.backends import AUTO, NAMES, Backend, BackendError, open_backend
 
-HANG_MS: Final = 300  # without a word from the sender
+HANG_MS: Final = 300  # without a line from the sender
 _ENDS: Final = ("SIGINT", "SIGTERM", "SIGHUP")
 _CHUNK: Final = 4096
 _IDLE_S: Final = 60.0
 
 
 class Watchdog:
-    """State of pressed keys, and of the sender's heartbeat. Time comes in.
+    """State of pressed keys, and of the sender's heartbeat, with explicit time.
 
     Attributes:
-        down: The keys, in the order in which they went down.
-        refused: How many presses came too late, or for keys that were not named at the start.
+        down: Pressed keys, in the order of their presses.
+        refused: Number of presses that were late, or of other keys.
     """
 
     def __init__(self, backend: Backend, keys: Collection[str], now_ms: int) -> None:
-        """Watch over a back end that may press these keys and no other."""
+        """Prepare a back end that may press only these keys."""
         self.down: list[str] = []
         self.refused = 0
         self._backend, self._keys = backend, frozenset(keys)
         self._heard_ms = now_ms
-        self._waiting = False  # for the sender to learn that everything was lifted
+        self._waiting = False  # for the acknowledgement of `released`
 
     def line(self, line: str, now_ms: int) -> str:
-        """Take one line of the sender; return the answer, "" if there is none."""
-        answer = self.tick(now_ms)  # what comes too late cannot undo that it was late
-        what, _, rest = line.partition(" ")
+        """Process one line of the sender; return the answer, "" if there is none."""
+        answer = self.tick(now_ms)  # first: a late line is no heartbeat
+        command, _, rest = line.partition(" ")
         time_ms, _, key = rest.partition(" ")
-        if what not in ("b", "c", "d", "u") or not time_ms.isdecimal():
+        if command not in ("b", "c", "d", "u") or not time_ms.isdecimal():
             return answer
         sent_ms = min(int(time_ms), now_ms)
         self._heard_ms = max(self._heard_ms, sent_ms)
-        if what == "c":
+        if command == "c":
             self._waiting = False
-        elif what == "u":
-            self._lift(key)
-        elif what == "d":
+        elif command == "u":
+            self._release(key)
+        elif command == "d":
             if self._waiting or key not in self._keys or now_ms - sent_ms >= HANG_MS:
                 self.refused += 1
             elif key not in self.down:
-                self.down.append(key)  # first: a press that fails half-way is lifted, too
+                self.down.append(key)  # first: a press that fails half-way is released, too
                 self._backend.press(key)
-        return answer or (f"b {time_ms}" if what == "b" else "")
+        return answer or (f"b {time_ms}" if command == "b" else "")
 
     def tick(self, now_ms: int) -> str:
-        """Lift everything if the sender has hung while a key was down; return what to answer."""
+        """Release all keys if the sender has hung; return the answer, "" if there is none."""
         if not self.down or now_ms - self._heard_ms < HANG_MS:
             return ""
         self.release()
@@ -78,23 +77,23 @@ class Watchdog:
         return f"released the program hung for {HANG_MS} ms"
 
     def wait_s(self, now_ms: int) -> float:
-        """Return how long `tick` can wait, if no line comes."""
+        """Return the time until the next `tick` without a line."""
         if not self.down:
             return _IDLE_S
         return max(self._heard_ms + HANG_MS - now_ms, 0) / 1000
 
     def release(self) -> None:
-        """Lift everything, the latest first, whatever fails on the way; what failed stays down."""
+        """Release all keys, the latest first; keys whose release fails stay in `down`."""
         failure: OSError | None = None
         for key in reversed(list(self.down)):
             try:
-                self._lift(key)
+                self._release(key)
             except OSError as error:
                 failure = error
         if failure is not None:
             raise failure
 
-    def _lift(self, key: str) -> None:
+    def _release(self, key: str) -> None:
         if key in self.down:
             self._backend.release(key)
             self.down.remove(key)
@@ -107,16 +106,16 @@ def serve(
     answer: Callable[[str], None],
     clock: Callable[[], int],
 ) -> None:
-    """Watch until the input ends or a signal arrives, then lift everything.
+    """Run the watchdog until the input ends or a signal arrives, then release all keys.
 
-    A signal raises nothing, so it cannot end a press or release half-way.
+    Signal handlers raise no exception, so they cannot interrupt a press or release.
 
     Args:
-        backend: What presses.
-        keys: What it may press.
+        backend: The back end.
+        keys: Keys that it may press.
         read: Returns bytes of the input, b"" at its end; called on a thread.
-        answer: Takes one line.
-        clock: Milliseconds, the sender's clock.
+        answer: Called with each line of output.
+        clock: The sender's clock, milliseconds.
     """
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     for name in _ENDS:
@@ -153,7 +152,7 @@ def _read(read: Callable[[], bytes], lines: "queue.SimpleQueue[str | None]") -> 
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Hold the keys for a `host`; not meant to be started by hand."""
+    """Hold the keys for `host`, which starts this process."""
     parser = argparse.ArgumentParser(
         prog="python -m host.injection.watchdog", description=main.__doc__
     )
@@ -170,7 +169,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         serve(backend, options.keys, lambda: os.read(0, _CHUNK), _answer, now_ms)
     except BrokenPipeError:
-        return 0  # the sender has gone, and everything was lifted
+        return 0  # the sender has ended, and all keys were released
     except OSError as error:
         _answer(f"failed {error}")
         return 1
@@ -189,4 +188,4 @@ def _answer(line: str) -> None:
 if __name__ == "__main__":
     status = main()
     sys.stdout.flush()
-    os._exit(status)  # a thread may still be reading, and must not hold us
+    os._exit(status)  # does not wait for the reading thread

@@ -1,8 +1,8 @@
 """Taps: streams for other programs, one module each, found by name.
 
-`--tap NAME` or `--tap NAME://WHERE` opens one. A tap gets what the program received, on a thread of
-its own behind a bounded queue: what it cannot take in time is dropped and counted, and the program
-never waits for it.
+`--tap NAME` or `--tap NAME://ADDRESS` opens one. A tap gets the received events on its own thread
+behind a bounded queue: events beyond the queue are dropped and counted, and the program never
+waits for it.
 """
 
 from __future__ import annotations
@@ -26,34 +26,34 @@ def names() -> tuple[str, ...]:
 
 
 def open_tap(words: str) -> Tap:
-    """Open a tap: `create(where)` of the module that is named before "://".
+    """Open a tap: `create(address)` of the module that is named before "://".
 
     Raises:
-        TapError: There is no such module, or no such place.
-        TapUnavailableError: It does not work here.
+        TapError: The module or the address is unknown.
+        TapUnavailableError: It does not work on this machine.
     """
-    name, _, where = words.partition("://")
+    name, _, address = words.partition("://")
     if name not in names():
         raise TapError(f"there is no tap {name!r}; there are: {', '.join(names())} (docs/taps.md)")
-    return cast(Tap, importlib.import_module(f"{__name__}.{name}").create(where))
+    return cast(Tap, importlib.import_module(f"{__name__}.{name}").create(address))
 
 
 def open_taps(
-    wishes: Iterable[str], stack: ExitStack, warn: Callable[[str], None]
+    values: Iterable[str], stack: ExitStack, warn: Callable[[str], None]
 ) -> list[TapThread]:
-    """Open taps, each behind a thread of its own; the stack closes them.
+    """Open taps, each on its own thread; the stack closes them.
 
     Args:
-        wishes: As the user wrote them.
-        stack: What ends them.
-        warn: Takes a sentence for each that lost something.
+        values: Values of `--tap`.
+        stack: Closes the taps.
+        warn: Called with a sentence for each tap that failed or dropped events.
 
     Raises:
-        TapError: There is no such tap, or no such place.
-        TapUnavailableError: One of them does not work here.
+        TapError: A tap or its address is unknown.
+        TapUnavailableError: A tap does not work on this machine.
     """
     threads = []
-    for words in dict.fromkeys(wishes):
+    for words in dict.fromkeys(values):
         threads.append(TapThread(words, open_tap(words)))
         stack.callback(_end, threads[-1], warn)
     return threads

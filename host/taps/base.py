@@ -1,4 +1,4 @@
-"""Base class of taps, and the thread that feeds one."""
+"""Base class of taps, and their threads."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Command, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 
-WAITING: Final = 256  # events that may wait for a tap, two seconds at 100 Hz
-END_S: Final = 1.0  # for what waits when the program ends
+WAITING: Final = 256  # limit of queued events, two seconds at 100 Hz
+END_S: Final = 1.0  # for queued events when the program ends
 
 log = logging.getLogger(__name__)
 
 
 class TapError(UserError, ValueError):
-    """There is no such tap, or no such place for it."""
+    """The tap or its address is unknown."""
 
 
 class TapUnavailableError(TroubleError, OSError):
@@ -36,25 +36,25 @@ class Tap(ABC):
 
     @abstractmethod
     def connected(self, welcome: Welcome) -> None:
-        """A device has connected, or has come back."""
+        """Handle a device that has connected or reconnected."""
 
     @abstractmethod
     def telemetry(self, message: Telemetry, t_ms: int) -> None:
-        """A frame: its image, and the probabilities."""
+        """Handle a frame: its image, and the probabilities."""
 
     @abstractmethod
     def gesture(self, label: str, t_ms: int) -> None:
-        """The gesture that is held has changed; "" when there is none."""
+        """Handle a change of the held gesture; "" is none."""
 
     @abstractmethod
     def command(self, message: Command, t_ms: int) -> None:
-        """A command of the player."""
+        """Handle a command."""
 
     def missed(self, count: int) -> None:  # noqa: B027
-        """So many commands of the player never arrived in time."""
+        """Handle a number of commands that did not arrive in time."""
 
     def link(self, state: str) -> None:  # noqa: B027
-        """The link has become "live", "stale" or "lost"."""
+        """Handle a change of the link to "live", "stale" or "lost"."""
 
     @abstractmethod
     def close(self) -> None:
@@ -65,13 +65,13 @@ class TapThread:
     """The thread of one tap, behind a queue of bounded size.
 
     Attributes:
-        name: As the user wrote it.
-        dropped: Events that the tap did not get, because it was too slow.
-        failure: Why it stopped, "" while it works.
+        name: Value of `--tap`.
+        dropped: Number of events dropped because the tap was too slow.
+        failure: Reason that it stopped, "" while it works.
     """
 
     def __init__(self, name: str, tap: Tap, waiting: int = WAITING) -> None:
-        """Begin to feed a tap, which is closed with the thread."""
+        """Start the thread, which closes the tap at its end."""
         self.name = name
         self.dropped = 0
         self.failure = ""
@@ -84,7 +84,7 @@ class TapThread:
         self._thread.start()
 
     def hear(self, received: Iterable[Received]) -> None:
-        """Take what the program received; what finds no room is dropped and counted."""
+        """Queue received events; those beyond the queue's size are dropped and counted."""
         for event in received:
             try:
                 self._queue.put_nowait(event)
@@ -92,7 +92,7 @@ class TapThread:
                 self.dropped += 1
 
     def close(self) -> None:
-        """Feed the tap what still waits, for a second, and end."""
+        """Process the queued events for at most a second, and end."""
         try:
             self._queue.put(None, timeout=END_S)
         except queue.Full:
@@ -103,9 +103,8 @@ class TapThread:
         try:
             while not self._closing.is_set() and (event := self._queue.get()) is not None:
                 self._feed(event)
-        except Exception as error:  # of a library that we do not know; the game goes on
+        except Exception as error:  # of any library; the program continues
             self.failure = " ".join(str(error).split()) or type(error).__name__
-            # The traceback is for the library's maintainers, or for us.
             log.exception("tap %s has stopped", self.name)
             while self._queue.get() is not None:
                 self.dropped += 1

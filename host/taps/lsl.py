@@ -1,4 +1,4 @@
-"""Lab Streaming Layer: four outlets a device, which LabRecorder and every inlet understand.
+"""Lab Streaming Layer tap: four outlets for each device.
 
 Needs pylsl, whose wheels bring the library liblsl for common systems. Source of the fields in the
 descriptions: LSL's metadata conventions (github.com/sccn/xdf, wiki "Meta-Data").
@@ -17,7 +17,7 @@ from controller.protocol.messages import Command, Telemetry, Welcome
 from host.taps.base import Tap, TapError, TapUnavailableError
 
 NETWORK: Final = "network"
-BUFFER_S: Final = 30  # of an inlet that does not read; pylsl's own 360 s cost more memory
+BUFFER_S: Final = 30  # for a slow inlet; pylsl's default of 360 s needs more memory
 NONE: Final = "none"  # the marker when no gesture is held: LSL has no empty strings
 _QUIET: Final = "[log]\nlevel = -2\n"  # errors only: liblsl would print every network card
 _MACHINE: Final = (
@@ -31,18 +31,18 @@ class LslTap(Tap):
     """The outlets of one device; another device, or another shape, gets new ones.
 
     Frames and probabilities have the device's rate, markers none. A sample's time is that of the
-    device, carried into LSL's clock by the fastest message of the session.
+    device, converted to LSL's clock by the fastest message of the session.
     """
 
     def __init__(self, lsl: Any) -> None:
-        """Take the module pylsl."""
+        """Prepare without outlets; `lsl` is the module pylsl."""
         self._lsl = lsl
         self._outlets: dict[str, Any] = {}
         self._welcome: Welcome | None = None
         self._offset_s = float("inf")  # from the device's clock to LSL's
 
     def connected(self, welcome: Welcome) -> None:
-        """Make the outlets, or keep those of the same device: inlets then go on by themselves."""
+        """Make the outlets, or keep those of the same device, so that inlets continue."""
         self._offset_s = float("inf")
         before, self._welcome = self._welcome, welcome
         if before is not None and _described(before) == _described(welcome):
@@ -72,7 +72,7 @@ class LslTap(Tap):
         self._push("commands", [message.name, message.label], t_ms)
 
     def close(self) -> None:
-        """Take the outlets from the network."""
+        """Remove the outlets from the network."""
         self._outlets.clear()
 
     def _make(
@@ -95,7 +95,7 @@ class LslTap(Tap):
 
     def _push(self, name: str, sample: list[Any], t_ms: int) -> None:
         outlet = self._outlets[name]
-        if len(sample) == outlet.channel_count:  # a device may lie about its shape
+        if len(sample) == outlet.channel_count:  # a device may send another shape
             outlet.push_sample(sample, self._time_s(t_ms))
 
     def _time_s(self, t_ms: int) -> float:
@@ -105,7 +105,7 @@ class LslTap(Tap):
 
 
 def _described(welcome: Welcome) -> dict[str, str]:
-    """Return the description of the device; another one makes another stream."""
+    """Return the description of the device; a changed one requires new outlets."""
     return {
         "id": welcome.device_id,
         "name": welcome.name,
@@ -122,9 +122,9 @@ def _described(welcome: Welcome) -> dict[str, str]:
 def create(where: str) -> LslTap:
     """Load liblsl; its streams are announced on this machine only, or on the network.
 
-    liblsl has no option to take connections from this machine only: another machine that knows the
-    port can read a stream. A configuration file of the user's own, in LSLAPICFG or where LSL looks
-    for one, counts in place of ours.
+    liblsl has no option to accept connections from this machine only: another machine that knows
+    the port can read a stream. The user's configuration file, in LSLAPICFG or a standard place of
+    LSL, has precedence.
 
     Raises:
         TapError: `where` is not understood.

@@ -1,4 +1,4 @@
-"""Open Sound Control: one UDP message an event, for Max, Pure Data, TouchDesigner and the like."""
+"""Open Sound Control tap: one UDP message for each event."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class OscTap(Tap):
     def __init__(
         self, client: SimpleUDPClient, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Take what sends, and a clock in seconds."""
+        """Prepare with an OSC client, and a clock in seconds."""
         self._client, self._clock = client, clock
         self._welcome: Welcome | None = None
         self._described_s = -DESCRIBE_S
@@ -49,16 +49,16 @@ class OscTap(Tap):
         self._send("gesture", label, t_ms / 1000)
 
     def command(self, message: Command, t_ms: int) -> None:
-        """Send a command; the place is left out where the device knows none."""
+        """Send a command, with its position if it has one."""
         place = message.touch or ()
         self._send("command", message.name, message.label, t_ms / 1000, message.probability, *place)
 
     def missed(self, count: int) -> None:
-        """Send how many commands were lost."""
+        """Send the number of lost commands."""
         self._send("missed", count)
 
     def link(self, state: str) -> None:
-        """Send how the link is."""
+        """Send the state of the link."""
         self._send("link", state)
 
     def close(self) -> None:
@@ -100,7 +100,7 @@ def create(where: str) -> OscTap:
     except ModuleNotFoundError:
         raise TapUnavailableError(f"--tap osc needs python-osc; {how_to_install('osc')}") from None
     try:
-        # A number, since the client would resolve a name for every message.
+        # The numeric address, since the client would resolve a name for every message.
         address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0][4][0]
     except OSError as error:
         raise TapUnavailableError(

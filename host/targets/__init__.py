@@ -1,4 +1,4 @@
-"""Targets that commands drive: one module each, found by name."""
+"""Targets of commands: one module each, found by name."""
 
 import importlib
 import pkgutil
@@ -12,7 +12,7 @@ _SHARED = ("base", "keys")  # modules that are no target
 
 
 def names() -> tuple[str, ...]:
-    """Return the targets there are."""
+    """Return the names of all targets."""
     found = [module.name for module in pkgutil.iter_modules(__path__)]
     return tuple(sorted(set(found).difference(_SHARED)))
 

@@ -1,4 +1,4 @@
-"""Base class of targets: the orb's state, and the player's fingers on a virtual orb."""
+"""Base class of targets: the orb's state, and contacts on a virtual orb."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -21,14 +21,14 @@ _BUTTONS = (1, _RIGHT_BUTTON)
 
 @dataclass(frozen=True, slots=True)
 class TargetOptions:
-    """Options of targets; each takes those that it needs.
+    """Options of all targets.
 
     Attributes:
-        seed: Which game.
-        mapping: The file of keys for commands; the target's own if None.
-        backend: What presses keys; "auto": the best there is.
-        dry_run: Print what would be pressed.
-        profile: The mapping's profile to begin with; "": its first.
+        seed: Seed of the game.
+        mapping: File of the key mapping; None: the target's own.
+        backend: Back end of key injection; "auto": the best available.
+        dry_run: Print strokes instead of pressing keys.
+        profile: The mapping's initial profile; "": its first.
     """
 
     seed: int = 0
@@ -43,12 +43,12 @@ class TargetError(UserError, ValueError):
 
 
 class Target(ABC):
-    """What commands drive. All times are seconds of one clock that never turns back.
+    """A program driven by commands. All times are seconds of one monotonic clock.
 
     Attributes:
-        size: Its window's first size, pixels.
+        size: Initial size of its window, pixels.
         orb: State of the orb, updated by `tick`.
-        touch: The player's fingers on a virtual orb.
+        touch: Contacts on a virtual orb.
     """
 
     size: tuple[int, int]
@@ -57,23 +57,23 @@ class Target(ABC):
         """Begin without an orb."""
         self.orb = OrbState()
         self.touch = PointerInput()
-        self._button = 0  # of the mouse, that is down on the dome
+        self._button = 0  # mouse button held on the dome
 
     @abstractmethod
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> object:
-        """Let time pass and take what came over the link, oldest first."""
+        """Advance to the present time and process received events, oldest first."""
 
     @abstractmethod
     def handle(self, event: pygame.event.Event, now_s: float) -> None:
-        """Take one event of the window: a key, the mouse, a finger, the focus."""
+        """Process an event of the window: a key, the mouse, a finger, the focus."""
 
     @abstractmethod
     def draw(self, surface: pygame.Surface) -> None:
-        """Draw everything as it was at the last tick."""
+        """Draw the state of the last tick."""
 
     @property
     def profile(self) -> str:
-        """The profile of the key mapping in force; "" without a mapping."""
+        """The active profile of the key mapping; "" without a mapping."""
         return ""
 
     def outgoing(self, now_s: float) -> list[Message]:
@@ -83,20 +83,20 @@ class Target(ABC):
         return [contacts] if contacts else []
 
     def paced(self, hops: EndToEndLatency) -> None:  # noqa: B027
-        """Take how long frames take, after each picture."""
+        """Show the latency of frames; called after each picture."""
 
     def close(self) -> None:  # noqa: B027
-        """Release what is held outside the window; called once, however the program ends."""
+        """Release held keys; called once, however the program ends."""
 
     # -- for the targets ---------------------------------------------------------------
 
     @property
     def _touchable(self) -> bool:
-        """Whether the orb is a virtual one that is connected."""
+        """Whether the orb is connected and virtual."""
         return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
 
     def _observe(self, item: Received, now_s: float) -> None:
-        """Update the orb's state by what came over the link."""
+        """Update the orb's state by a received event."""
         match item:
             case Connected(welcome=welcome):
                 self.orb.connected(welcome)
@@ -132,8 +132,8 @@ class Target(ABC):
         projection: Projection,
         size: tuple[int, int],
     ) -> None:
-        """Take an event of the mouse or of a touch screen, in a window of `size` pixels."""
-        # SDL shows a finger as a mouse too.
+        """Process an event of the mouse or a touch screen, in a window of `size` pixels."""
+        # SDL reports a finger as a mouse, too.
         if not self._touchable or getattr(event, "touch", False):
             return
         match event.type:

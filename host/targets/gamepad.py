@@ -1,4 +1,4 @@
-"""A virtual pad as a target: commands press its buttons, in games that know pads."""
+"""Target that presses the buttons of a virtual gamepad."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""The keyboard as a target: commands press keys in whatever program has the focus."""
+"""Target that presses keys of the keyboard in the program with the focus."""
 
 from functools import partial
 

@@ -1,6 +1,6 @@
-"""The target that acts outside our own window: commands become keys of a keyboard or a pad.
+"""Target that injects keys of a keyboard or a gamepad into other programs.
 
-`KeysTarget.tick` is the core; it needs no window and no clock. It begins disarmed.
+`KeysTarget.tick` is the core, without a window and a clock. It begins disarmed.
 """
 
 import contextlib
@@ -37,7 +37,7 @@ Say = Callable[[str], None]
 
 
 class KeysTarget(Target):
-    """The keys, the orb that presses them, and the sender of strokes.
+    """Key state, orb state, and the sender of strokes.
 
     Attributes:
         keys: State of held keys, and whether it is armed.
@@ -51,18 +51,18 @@ class KeysTarget(Target):
         """Begin disarmed.
 
         Args:
-            key_map: What commands do.
-            sender: Where strokes go; it has been started.
-            say: Takes a line for the user.
-            sound: Rings for armed (True), or disarmed.
+            key_map: The mapping.
+            sender: Started sender of strokes.
+            say: Called with each line for the user.
+            sound: Called on arming (True) and disarming.
         """
         super().__init__()
         self.keys = KeyState(key_map)
         self._terminal: Keyboard | None = None
-        self._resources = contextlib.ExitStack()  # the terminal, until the end
+        self._resources = contextlib.ExitStack()  # the terminal
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._window = OrbWindow()
-        self._unknown: list[str] = []  # commands of the mapping that the orb has not
+        self._unknown: list[str] = []  # commands of the mapping that the orb does not have
         self._now_s = 0.0
         self._closed = False
 
@@ -74,10 +74,10 @@ class KeysTarget(Target):
     # -- the core ----------------------------------------------------------------------
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
-        """Let time pass, take what came over the link, and press keys."""
-        stood_s, self._now_s = now_s - self._now_s, now_s
+        """Process received events and the passed time, and press keys."""
+        passed_s, self._now_s = now_s - self._now_s, now_s
         was_armed = self.keys.armed
-        if stood_s >= HANG_MS / 1000:  # a text or a repeat must not go on after a pause
+        if passed_s >= HANG_MS / 1000:  # a text or a repeat must not continue after a pause
             self.keys.release()
         if trouble := self._sender.check():
             self._fail(trouble)
@@ -89,38 +89,38 @@ class KeysTarget(Target):
         self.keys.tick(now_s)
         if self.keys.armed:
             self._ready()
-        self._tell(was_armed)
-        self._make_strokes()
+        self._report(was_armed)
+        self._send_strokes()
         self.orb.advance(now_s)
 
     def read_terminal(self) -> None:
-        """Take keys of the terminal as well, until `close`; in the main thread only."""
+        """Read hot keys from the terminal, too, until `close`; in the main thread only."""
         self._terminal = self._resources.enter_context(keyboard())
 
     def hot_key(self, key: str) -> None:
-        """Take a key of our own window or terminal."""
+        """Process a hot key of the program's window or terminal."""
         if key == self._map.arm_key:
             self.keys.toggle("by hand")
         elif key == self._map.profile_key:
             self.keys.switch()
 
     def close(self) -> None:
-        """Release everything, for good."""
+        """Release all keys, and end."""
         if self._closed:
             return
         self._closed, was_armed = True, self.keys.armed
         try:
             self.keys.disarm("at the end")
-            self._make_strokes()
+            self._send_strokes()
         finally:
             self._sender.close()
             self._resources.close()
         if trouble := self._sender.check():
             self._say(f"disarmed {trouble}")
-        self._tell(was_armed)
+        self._report(was_armed)
 
     def _take(self, item: Received, now_s: float) -> None:
-        """Take what came over the link."""
+        """Process a received event."""
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
@@ -142,7 +142,7 @@ class KeysTarget(Target):
                 self.keys.still_held(now_s)
 
     def _note_unknown(self, welcome: Welcome) -> None:
-        """Warn about commands of the mapping that no orb has, this one included."""
+        """Warn about commands of the mapping that neither this orb nor any other has."""
         unknown = sorted(self._map.commands.difference(COMMANDS, ("menu",), welcome.commands))
         if unknown and unknown != self._unknown:
             self._say(
@@ -151,28 +151,28 @@ class KeysTarget(Target):
             )
         self._unknown = unknown
 
-    def _make_strokes(self) -> None:
-        # Taken first: a signal may end us in the middle, and none may be made twice.
+    def _send_strokes(self) -> None:
+        # Removed first: after a signal, `close` must not send a stroke twice.
         strokes, self.keys.strokes = self.keys.strokes, []
         self._sender.send(strokes)
 
     def _ready(self) -> None:
-        """Start what presses the keys, if it does not run."""
+        """Start the sender, if it is not running."""
         try:
             started = self._sender.start()
         except BackendError as error:
             self._fail(f"because no key can be pressed: {error}")
         else:
-            if started:  # that took time, so what came with the arming is too late
+            if started:  # that took time, so strokes of this tick are too late
                 self.keys.release()
                 self.keys.strokes.clear()
 
     def _fail(self, trouble: str) -> None:
-        """Disarm without a stroke: the sender has released what it could."""
+        """Disarm without strokes: the sender has released the keys itself."""
         self.keys.disarm(trouble)
         self.keys.strokes.clear()
 
-    def _tell(self, was_armed: bool) -> None:
+    def _report(self, was_armed: bool) -> None:
         for line in self.keys.notes:
             self._say(line)
         self.keys.notes.clear()
@@ -182,7 +182,7 @@ class KeysTarget(Target):
     # -- the window --------------------------------------------------------------------
 
     def handle(self, event: pygame.event.Event, now_s: float) -> None:
-        """Take one event of the window."""
+        """Process an event of the window."""
         if event.type == pygame.KEYDOWN:
             self.hot_key(pygame.key.name(event.key))
         elif event.type == pygame.WINDOWFOCUSLOST:
@@ -191,7 +191,7 @@ class KeysTarget(Target):
             self._point(event, now_s, self._window.projection, self._window.drawn.size)
 
     def draw(self, surface: pygame.Surface) -> None:
-        """Draw the orb, and whether it is armed."""
+        """Draw the orb, and the state of arming."""
         word = "disarms" if self.keys.armed else "arms"
         lines = (
             f"{self._map.arm_key} {word}, {self._map.profile_key} changes the profile",
@@ -203,11 +203,11 @@ class KeysTarget(Target):
 
 
 def create(kind: Kind, options: TargetOptions) -> KeysTarget:
-    """Read the mapping, and start what presses the keys.
+    """Read the mapping, and start the sender.
 
     Raises:
         KeyMapError: The mapping cannot be used.
-        BackendError: Nothing presses keys here.
+        BackendError: Keys cannot be pressed on this machine.
     """
     path = options.mapping or Path(kind)
     key_map = keymap_file.load(path, _OUTPUTS[kind]).beginning(options.profile)
@@ -233,7 +233,7 @@ def _arming(key_map: KeyMap) -> list[str]:
 
 
 def _say(line: str) -> None:
-    with contextlib.suppress(OSError):  # the terminal has gone; the keys go up all the same
+    with contextlib.suppress(OSError):  # the terminal is closed
         print(line, file=sys.stderr, flush=True)
 
 

@@ -1,7 +1,6 @@
 """Tetris as a target: commands become actions, and the window shows game and orb side by side.
 
-`TetrisTarget.tick` is the pure core; it needs no window and no clock, so tests and the demo
-call it as often as they like. Drawing and the events of the window come after it.
+`TetrisTarget.tick` is the pure core, without a window and a clock.
 """
 
 from collections.abc import Sequence
@@ -55,11 +54,11 @@ _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # what acts for as long
 
 @dataclass(frozen=True, slots=True)
 class TickResult:
-    """What one tick did.
+    """Result of one tick.
 
     Attributes:
-        acted: The commands that came in, each with the action it became, oldest first.
-        events: What happened in the game.
+        acted: Received commands, each with its action, oldest first.
+        events: Events of the game.
     """
 
     acted: tuple[tuple[Command, Action], ...]
@@ -72,7 +71,7 @@ class TetrisTarget(Target):
     Attributes:
         game: The engine.
         keys: The player's keyboard.
-        reason: Why the link made the game pause; "" when it did not.
+        reason: Reason of a pause by the link; "" without one.
     """
 
     size = DESIGN
@@ -112,7 +111,7 @@ class TetrisTarget(Target):
         return self.game.phase is Phase.PAUSED and not self.reason
 
     def _change(self, settings: Settings) -> None:
-        """Take over what the player has chosen to see."""
+        """Apply changed settings."""
         self._settings, self._look = settings, _look(settings)
         self._scene = None
 
@@ -121,11 +120,11 @@ class TetrisTarget(Target):
     def tick(
         self, now_s: float, received: Sequence[Received] = (), actions: Sequence[Action] = ()
     ) -> TickResult:
-        """Let time pass; take what came over the link, and then the player's keys.
+        """Advance to the present time; process received events, and then the player's keys.
 
         Args:
             now_s: The present time, never earlier than before.
-            received: What the receiver gave since the last tick, oldest first.
+            received: Events of the receiver since the last tick, oldest first.
             actions: Further actions, after those of the keyboard.
         """
         self._now_s = now_s
@@ -156,7 +155,7 @@ class TetrisTarget(Target):
         return TickResult(tuple(acted), tuple(events))
 
     def _take(self, item: Received, now_s: float) -> tuple[Action, ...]:
-        """Take what came over the link; return the actions that a change of the link causes."""
+        """Process a received event; return the actions caused by a change of the link."""
         before = self.orb.link
         self._observe(item, now_s)
         match item:
@@ -198,7 +197,7 @@ class TetrisTarget(Target):
     # -- the window --------------------------------------------------------------------
 
     def handle(self, event: pygame.event.Event, now_s: float) -> None:
-        """Take one event of the window: a key, the mouse, a finger, the focus."""
+        """Process an event of the window: a key, the mouse, a finger, the focus."""
         match event.type:
             case pygame.KEYDOWN if self.correcting.key(event.key, getattr(event, "mod", 0), now_s):
                 self._waiting = 0
@@ -252,13 +251,13 @@ class TetrisTarget(Target):
         )
 
     def paced(self, hops: EndToEndLatency) -> None:
-        """Take how long frames take, about once a second."""
+        """Show the latency of frames, about once a second."""
         if hops.frames % PACED_FRAMES == 0 and hops.pace is not None:
             self.orb.hops, self.orb.period_ms = tuple(hops.digest()), hops.pace.period_ms
 
     def _hint(self) -> str:
-        if told := self.correcting.told(self._now_s):
-            return told
+        if message := self.correcting.told(self._now_s):
+            return message
         if not self._touchable:
             return ""
         if self.touch.two_fingers:
@@ -272,11 +271,11 @@ class TetrisTarget(Target):
 
 
 def _look(settings: Settings) -> ThemeChoice:
-    """Return the look that the player wants, in the colours and the language of the panel."""
+    """Return the player's theme settings, in the colours and the language of the panel."""
     return ThemeChoice.chosen(changed(settings, theme="dark", language="en"))
 
 
 def create(options: TargetOptions) -> TetrisTarget:
-    """Make the game for one seed, for the hands that the player has set up in `tetris`."""
+    """Make the game of a seed, with the player's settings of `tetris`."""
     settings, _ = load(config_folder() / FILE_NAME)
     return TetrisTarget(options.seed, settings=settings)

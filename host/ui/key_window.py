@@ -1,4 +1,4 @@
-"""The small window beside the program that is played: the orb, and whether it is armed."""
+"""Small window of the keyboard and gamepad targets: the orb, and the state of arming."""
 
 from typing import Final
 
@@ -17,10 +17,10 @@ _LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut
 
 
 class OrbWindow:
-    """The picture of the small window.
+    """Content of the small window.
 
     Attributes:
-        drawn: Its place and size in the surface, as it was drawn last; empty before.
+        drawn: Its last place and size in the surface; empty before the first drawing.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class OrbWindow:
         armed: bool,
         lines: tuple[str, ...],
     ) -> None:
-        """Draw the orb, and below it whether it is armed and some lines of text."""
+        """Draw the orb, and below it the state of arming and some lines of text."""
         self.drawn = surface.get_rect()
         factor = min(self.drawn.width / SIZE[0], self.drawn.height / SIZE[1])
         unit = sprites.SpriteScale(max(_LEAST, factor))

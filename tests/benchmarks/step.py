@@ -293,7 +293,7 @@ def main() -> None:
         print(f"{name:24}{p50:10.1f}{p99:10.1f}{tail:10.1f}")
         for label, value in (("p50", p50), ("p99", p99), ("p999", tail)):
             results.rows.append(row(f"inference_{label}@{name}", float(value), "us"))
-    chosen = selftest.prove(bundles.default_path())[0].engine
+    chosen = selftest.run(bundles.default_path())[0].engine
     ours = medians[f"shipped@{chosen}"]
     print(f"the engine that `controller install` chooses here: {chosen}")
     for name, peer in (("ort", "paper@onnxruntime"), ("torch", "paper@torch")):

@@ -1,1 +1,1 @@
-"""The bundles of this device: proved, kept, and switched so that there is always one."""
+"""Bundle deployment: upload, self-test, installation and rollback."""

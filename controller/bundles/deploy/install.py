@@ -1,4 +1,4 @@
-"""Installation of a bundle: test it on this device and take it into use."""
+"""Install a bundle: test it on this device and take it into use."""
 
 import hashlib
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from controller.protocol import codec, messages, packets
 
 
 class TooSlowError(BundleError):
-    """The bundle is good, and this device too slow for it."""
+    """The bundle is valid, but a step takes longer than a frame on this device."""
 
     status = 1
 
@@ -33,71 +33,71 @@ def install(
     report: Callable[[str], object],
     corrects: str | None = None,
 ) -> str:
-    """Test a bundle and take it into use; return which one is in use, in a sentence.
+    """Test a bundle and take it into use; return a sentence that names the one in use.
 
     Args:
         path: The bundle.
-        store: Where it is kept.
-        other_sensor: Whether it may be for another grid, pitch or rate than the bundle in use.
-        report: Takes results on the way, line by line.
+        store: The bundle store.
+        other_sensor: Accept another grid, pitch or rate than that of the bundle in use.
+        report: Called with each line of intermediate results.
         corrects: Name of the bundle that it is a correction of; None if it is none.
 
     Raises:
-        BundleError: It is damaged, does not fit, or fails its test here.
+        BundleError: It is damaged, does not fit, or fails its self-test.
         OSError: It cannot be written; nothing has changed.
     """
-    fresh = bundles.read(path)
-    check_packets(fresh)
+    new = bundles.read(path)
+    check_packets(new)
     if not other_sensor:
-        check_fits(fresh, bundles.read(store.current()[0]))
-    report(f"{path} is whole: {summary(fresh)}")
-    shown = selftest.prove(path)
-    for one in shown:
-        report(f"  {one.engine:12} {one.problem or _timed(one)}")
-    best, period_us = shown[0], 1e6 / fresh.rate_hz
+        check_fits(new, bundles.read(store.current()[0]))
+    report(f"{path} is whole: {summary(new)}")
+    results = selftest.run(path)
+    for result in results:
+        report(f"  {result.engine:12} {result.problem or _timing(result)}")
+    best, period_us = results[0], 1e6 / new.rate_hz
     if best.worst_us > period_us:
         raise TooSlowError(
             f"a step takes {best.worst_us / 1000:.1f} ms on this device, longer than the "
             f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network"
         )
     data = path.read_bytes()
-    if hashlib.sha256(data).hexdigest() != fresh.hash:
+    if hashlib.sha256(data).hexdigest() != new.hash:
         raise BundleError(f"{path} has changed while it was tested; install it once more")
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    entry = StoredBundle(name_of(fresh), best.engine, round(best.step_us, 1), now, corrects)
+    entry = StoredBundle(name_of(new), best.engine, round(best.step_us, 1), now, corrects)
     back = shown_name(store.install(data, entry).previous)
     back = back and f"; `controller rollback` goes back to {back}"
     return f"{entry.name} is in use with {best.engine}{back}"
 
 
-def check_fits(fresh: Bundle, in_use: Bundle) -> None:
+def check_fits(new: Bundle, in_use: Bundle) -> None:
     """Refuse a bundle for another sensor.
 
     Raises:
-        BundleError: Its grid, its pitch or its rate is another than that of the bundle in use.
+        BundleError: Grid, pitch or rate differ from those of the bundle in use.
     """
-    ours = (in_use.rows, in_use.columns, in_use.rate_hz)
-    pitch = fresh.pitch_mm != in_use.pitch_mm
-    if pitch or (fresh.rows, fresh.columns, fresh.rate_hz) != ours:
+    current = (in_use.rows, in_use.columns, in_use.rate_hz)
+    pitch = new.pitch_mm != in_use.pitch_mm
+    if pitch or (new.rows, new.columns, new.rate_hz) != current:
         raise BundleError(
-            f"the bundle is for {sensor_summary(fresh, pitch=pitch)}, and this device has "
+            f"the bundle is for {sensor_summary(new, pitch=pitch)}, and this device has "
             f"{sensor_summary(in_use, pitch=pitch)}; `controller install --other-sensor` takes it "
             "all the same"
         )
 
 
-def check_packets(fresh: Bundle) -> None:
+def check_packets(new: Bundle) -> None:
     """Refuse a bundle whose labels and commands the link cannot carry.
 
     Raises:
-        BundleError: They do not fit in a packet, at the longest of what else is in it.
+        BundleError: They do not fit in a packet whose other fields have their greatest length.
     """
-    name, labels, grid = "-" * messages.MAX_TEXT, fresh.labels, (fresh.rows, fresh.columns)
-    commands = fresh.users.commands(fresh.mapping)
+    name, labels, grid = "-" * messages.MAX_TEXT, new.labels, (new.rows, new.columns)
+    commands = new.users.commands(new.mapping)
     welcome = messages.Welcome(
         messages.VERSION, 0, name, name, False, *grid, 1.0, 1.0, 1, 1, labels, commands
     )
-    image, shares = bytes(fresh.rows * fresh.columns), (0.0,) * len(labels)
+    image, shares = bytes(new.rows * new.columns), (0.0,) * len(labels)
     telemetry = messages.Telemetry(0, image, shares, (0.0, 0.0), max(labels, key=len), True, 1.0)
     try:
         for message in (welcome, telemetry):
@@ -106,6 +106,6 @@ def check_packets(fresh: Bundle) -> None:
         raise BundleError(f"{error}; use fewer or shorter labels and commands") from None
 
 
-def _timed(proof: selftest.SelfTestResult) -> str:
-    worst = f"{proof.worst_us:.0f} µs at most in 99 of 100"
-    return f"{proof.step_us:6.0f} µs a step, {worst}; {proof.start_ms:.0f} ms to start"
+def _timing(result: selftest.SelfTestResult) -> str:
+    worst = f"{result.worst_us:.0f} µs at most in 99 of 100"
+    return f"{result.step_us:6.0f} µs a step, {worst}; {result.start_ms:.0f} ms to start"

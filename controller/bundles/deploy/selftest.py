@@ -1,7 +1,7 @@
 """Self-test of a bundle on this device: golden vectors, then a timed control step, by engine.
 
-Each engine is tried in a process of its own with a deadline, since a library that was built for
-another processor does not raise but kills. `python -m controller.bundles.deploy.selftest FILE
+Each engine runs in its own process with a deadline, since a library built for another processor
+ends its process instead of raising an error. `python -m controller.bundles.deploy.selftest FILE
 ENGINE` is that process.
 """
 
@@ -24,10 +24,9 @@ from controller.console import one_line
 from controller.recognition.pipeline import Pipeline
 
 DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
-TURNS: Final = 2  # of each engine, in turns: other programs only ever make them slower
-STEPS: Final = 1000  # timed together
-BLOCKS: Final = 5  # that many times those steps, after one block untimed; the fastest counts
-ALIKE: Final = 1.1  # steps that differ by less are equally fast; then a short start decides
+STEPS: Final = 1000  # in a timed block
+BLOCKS: Final = 5  # timed blocks, after one untimed block; the fastest one counts
+EQUAL: Final = 1.1  # steps whose ratio is smaller are equally fast; then the start time decides
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +34,10 @@ class SelfTestResult:
     """Measurements of one engine.
 
     Attributes:
-        engine: Its name.
         step_us: Median control step, from a frame to a gesture, of the fastest block, microseconds.
         worst_us: 99th percentile of that block, microseconds.
-        problem: Why the engine cannot be used; "" if it can.
-        start_ms: Processor time from a program's start until the networks were proved.
+        problem: Reason that the engine cannot be used; "" if it can.
+        start_ms: Processor time from the start of a program to the end of the golden vectors.
     """
 
     engine: str
@@ -49,36 +47,35 @@ class SelfTestResult:
     start_ms: float = 0.0
 
 
-def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResult]:
+def run(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResult]:
     """Return the measurements of every engine with a bundle, the one to use first.
 
-    That is the fastest, or, of those that are as fast, the one that starts soonest.
+    That is the fastest engine, or, of equally fast ones, the one that starts soonest.
 
     Raises:
         BundleError: The bundle is damaged, or no engine can run it.
     """
     bundles.read(path)
-    proofs = [_in_a_process(path, name) for name in names]
-    usable = [proof for proof in proofs if not proof.problem]
-    if len(usable) > 1:  # there is something to choose
-        for _ in range(TURNS - 1):
-            usable = [_better(proof, _in_a_process(path, proof.engine)) for proof in usable]
+    results = [_in_a_process(path, name) for name in names]
+    usable = [result for result in results if not result.problem]
+    if len(usable) > 1:  # a second run: other programs only ever make a run slower
+        usable = [_better(result, _in_a_process(path, result.engine)) for result in usable]
     if not usable:
-        raise BundleError("; ".join(dict.fromkeys(proof.problem for proof in proofs)))
-    enough_us = ALIKE * min(proof.step_us for proof in usable)
+        raise BundleError("; ".join(dict.fromkeys(result.problem for result in results)))
+    limit_us = EQUAL * min(result.step_us for result in usable)
 
-    def rank(proof: SelfTestResult) -> tuple[bool, float]:
-        fast = proof.step_us <= enough_us
-        return not fast, proof.start_ms if fast else proof.step_us
+    def rank(result: SelfTestResult) -> tuple[bool, float]:
+        fast = result.step_us <= limit_us
+        return not fast, result.start_ms if fast else result.step_us
 
-    return sorted(usable, key=rank) + [proof for proof in proofs if proof.problem]
+    return sorted(usable, key=rank) + [result for result in results if result.problem]
 
 
 def _better(one: SelfTestResult, other: SelfTestResult) -> SelfTestResult:
     """Return the better of two runs of an engine; the first one if the other failed."""
     if other.problem:
         return one
-    fast = min(one, other, key=lambda proof: proof.step_us)
+    fast = min(one, other, key=lambda result: result.step_us)
     return replace(fast, start_ms=min(one.start_ms, other.start_ms))
 
 
@@ -102,20 +99,18 @@ def measure(
     clock_ns: Callable[[], int] = time.perf_counter_ns,
     spent_s: Callable[[], float] = time.process_time,
 ) -> SelfTestResult:
-    """Prove a bundle with one engine in this process, and time its control step.
+    """Check a bundle's golden vectors with one engine in this process, and time its control step.
 
     Args:
-        bundle: What was read.
+        bundle: The bundle.
         engine: One of `engines.NAMES`.
-        clock_ns: Nanoseconds that never go back.
+        clock_ns: Monotonic clock, nanoseconds.
         spent_s: Processor time since the start of the process.
     """
     try:
         pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
-    except BundleError as error:
-        return SelfTestResult(
-            engine, problem=one_line(str(error))
-        )  # it may hold names out of the networks
+    except BundleError as error:  # it may quote names in the networks
+        return SelfTestResult(engine, problem=one_line(str(error)))
     start_ms = round(1000.0 * spent_s(), 1)
     ratio = bundle.preprocess.normalise == "ratio"
     rest, scale = (40.0, 40.0) if ratio else (0.0, bundle.preprocess.scale)
@@ -124,16 +119,16 @@ def measure(
     pressed = frames + np.float32(0.2 * scale)
     quiet = round(2 * bundle.preprocess.start_s * bundle.rate_hz)
     times = np.empty((1 + BLOCKS) * STEPS)
-    for number in range(quiet):  # rest is found
+    for number in range(quiet):  # the baseline is found
         pipeline.step(frames[number % len(frames)], number / bundle.rate_hz)
     for number in range(len(times)):
-        # A touch every other second, so that both networks are asked.
+        # A touch every other second, so that both networks run.
         touched = int(number / bundle.rate_hz) % 2
         frame = (pressed if touched else frames)[number % len(frames)]
         start = clock_ns()
         pipeline.step(frame, (quiet + number) / bundle.rate_hz)
         times[number] = clock_ns() - start
-        pipeline.look()  # when the gesture is out
+        pipeline.look()  # untimed: the gesture was sent
     blocks = times[STEPS:].reshape(BLOCKS, STEPS) / 1000.0
     p50, p99 = np.percentile(blocks, [50, 99], axis=1).min(axis=1)
     return SelfTestResult(engine, round(float(p50), 1), round(float(p99), 1), start_ms=start_ms)
@@ -141,5 +136,4 @@ def measure(
 
 if __name__ == "__main__":
     _path, _engine = sys.argv[1:]
-    _proof = measure(bundles.read(Path(_path)), _engine)
-    print(json.dumps(asdict(_proof)))
+    print(json.dumps(asdict(measure(bundles.read(Path(_path)), _engine))))

@@ -1,8 +1,8 @@
 """Installed bundles: a folder, and the record in it that names the one in use.
 
 A bundle is written under the name of its hash and read again before `installed.toml` names it; both
-are written by `files.atomic_write`. So whatever stops an installation, even a power cut, the device
-has the old bundle or the new one.
+are written by `files.atomic_write`. After an interruption, even by a power cut, the device has the
+old bundle or the new one.
 
     FOLDER/76913f8e79414a23.orb
     FOLDER/installed.toml       current, previous, and measurements of each bundle
@@ -24,9 +24,8 @@ from controller.errors import reason
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the current and previous one, and the newest others
 _NAME: Final = "[0-9a-f]{16}"
-_FILE: Final = re.compile(rf"\.?({_NAME})\.orb(\.[0-9a-f]{{8}})?")  # or what a power cut left
-_MAX_BYTES: Final = 64 << 10  # of the record; its eight entries have some hundred each
-_MAX_MESSAGE: Final = 200  # characters of what is wrong with it
+_FILE: Final = re.compile(rf"\.?({_NAME})\.orb(\.[0-9a-f]{{8}})?")  # or a partly written one
+_MAX_MESSAGE: Final = 200  # characters of an error in the record
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +35,7 @@ class StoredBundle:
     Attributes:
         name: The first 16 digits of its hash.
         engine: The fastest inference engine for it on this device.
-        step_us: Median of a control step with that engine, microseconds.
+        step_us: Median control step with that engine, microseconds.
         installed: Time of installation, ISO 8601.
         corrects: Name of the bundle that it is a correction of; None if it is none.
     """
@@ -53,8 +52,8 @@ class InstalledRecord:
     """Content of `installed.toml`.
 
     Attributes:
-        current: Name of the bundle in use; "" is the one that ships.
-        previous: Name of the one that was in use before; None if there was none.
+        current: Name of the bundle in use; "" is the shipped one.
+        previous: Name of the bundle in use before; None if there was none.
         entries: The bundles in the store, oldest first.
     """
 
@@ -69,19 +68,14 @@ class InstalledRecord:
                 raise ValueError(f"a name {name!r} that is not among its bundles")
 
     def entry(self, name: str) -> StoredBundle | None:
-        """Return the entry of a bundle; None for the one that ships."""
+        """Return the entry of a bundle; None for the shipped one."""
         return next((entry for entry in self.entries if entry.name == name), None)
 
 
 class BundleStore:
-    """A folder of bundles.
-
-    Attributes:
-        folder: It need not exist.
-    """
+    """A folder of bundles, which need not exist; by default the user's own."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        """Look at a folder, by default the user's own."""
         self.folder = folder or home()
 
     def record(self) -> InstalledRecord:
@@ -92,7 +86,7 @@ class BundleStore:
         """
         path = self.folder / RECORD
         try:
-            return _parse(config.parse_toml(files.read_text(path, _MAX_BYTES)))
+            return _parse(config.parse_toml(files.read_text(path, config.MAX_BYTES)))
         except FileNotFoundError:
             return InstalledRecord("")
         except OSError as error:
@@ -105,31 +99,27 @@ class BundleStore:
         )
 
     def path(self, name: str) -> Path:
-        """Return the path of a bundle; "" is the one that ships."""
+        """Return the path of a bundle; "" is the shipped one."""
         return self.folder / f"{name}.orb" if name else bundles.default_path()
 
     def current(self) -> tuple[Path, str]:
-        """Return the bundle in use, and its fastest engine; "" if it was not measured.
-
-        Raises:
-            BundleError: The record is damaged.
-        """
+        """Return the bundle in use, and its fastest engine; "" if it was not measured."""
         record = self.record()
         entry = record.entry(record.current)
         return self.path(record.current), entry.engine if entry else ""
 
     def install(self, data: bytes, entry: StoredBundle) -> InstalledRecord:
-        """Take a tested bundle into use; the old one stays for `rollback`.
+        """Take a tested bundle into use; the old one is kept for `rollback`.
 
         Raises:
-            BundleError: The bundle, read again, is not what was written, or the record is damaged.
-            OSError: It cannot be written; then nothing has changed.
+            BundleError: The bundle reads back differently, or the record is damaged.
+            OSError: It cannot be written; nothing has changed.
         """
         before = self.record()
         path = self.path(entry.name)
         files.atomic_write(path, data)
         if path.read_bytes() != data:
-            raise BundleError(f"{path} is not what was written; is the disk failing?")
+            raise BundleError(f"{path} reads back differently; is the disk failing?")
         others = tuple(other for other in before.entries if other.name != entry.name)
         previous = before.current if before.current != entry.name else before.previous
         after = _kept(InstalledRecord(entry.name, previous, (*others, entry)))
@@ -138,11 +128,11 @@ class BundleStore:
         return after
 
     def rollback(self) -> InstalledRecord:
-        """Take the previous bundle into use; a second time brings the newer one back.
+        """Take the previous bundle into use; a second call returns to the newer one.
 
         Raises:
-            BundleError: There is none, or it is damaged, or the record is.
-            OSError: The record cannot be written; then nothing has changed.
+            BundleError: There is none, or it or the record is damaged.
+            OSError: The record cannot be written; nothing has changed.
         """
         record = self.record()
         if record.previous is None:
@@ -153,8 +143,8 @@ class BundleStore:
         """Take the bundle into use of which the current one is a correction.
 
         Raises:
-            BundleError: It is no correction, or what it corrects is damaged, or the record is.
-            OSError: The record cannot be written; then nothing has changed.
+            BundleError: It is no correction, or the older bundle or the record is damaged.
+            OSError: The record cannot be written; nothing has changed.
         """
         record = self.record()
         entry = record.entry(record.current)
@@ -163,7 +153,7 @@ class BundleStore:
         return self._use(record, entry.corrects)
 
     def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:
-        """Take a bundle of the store into use; the current one stays for `rollback`."""
+        """Take a bundle of the store into use; the current one is kept for `rollback`."""
         bundles.read(self.path(name))
         after = replace(record, current=name, previous=record.current)
         self._write(after)
@@ -173,7 +163,7 @@ class BundleStore:
         files.atomic_write(self.folder / RECORD, _text(record).encode())
 
     def _remove_others(self, record: InstalledRecord) -> None:
-        """Delete bundles that the record does not name, whole or not."""
+        """Delete bundles that the record does not name, and partly written ones."""
         for path in self.folder.iterdir():
             match = _FILE.fullmatch(path.name)
             if match and (match[2] or record.entry(match[1]) is None):
@@ -192,7 +182,7 @@ def name_of(bundle: Bundle) -> str:
 
 
 def shown_name(name: str | None) -> str:
-    """Return how messages call the bundle of a name; "" if there is none."""
+    """Return the name of a bundle for messages; "" if there is none."""
     return "" if name is None else name or "the shipped bundle"
 
 
@@ -202,25 +192,25 @@ def summary(bundle: Bundle) -> str:
 
 
 def sensor_summary(bundle: Bundle, *, pitch: bool = False) -> str:
-    """Return the sensor that a bundle is for, on request with its pitch."""
-    apart = f", {bundle.pitch_mm:g} mm apart," if pitch else ""
-    return f"{bundle.rows}×{bundle.columns} taxels{apart} at {bundle.rate_hz:g} Hz"
+    """Return the sensor of a bundle as text, on request with its pitch."""
+    spacing = f", {bundle.pitch_mm:g} mm apart," if pitch else ""
+    return f"{bundle.rows}×{bundle.columns} taxels{spacing} at {bundle.rate_hz:g} Hz"
 
 
 def _kept(record: InstalledRecord) -> InstalledRecord:
-    """Return the record without the oldest bundles that are spare, corrections first.
+    """Return the record without the oldest spare bundles; corrections are removed first.
 
-    A correction of a bundle that goes becomes one of what that bundle corrects.
+    A correction of a removed bundle becomes one of the bundle that the removed one corrects.
     """
     needed = {record.current, record.previous}
     spare = [entry for entry in record.entries if entry.name not in needed]
     spare.sort(key=lambda entry: entry.corrects is None)
-    gone = {entry.name: entry for entry in spare[: max(0, len(record.entries) - KEEP)]}
+    removed = {entry.name: entry for entry in spare[: max(0, len(record.entries) - KEEP)]}
     kept = []
     for entry in record.entries:
-        while entry.corrects in gone:
-            entry = replace(entry, corrects=gone[entry.corrects].corrects)
-        if entry.name not in gone:
+        while entry.corrects in removed:
+            entry = replace(entry, corrects=removed[entry.corrects].corrects)
+        if entry.name not in removed:
             kept.append(entry)
     return replace(record, entries=tuple(kept))
 
@@ -237,10 +227,10 @@ def _without_none(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _parse(table: dict[str, Any]) -> InstalledRecord:
-    """Return the record that a table describes; keys of newer versions are left out.
+    """Return the record in a table; keys of newer versions are left out.
 
     Raises:
-        ValueError: It describes none.
+        ValueError: The table is no record.
     """
     listed = table.get("bundles", {})
     if not isinstance(listed, dict) or not all(isinstance(one, dict) for one in listed.values()):

@@ -1,7 +1,7 @@
-"""Chunked upload of a bundle; what has arrived survives a lost link and a power cut.
+"""Chunked upload of a bundle, resumable after a lost link or a power cut.
 
-The chunks go into `FOLDER/incoming/DIGEST.part`. A host that reconnects gets the size of what has
-arrived, and continues there; at the end the SHA-256 of the whole is compared.
+The chunks go into `FOLDER/incoming/DIGEST.part`. A host that reconnects gets the number of bytes
+received and continues there; at the end the SHA-256 of the file is compared.
 """
 
 import contextlib
@@ -26,8 +26,8 @@ class UploadReceiver:
     """Receiver of one upload at a time.
 
     Attributes:
-        whole: The file, once it has arrived and has the announced hash.
-        objection: Why nothing may be uploaded; "" if it may.
+        whole: The complete file with the announced hash; None before.
+        objection: Reason that uploads are declined; "" if they are accepted.
     """
 
     def __init__(self, store: Path, objection: str = "") -> None:
@@ -36,10 +36,10 @@ class UploadReceiver:
         self.objection = objection
         self._folder = store / FOLDER
         self._offer: UploadOffer | None = None
-        self._size = 0  # bytes that have arrived
+        self._size = 0  # bytes received
 
     def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
-        """Take an offer or a chunk, and return the status of the upload."""
+        """Process an offer or a chunk, and return the status of the upload."""
         try:
             return self._begin(message) if isinstance(message, UploadOffer) else self._add(message)
         except OSError as error:
@@ -47,7 +47,7 @@ class UploadReceiver:
             return UploadStatus(DECLINED, 0, f"the orb cannot keep it: {error.strerror or error}")
 
     def remove(self) -> None:
-        """Delete what was uploaded."""
+        """Delete uploaded files."""
         self._offer = self.whole = None
         for path in self._folder.glob("*.part"):
             with contextlib.suppress(OSError):
@@ -78,7 +78,7 @@ class UploadReceiver:
         offer = self._offer
         if offer is None:
             return UploadStatus(DECLINED, 0, "nothing was announced")
-        # A chunk that is not the next one shows that some were lost, or came twice.
+        # A chunk at another offset follows a lost chunk, or was sent twice.
         fits = chunk.offset == self._size and self._size + len(chunk.data) <= offer.size
         if fits and chunk.data:
             with self._path(offer).open("ab") as file:
@@ -87,15 +87,15 @@ class UploadReceiver:
         return self._status(offer)
 
     def _status(self, offer: UploadOffer) -> UploadStatus:
-        """Return what is wanted next; compare the hash once all has arrived."""
+        """Return the status after a chunk; compare the hash if the file is complete."""
         if self._size < offer.size:
             return UploadStatus(WANTED, self._size, "")
         path = self._path(offer)
         self._offer = None
         if hashlib.sha256(path.read_bytes()).digest() != offer.digest:
             path.unlink()
-            told = "what arrived is not what was announced; send it again"
-            return UploadStatus(DECLINED, 0, told)
+            problem = "what arrived is not what was announced; send it again"
+            return UploadStatus(DECLINED, 0, problem)
         self.whole = path
         return UploadStatus(PROVING, offer.size, "")
 

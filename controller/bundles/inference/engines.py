@@ -1,9 +1,9 @@
 """Inference engines: one module each, found by name.
 
     network = engines.open_network("numpy", model, onnx_reader.read(model))
-    answers = network(questions)  # (n, ...) float32 to (n, ...) float32
+    outputs = network(inputs)  # (n, ...) float32 to (n, ...) float32
 
-Every engine gets a graph that `onnx_reader` found harmless.
+Every graph was checked by `onnx_reader` before.
 """
 
 import importlib
@@ -18,7 +18,7 @@ from controller.bundles.inference.onnx_reader import Graph
 
 Network = Callable[[NDArray[np.float32]], NDArray[np.float32]]  # (n, ...) to (n, ...)
 
-STANDARD: Final = "onnxruntime"  # where it is installed
+STANDARD: Final = "onnxruntime"  # if it is installed
 _MODULES: Final = {STANDARD: "onnxruntime_engine", "numpy": "numpy_engine"}
 NAMES: Final = tuple(_MODULES)
 

@@ -1,6 +1,6 @@
 """Networks of a bundle: window to probabilities, image to touch, window to user.
 
-They are proved with the bundle's golden vectors before use.
+They are checked with the bundle's golden vectors before use.
 """
 
 import math
@@ -15,28 +15,29 @@ from controller.bundles.inference.onnx_reader import GraphError
 from controller.recognition.pipeline import Networks
 from controller.recognition.preprocess import Image, Window
 
-TOLERANCE = 1e-5  # greatest difference from a golden answer: processors round differently
-A_FEW = 8  # golden questions to each network, where all were asked before
+TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
+A_FEW = 8  # golden inputs for each network, if all were checked before
+
+Batch = NDArray[np.float32]  # (n, ...), inputs or outputs of a network; (n,) of one output
 
 
 class Recognizer(Networks):
-    """The networks of a bundle, proved with its golden vectors before they are used.
+    """The networks of a bundle, checked with its golden vectors before they are used.
 
     Attributes:
         engine: Name and version of the inference engine, for recordings.
     """
 
     def __init__(self, bundle: Bundle, engine: str = "", *, proved: bool = False) -> None:
-        """Load the networks and ask them the golden questions.
+        """Load the networks and check the golden vectors.
 
         Args:
             bundle: Networks and golden vectors.
             engine: One of `engines.NAMES`; "" is the standard one.
-            proved: These bytes have answered all golden questions before; then a few of them show
-                whether this machine still computes as it did.
+            proved: The same bytes passed all golden vectors on this machine before; check a few.
 
         Raises:
-            BundleError: A network does not load, or answers differently than when it was made.
+            BundleError: A network does not load, or an output differs from the golden one.
         """
         engine = engine or engines.standard()
         try:
@@ -52,11 +53,11 @@ class Recognizer(Networks):
         for user, head in bundle.heads.items():
             models[f"gesture-{user}"] = (head, golden.windows, golden.heads[user])
         self._networks: dict[str, Network] = {}
-        for name, (model, questions, answers) in models.items():
+        for name, (model, inputs, outputs) in models.items():
             if model or name == "gesture":
-                step = max(1, len(questions) // A_FEW) if proved else 1
-                network = _network(name, model, questions.shape[1:], answers.shape[1], engine)
-                _prove(name, network, questions[::step], answers[::step])
+                step = max(1, len(inputs) // A_FEW) if proved else 1
+                network = _network(name, model, inputs.shape[1:], outputs.shape[1], engine)
+                _check_golden(name, network, inputs[::step], outputs[::step])
                 self._networks[name] = network
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
@@ -64,7 +65,7 @@ class Recognizer(Networks):
 
         Args:
             window: The latest images, (window, rows, columns).
-            user: Name of a user, whose own network answers if there is one.
+            user: Name of a user, whose own network is used if there is one.
         """
         network = self._networks.get(f"gesture-{user}", self._networks["gesture"])
         return _finite(network(window[None])[0])
@@ -89,30 +90,30 @@ class Recognizer(Networks):
         return (x, y) if math.isfinite(x + y) else None
 
 
-def _finite(answer: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an answer as it is, or certainly "null" if one of its numbers is not finite.
+def _finite(output: Batch) -> Batch:
+    """Return an output, (n,), unchanged, or "null" with probability 1 if a number is not finite.
 
-    Networks of unknown origin may give such answers, although their golden ones are right.
+    A network of unknown origin may give such outputs although it passes its golden vectors.
     """
-    if np.isfinite(answer).all():
-        return answer
-    certain = np.zeros_like(answer)
+    if np.isfinite(output).all():
+        return output
+    certain = np.zeros_like(output)
     certain[0] = 1.0
     return certain
 
 
-def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engine: str) -> Network:
-    """Return a network whose every operator was looked at before any engine saw it.
+def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int, engine: str) -> Network:
+    """Return a network for inputs of a shape; its operators are checked before an engine loads it.
 
     Raises:
-        BundleError: It is no plain network, too large a one, or one for other questions.
+        BundleError: It is no plain network, too large, or has other inputs or outputs.
     """
     try:
         read = onnx_reader.read(model)
         given = onnx_shapes.sizes(read).shapes[read.output]
-        if (read.shape, given) != ((1, *asked), (1, answers)):
+        if (read.shape, given) != ((1, *shape), (1, outputs)):
             raise GraphError(
-                f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(answers,)} of {asked}"
+                f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(outputs,)} of {shape}"
             )
         if name != "location" and read.nodes[-1].op != "Softmax":
             raise GraphError("does not end in Softmax, so its answers are no probabilities")
@@ -121,21 +122,19 @@ def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engi
         raise BundleError(f"the {name} network {error}") from None
 
 
-def _prove(
-    name: str, network: Network, questions: NDArray[np.float32], answers: NDArray[np.float32]
-) -> None:
-    """Ask a network its golden questions, one at a time as the device will.
+def _check_golden(name: str, network: Network, inputs: Batch, outputs: Batch) -> None:
+    """Compare a network's outputs with the golden ones, (n, ...), one at a time as in use.
 
     Raises:
-        BundleError: It fails, or an answer is off by more than `TOLERANCE`.
+        BundleError: The network fails, or an output differs by more than `TOLERANCE`.
     """
-    for question, answer in zip(questions, answers, strict=True):
+    for one, expected in zip(inputs, outputs, strict=True):
         try:
-            given = network(question[None])
+            given = network(one[None])
         except EngineError as error:
             raise BundleError(f"the {name} network {error}") from None
-        fits = isinstance(given, np.ndarray) and given.shape == (1, *answer.shape)
-        if not fits or not np.abs(given[0] - answer).max() <= TOLERANCE:  # NaN is refused as well
+        fits = isinstance(given, np.ndarray) and given.shape == (1, *expected.shape)
+        if not fits or not np.abs(given[0] - expected).max() <= TOLERANCE:  # refuses NaN, too
             raise BundleError(
                 f"the {name} network answers differently than when it was made; "
                 "copy the bundle again, or train it with this version"

@@ -1,7 +1,7 @@
 """NumPy inference engine: a forward pass, for boards and browsers without ONNX Runtime.
 
 Every operator is a function of arrays whose first axis is the batch. The kernel positions of
-convolutions and poolings are laid out as index arrays once, when the network is opened.
+convolutions and poolings are computed as index arrays once, when the network is opened.
 """
 
 from collections.abc import Callable
@@ -16,9 +16,9 @@ from controller.bundles.inference.engines import Network
 from controller.bundles.inference.onnx_reader import Graph, Node
 from controller.bundles.inference.onnx_shapes import Shape, Sliding, attribute, sizes
 
-Values = NDArray[np.float32]  # (batch, ...)
-Indices = NDArray[np.intp]
-Operator = Callable[..., Values]  # from the arrays of a node's inputs to its output
+Batch = NDArray[np.float32]  # (batch, ...)
+Indices = NDArray[np.intp]  # (channels, kernel positions, places)
+Operator = Callable[..., Batch]  # from the arrays of a node's inputs to its output
 
 
 def version() -> str:
@@ -27,7 +27,7 @@ def version() -> str:
 
 
 def network(model: bytes, graph: Graph) -> Network:
-    """Return a network as a function from a batch (n, ...) to a batch (n, ...).
+    """Return a network as a function from a batch, (n, ...), to a batch, (n, ...).
 
     Raises:
         GraphError: Its operators do not fit together.
@@ -35,7 +35,7 @@ def network(model: bytes, graph: Graph) -> Network:
     shapes = sizes(graph).shapes
     steps = [(_OPERATORS[node.op](node, graph, shapes), node) for node in graph.nodes]
 
-    def run(batch: Values) -> Values:
+    def run(batch: Batch) -> Batch:
         values = {**graph.weights, graph.input: batch}
         for operator, node in steps:
             values[node.output] = operator(*(values[name] for name in node.inputs))
@@ -53,7 +53,7 @@ def _function(operator: Operator) -> _Make:
 
 
 def _conv(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
-    """Return a convolution: a gather of kernel positions, then one matrix product."""
+    """Return a convolution of (n, channels, ...): a gather of taps, then one matrix product."""
     weights = graph.weights[node.inputs[1]]
     groups = attribute(node, "group", 1)
     sliding = Sliding.of(node, weights.shape[2:])
@@ -63,17 +63,17 @@ def _conv(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
     matrix = weights.reshape(groups, len(weights) // groups, -1)
     shape = shapes[node.output][1:]
 
-    def conv(values: Values, _: Values, bias: Values | None = None) -> Values:
-        made = (matrix @ _gather(values, taps)).reshape(len(values), len(weights), places)
+    def conv(values: Batch, _: Batch, bias: Batch | None = None) -> Batch:
+        maps = (matrix @ _gather(values, taps)).reshape(len(values), len(weights), places)
         if bias is not None:
-            made += bias[:, None]
-        return made.reshape(-1, *shape)
+            maps += bias[:, None]
+        return maps.reshape(-1, *shape)
 
     return conv
 
 
-def _pool(reduce: Callable[..., Values]) -> _Make:
-    """Return the maker of a pooling that reduces each kernel's values like this."""
+def _pool(reduce: Callable[..., Batch]) -> _Make:
+    """Return the maker of a pooling of (n, channels, ...) with a reduction over each kernel."""
 
     def make(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
         given = shapes[node.inputs[0]]
@@ -86,11 +86,11 @@ def _pool(reduce: Callable[..., Values]) -> _Make:
 
 
 def _taps(given: Shape, sliding: Sliding) -> Indices:
-    """Return which value of a flat input lies at each kernel position and output place.
+    """Return the index into a flat input for each kernel position and output place.
 
     Args:
         given: Shape of the input, (channels, axes...).
-        sliding: How the kernel slides.
+        sliding: Geometry of the kernel.
 
     Returns:
         Indices, (channels * kernel positions, places); the input's size stands for padding.
@@ -105,7 +105,7 @@ def _taps(given: Shape, sliding: Sliding) -> Indices:
     return view.reshape(given[0] * prod(sliding.kernel), -1)
 
 
-def _gather(values: Values, taps: Indices) -> Values:
+def _gather(values: Batch, taps: Indices) -> Batch:
     """Return the values at some indices of each flat input, (n, *taps.shape); 0 for padding."""
     flat = np.zeros((len(values), values[0].size + 1), dtype=np.float32)
     flat[:, :-1] = values.reshape(len(values), -1)
@@ -113,12 +113,12 @@ def _gather(values: Values, taps: Indices) -> Values:
 
 
 def _dense(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
-    """Return a matrix product, with a bias if there is one."""
-    turned = attribute(node, "transB", 0)
+    """Return a matrix product of (n, inputs), with a bias if there is one."""
+    transposed = attribute(node, "transB", 0)
 
-    def dense(values: Values, matrix: Values, bias: Values | None = None) -> Values:
-        made = values @ (matrix.T if turned else matrix)
-        return made if bias is None else made + bias
+    def dense(values: Batch, matrix: Batch, bias: Batch | None = None) -> Batch:
+        product = values @ (matrix.T if transposed else matrix)
+        return product if bias is None else product + bias
 
     return dense
 
@@ -133,11 +133,11 @@ def _transpose(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
     return lambda values: values.transpose(order)
 
 
-def _sigmoid(values: Values) -> Values:
+def _sigmoid(values: Batch) -> Batch:
     return np.asarray(1.0 / (1.0 + np.exp(-values)), dtype=np.float32)
 
 
-def _softmax(values: Values) -> Values:
+def _softmax(values: Batch) -> Batch:
     powers = np.exp(values - values.max(axis=-1, keepdims=True))
     return np.asarray(powers / powers.sum(axis=-1, keepdims=True))
 

@@ -1,9 +1,9 @@
 """Bounded reader of ONNX files: the network as a chain of operators, before any engine runs it.
 
-An ONNX file is a protocol buffer, and the format allows far more than a network needs: pictures of
-other files, functions, loops, arrays of any size. Here it is read field by field, and whatever is
-not on the lists below is refused. What is left is a short chain of well-known operators whose
-weights lie in the file; `onnx_shapes` computes its cost.
+An ONNX file is a protocol buffer, and the format allows far more than a network needs: references
+to other files, functions, loops, arrays of any size. Here it is read field by field, and only the
+fields and operators listed below are accepted: a short chain of known operators whose weights are
+in the file. `onnx_shapes` computes its cost.
 
 Sources: onnx.proto3 (version 1.17 of ONNX) for the fields, and the protocol buffers' encoding
 for the bytes.
@@ -22,11 +22,11 @@ MAX_ARRAYS: Final = 200
 MAX_RANK: Final = 6
 MAX_TEXT: Final = 200  # bytes of a name
 MAX_NUMBERS: Final = 24  # in a list: the pads of a convolution over three axes are six
-OPSETS: Final = range(13, 24)  # in which our operators have one meaning
+OPSETS: Final = range(13, 24)  # in these the operators below have one meaning
 IR_VERSIONS: Final = range(7, 14)
 _DOMAINS: Final = ("", "ai.onnx")  # of ONNX's own operators
 
-# Each operator and the attributes that it may have: integers, or lists of them.
+# Each operator and its allowed attributes: integers, or lists of them.
 OPERATORS: Final[dict[str, str]] = {
     "Add": "",
     "AveragePool": "kernel_shape strides",
@@ -56,7 +56,7 @@ _TYPES: Final[dict[int, np.dtype[Any]]] = {  # TensorProto.DataType: FLOAT, INT6
 
 
 class GraphError(ValueError):
-    """The file is no network that a device runs; the message has no subject."""
+    """The file is no supported network; the message has no subject."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +64,10 @@ class Node:
     """One operator of the graph.
 
     Attributes:
-        op: Its name, one of `OPERATORS`.
-        inputs: Names of what it takes, of earlier nodes, weights, or the graph's input.
-        output: The name of what it gives.
-        attributes: Its settings.
+        op: One of `OPERATORS`.
+        inputs: Names of its input arrays: outputs of earlier nodes, weights, or the graph's input.
+        output: Name of its output array.
+        attributes: Values of its attributes.
     """
 
     op: str
@@ -83,9 +83,9 @@ class Graph:
     Attributes:
         nodes: In the order in which they run.
         weights: Arrays by name, float32 or int64.
-        input: Name of what the network is asked.
-        shape: Shape of that, the batch's axis as 1.
-        output: Name of its answer.
+        input: Name of the input array.
+        shape: Shape of the input, the batch's axis as 1.
+        output: Name of the output array.
     """
 
     nodes: tuple[Node, ...]
@@ -99,7 +99,7 @@ def read(data: bytes) -> Graph:
     """Return the network in an ONNX file.
 
     Raises:
-        GraphError: It is damaged, or has anything that a plain network does not need.
+        GraphError: It is damaged, or holds anything that a plain network does not need.
     """
     model = _read(data, _MODEL)
     _check_version("has the IR version", model.number(1), IR_VERSIONS)
@@ -120,7 +120,7 @@ def _check_version(what: str, version: int, known: range) -> None:
         )
 
 
-# --- the messages of onnx.proto3: the known fields, and how each is written ---
+# --- the messages of onnx.proto3: the known fields and their wire types ---
 
 _VARINT, _BYTES = 0, 2  # the wire types of protocol buffers that a network needs
 _MAX_FIELDS: Final = MAX_NODES + MAX_ARRAYS + 100
@@ -128,7 +128,7 @@ _MAX_FIELDS: Final = MAX_NODES + MAX_ARRAYS + 100
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """A message: the wire type of each known field, and which may come more than once."""
+    """A message: the wire type of each known field, and the fields that may be repeated."""
 
     name: str
     wires: dict[int, int]
@@ -136,7 +136,7 @@ class _Form:
 
 
 def _form(name: str, *, numbers: str = "", data: str = "", many: str = "") -> _Form:
-    """Return a form from the numbers of its fields, by what they hold."""
+    """Return a form from the numbers of its fields, by content."""
     wires = dict.fromkeys(map(int, numbers.split()), _VARINT)
     wires |= dict.fromkeys(map(int, data.split()), _BYTES)
     return _Form(name, wires, frozenset(map(int, many.split())))
@@ -190,7 +190,7 @@ class _Message:
 def _read(data: bytes | memoryview, form: _Form) -> _Message:
     """Return a message of a form.
 
-    A field that comes twice where one belongs is refused: readers differ in which one counts.
+    A repeated field where one is expected is refused: readers differ in which one counts.
     """
     fields: dict[int, list[Any]] = {}
     for count, (number, wire, value) in enumerate(_fields(memoryview(data))):
@@ -206,7 +206,7 @@ def _read(data: bytes | memoryview, form: _Form) -> _Message:
         elif wire == _BYTES and number in form.many:
             values.extend(_packed(value))
         else:
-            raise GraphError("is damaged: a field is not written as the format says")
+            raise GraphError("is damaged: a field has another wire type than the format")
         if form.wires[number] == _VARINT and len(values) > MAX_NUMBERS:
             raise GraphError(f"has a list of more than {MAX_NUMBERS} numbers")
     return _Message(fields)
@@ -231,7 +231,7 @@ def _fields(data: memoryview) -> Iterator[tuple[int, int, Any]]:
 
 
 def _varint(data: memoryview, at: int) -> tuple[int, int]:
-    """Return the number that begins at a place, at most 64 bits, and where it ends."""
+    """Return the number at an offset, at most 64 bits, and the offset of its end."""
     value = 0
     for shift in range(0, 70, 7):
         if at >= len(data):
@@ -245,7 +245,7 @@ def _varint(data: memoryview, at: int) -> tuple[int, int]:
 
 
 def _packed(data: memoryview) -> list[int]:
-    """Return the first numbers of a packed list, one more than are allowed at most."""
+    """Return the first numbers of a packed list, at most one more than the limit."""
     numbers: list[int] = []
     at = 0
     while at < len(data) and len(numbers) <= MAX_NUMBERS:
@@ -277,12 +277,10 @@ def _graph(graph: _Message) -> Graph:
         weights[name] = array
     inputs = [_value(value) for value in graph.messages(11, _VALUE)]
     outputs = [_value(value) for value in graph.messages(12, _VALUE)]
-    asked = [(name, shape) for name, shape in inputs if name not in weights]
-    if len(asked) != 1 or len(outputs) != 1:
-        raise GraphError(
-            f"takes {len(asked)} arrays and gives {len(outputs)}; expected is one each"
-        )
-    (name, shape), (output, _) = asked[0], outputs[0]
+    free = [(name, shape) for name, shape in inputs if name not in weights]
+    if len(free) != 1 or len(outputs) != 1:
+        raise GraphError(f"takes {len(free)} arrays and gives {len(outputs)}; expected is one each")
+    (name, shape), (output, _) = free[0], outputs[0]
     if len(shape) < 2 or not all(shape[1:]):
         raise GraphError(f"takes {name!r} of a shape that it leaves open; only the batch may be")
     nodes = tuple(_node(node) for node in graph.messages(1, _NODE))
@@ -320,7 +318,7 @@ def _node(node: _Message) -> Node:
 
 
 def _tensor(tensor: _Message) -> tuple[str, Array]:
-    """Return name and values of an array that lies in the file, raw."""
+    """Return name and values of an array, of any shape, that is stored in the file."""
     name, shape, raw = tensor.text(8), tensor.numbers(1), tensor.data(9)
     dtype = _TYPES.get(tensor.number(2))
     if dtype is None:

@@ -1,9 +1,8 @@
 """Shape inference and cost limits of a network, without running it.
 
-A graph that `controller/bundles/inference/onnx_reader.py` has read is harmless as text, but a
-convolution with pads of a million would still take all the memory there is. So every shape is
-worked out first, by ONNX's own rules, and added up against limits that a network for a skin stays
-far below.
+A graph that `onnx_reader` accepts could still exhaust the memory, as by a convolution with pads of
+a million. So every shape is computed first, by ONNX's rules, and the sums are compared with limits
+far above the networks of a capacitive skin.
 """
 
 import math
@@ -14,14 +13,14 @@ from typing import Final, TypeVar
 from controller.bundles.inference.onnx_reader import MAX_RANK, Array, Graph, GraphError, Node
 
 MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
-MAX_MACS: Final = 2_000_000_000  # multiplications of one answer: about a second on a small board
+MAX_MACS: Final = 2_000_000_000  # multiplications of one output: about a second on a small board
 
 Shape = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """The cost of one answer.
+    """The cost of one output.
 
     Attributes:
         shapes: The shape of each array, by name, weights included.
@@ -35,10 +34,10 @@ class Sizes:
 
 
 def sizes(graph: Graph) -> Sizes:
-    """Return the shapes of a graph and what they cost.
+    """Return the shapes of a graph and their cost.
 
     Raises:
-        GraphError: The operators do not fit together, or cost more than a device has.
+        GraphError: The operators do not fit together, or exceed a limit.
     """
     shapes = {name: array.shape for name, array in graph.weights.items()}
     shapes[graph.input] = graph.shape
@@ -57,7 +56,7 @@ def sizes(graph: Graph) -> Sizes:
             raise GraphError(f"has {node.op} give an array of the shape {shape}")
         shapes[node.output] = shape
         elements += math.prod(shape)
-        if node.op == "Conv":  # engines lay out what each place of the kernel sees
+        if node.op == "Conv":  # engines copy the input once for each position of the kernel
             elements += cost // shape[1]
         macs += cost
         if elements > MAX_ELEMENTS or macs > MAX_MACS:
@@ -74,7 +73,7 @@ _Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
 
 @dataclass(frozen=True, slots=True)
 class Sliding:
-    """How a kernel slides: sizes along each axis after batch and channel."""
+    """Geometry of a sliding kernel: sizes along each axis after batch and channel."""
 
     kernel: Shape
     strides: Shape
@@ -107,7 +106,7 @@ class Sliding:
         return tuple(d * (k - 1) + 1 for k, d in zip(self.kernel, self.dilations, strict=True))
 
     def out(self, shape: Shape) -> Shape:
-        """Return the sizes that axes of these sizes give."""
+        """Return the sizes of the output for axes of these sizes."""
         if len(shape) != len(self.kernel):
             raise ValueError(f"{len(shape)} axes for a kernel of {len(self.kernel)}")
         padded = map(sum, zip(shape, self.before, self.after, strict=True))
@@ -119,11 +118,7 @@ _Setting = TypeVar("_Setting", int, Shape)
 
 
 def attribute(node: Node, name: str, default: _Setting) -> _Setting:
-    """Return an attribute, of the type of its default.
-
-    Raises:
-        ValueError: It is of another type.
-    """
+    """Return an attribute; ValueError unless it has the type of its default."""
     value = node.attributes.get(name, default)
     if not isinstance(value, type(default)):
         raise ValueError(f"{name} is no {'whole number' if isinstance(default, int) else 'list'}")

@@ -1,7 +1,7 @@
 """Write a network as an ONNX file, field by field: the inverse of `onnx_reader`.
 
-A device has no `onnx` package, and needs none to keep what it has learned: what `read` finds
-harmless is written in the few fields that it was read from, always as the same bytes.
+A device needs no `onnx` package to store an adapted network. Only the fields that `read` accepts
+are written, and the same network always gives the same bytes.
 """
 
 from typing import Final
@@ -19,12 +19,12 @@ _VARINT, _BYTES = 0, 2  # the wire types of protocol buffers
 
 
 def write(graph: Graph, title: str = "gesture", width: int | None = None) -> bytes:
-    """Return the ONNX file of a network; `onnx_reader.read` gives the same network back.
+    """Return the ONNX file of a network; `onnx_reader.read` returns the same network.
 
     Args:
         graph: The network; its batch is left open.
-        title: What the file calls it.
-        width: Numbers in its answer; by default the rows of the last weights.
+        title: Name of the graph in the file.
+        width: Numbers in its output; by default the rows of the last weights.
     """
     if width is None:
         last = [name for node in graph.nodes for name in node.inputs if name in graph.weights][-1]
@@ -53,6 +53,7 @@ def _attribute(name: str, value: Attribute) -> bytes:
 
 
 def _tensor(name: str, array: Array) -> bytes:
+    """Return an array of any shape as a TensorProto."""
     kind = _FLOAT32 if array.dtype.kind == "f" else _INT64
     plain = np.ascontiguousarray(array, dtype="<f4" if kind == _FLOAT32 else "<i8")
     sizes = b"".join(_number(1, size) for size in array.shape)

@@ -1,12 +1,12 @@
 """ONNX Runtime, the standard engine. The one module that imports it, for training too.
 
-The wheels of ONNX Runtime report usage to their maker unless told not to: a persistent device
-identifier and a database of events in the user's cache folder, and uploads. The environment
-variable is read when the library is loaded, so it is set before the import; child processes
-inherit it. Builds for Windows apps know the function only.
+The wheels of ONNX Runtime report usage to their maker by default: a persistent device identifier
+and a database of events in the user's cache folder, and uploads. The environment variable that
+disables this is read when the library is loaded, so it is set before the import; child processes
+inherit it. Builds for Windows apps have the function only.
 
-One thread, in sequence, without spinning: at ten small runs a second anything else only
-makes the slowest run slower (measured: a 1 ms tail instead of 10 ms).
+One thread, in sequence, without spinning: with ten small runs a second, other settings only slow
+the slowest runs down (measured: a 1 ms tail instead of 10 ms).
 """
 
 import os
@@ -46,7 +46,7 @@ def session(model: bytes) -> ort.InferenceSession:
 
 
 def network(model: bytes, graph: Graph) -> Network:
-    """Return a network as a function from a batch (n, ...) to a batch (n, ...).
+    """Return a network as a function from a batch, (n, ...), to a batch, (n, ...).
 
     Raises:
         EngineError: ONNX Runtime does not load it.
@@ -59,10 +59,10 @@ def network(model: bytes, graph: Graph) -> Network:
 
     def run(batch: NDArray[np.float32]) -> NDArray[np.float32]:
         try:
-            answer: NDArray[np.float32] = opened.run([exit_.name], {entry.name: batch})[0]
+            output: NDArray[np.float32] = opened.run([exit_.name], {entry.name: batch})[0]
         except Exception as error:  # see `session`
             raise EngineError(f"does not run: {first_line(error)}") from None
-        return answer
+        return output
 
     return run
 

@@ -1,5 +1,6 @@
-"""The device as a Bluetooth one, through BlueZ on Linux; needs the extra [bluetooth].
+"""Bluetooth services of the device, through BlueZ on Linux; needs the extra [bluetooth].
 
 `identifiers` holds UUIDs and paths, `bluez` is the D-Bus edge, `pairing_agent` confirms pairings,
-and `registration` is the thread that registers services while bluetoothd and adapters come and go.
+and `registration` is the thread that registers services, again after bluetoothd or an adapter
+returns.
 """

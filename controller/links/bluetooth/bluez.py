@@ -1,8 +1,8 @@
-"""The D-Bus edge: one connection to the system bus, and BlueZ's objects as plain Python values.
+"""D-Bus client: one connection to the system bus, and BlueZ's objects as plain Python values.
 
-Everything here runs on one asyncio loop; `controller.links.bluetooth.registration` owns that loop's
-thread. Calls are written out by signature instead of asking every object what it can do: BlueZ's
-interface is fixed, and an answer less is a delay less.
+Everything here runs on one asyncio loop, on the thread of `controller.links.bluetooth.registration`
+in a device. Methods are called by signature without introspection, since BlueZ's interface is
+fixed and every round trip takes time.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from dbus_fast.service import ServiceInterface
 
 BLUEZ: Final = "org.bluez"
-ROOT: Final = "/org/bluez"  # AgentManager1 and ProfileManager1 live here
+ROOT: Final = "/org/bluez"  # object of AgentManager1 and ProfileManager1
 ADAPTER: Final = "org.bluez.Adapter1"
 DEVICE: Final = "org.bluez.Device1"
-CALL_S: Final = 25.0  # D-Bus's own patience; pairing and connecting are given more
+CALL_S: Final = 25.0  # D-Bus's own timeout; pairing and connecting have a longer one
 _DBUS: Final = "org.freedesktop.DBus"
 _PROPERTIES: Final = "org.freedesktop.DBus.Properties"
 _OBJECTS: Final = "org.freedesktop.DBus.ObjectManager"
 
 Properties = dict[str, Any]  # of one interface, variants unwrapped
 Objects = dict[str, dict[str, Properties]]  # path → interface → properties
-# Called with (path, interface, what changed); None instead of changes: the interface is gone.
-# BlueZ itself coming and going is path "", interface "", changes {"running": bool}.
+# Called with (path, interface, changes); None instead of changes: the interface was removed.
+# A start or end of BlueZ itself has path "", interface "", changes {"running": bool}.
 Listener = Callable[[str, str, Properties | None], None]
 
 
@@ -47,7 +47,7 @@ class BluetoothError(TroubleError, OSError):
 
 
 def available() -> bool:
-    """Return whether the package that this needs is installed."""
+    """Return whether the package dbus-fast is installed."""
     try:
         import dbus_fast  # noqa: F401
     except ImportError:
@@ -56,10 +56,10 @@ def available() -> bool:
 
 
 class Bus:
-    """A connection to the system bus, and through it to BlueZ; make one with `connect`."""
+    """A connection to BlueZ over the system bus, made by `connect`."""
 
     def __init__(self, connection: Any) -> None:
-        self.raw = connection  # dbus_fast.aio.MessageBus, for what is not wrapped here
+        self.raw = connection  # dbus_fast.aio.MessageBus, for other calls
         self._listeners: list[Listener] = []
 
     @classmethod
@@ -80,14 +80,14 @@ class Bus:
             connection = MessageBus(bus_type=BusType.SYSTEM, negotiate_unix_fd=True)
             await asyncio.wait_for(connection.connect(), CALL_S)
         except (OSError, AuthError, DBusError, TimeoutError, ValueError) as error:
-            where = os.environ.get("DBUS_SYSTEM_BUS_ADDRESS", "the system bus")
+            address = os.environ.get("DBUS_SYSTEM_BUS_ADDRESS", "the system bus")
             raise BluetoothError(
-                f"cannot reach {where}, where BlueZ is ({error}); Bluetooth needs Linux with "
+                f"cannot reach {address}, where BlueZ is ({error}); Bluetooth needs Linux with "
                 "D-Bus and BlueZ: sudo apt install bluez, or use another --link"
             ) from error
         bus = cls(connection)
-        connection.add_message_handler(bus._heard)
-        await bus._watch()
+        connection.add_message_handler(bus._dispatch)
+        await bus._subscribe()
         return bus
 
     async def call(
@@ -100,7 +100,7 @@ class Bus:
         timeout_s: float = CALL_S,
         to: str = BLUEZ,
     ) -> Any:
-        """Call a method; return its one value, a list of several, or None.
+        """Call the method `member` of an object; return its one value, a list of several, or None.
 
         Args:
             path: The object.
@@ -108,17 +108,17 @@ class Bus:
             member: The method.
             signature: D-Bus types of the body; variants in it are `variant(...)`.
             body: The arguments.
-            timeout_s: How long to wait for the answer.
-            to: The service; BlueZ, unless it is the bus itself.
+            timeout_s: Timeout for the reply.
+            to: The service.
 
         Raises:
-            BluetoothError: It failed, or did not answer in time.
+            BluetoothError: The call failed, or timed out.
         """
         from dbus_fast import DBusError, Message, MessageFlag, MessageType
         from dbus_fast.unpack import unpack_variants
 
         message = Message(
-            # A bluetoothd that was stopped on purpose must not start because of a query.
+            # A query must not start a bluetoothd that was stopped on purpose.
             flags=MessageFlag.NO_AUTOSTART,
             destination=to,
             path=path,
@@ -136,18 +136,18 @@ class Bus:
         if reply is None:
             return None
         if reply.message_type is MessageType.ERROR:
-            why = str(reply.body[0]) if reply.body else ""
+            text = str(reply.body[0]) if reply.body else ""
             name = str(reply.error_name)
-            raise BluetoothError(f"{member}: {explain(name, why)}", name)
+            raise BluetoothError(f"{member}: {explain(name, text)}", name)
         values = unpack_variants(reply.body)
         return values[0] if len(values) == 1 else (values or None)
 
     async def running(self) -> bool:
-        """Return whether bluetoothd is there."""
+        """Return whether bluetoothd is running."""
         return bool(await self.call("/", _DBUS, "NameHasOwner", "s", BLUEZ, to=_DBUS))
 
     async def objects(self) -> Objects:
-        """Return everything that BlueZ knows; nothing if it is not running."""
+        """Return all objects of BlueZ; none if it is not running."""
         try:
             found: Objects = await self.call("/", _OBJECTS, "GetManagedObjects")
         except BluetoothError as error:
@@ -167,9 +167,7 @@ class Bus:
             if name in ("", path.rpartition("/")[2], properties.get("Address")):
                 return path
         if not await self.running():
-            raise BluetoothError(
-                "the Bluetooth service is not running; sudo systemctl enable --now bluetooth"
-            )
+            raise BluetoothError(_START)
         if name and found:
             there = ", ".join(path.rpartition("/")[2] for path in found)
             raise BluetoothError(f"there is no Bluetooth adapter {name}; there is {there}")
@@ -193,15 +191,15 @@ class Bus:
         await self.call(path, _PROPERTIES, "Set", "ssv", interface, name, wrapped)
 
     def export(self, path: str, interface: ServiceInterface) -> None:
-        """Offer an object to BlueZ."""
+        """Export an object on the bus."""
         self.raw.export(path, interface)
 
     def unexport(self, path: str) -> None:
-        """Offer it no longer; a path that was never exported is fine."""
+        """Remove an exported object, if there is one."""
         self.raw.unexport(path)
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Call a listener for every change, on the loop's thread; return what ends that."""
+        """Call a listener for every change, on the loop's thread; return its remover."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 
@@ -215,10 +213,10 @@ class Bus:
             return
 
     def close(self) -> None:
-        """End the connection; BlueZ forgets by itself what we had registered."""
+        """End the connection, which removes all registrations with BlueZ."""
         self.raw.disconnect()
 
-    async def _watch(self) -> None:
+    async def _subscribe(self) -> None:
         """Subscribe to BlueZ's signals."""
         for rule in (
             f"type='signal',sender='{BLUEZ}',interface='{_PROPERTIES}'",
@@ -227,37 +225,37 @@ class Bus:
         ):
             await self.call("/org/freedesktop/DBus", _DBUS, "AddMatch", "s", rule, to=_DBUS)
 
-    def _heard(self, message: Message) -> None:
-        """Turn BlueZ's signals into calls of the listeners."""
+    def _dispatch(self, message: Message) -> None:
+        """Call the listeners with a signal of BlueZ."""
         from dbus_fast import MessageType
         from dbus_fast.unpack import unpack_variants
 
         if message.message_type is not MessageType.SIGNAL:
             return
         body = unpack_variants(message.body)
-        news: list[tuple[str, str, Properties | None]] = []
+        changes: list[tuple[str, str, Properties | None]] = []
         if message.member == "PropertiesChanged" and message.interface == _PROPERTIES:
-            news = [(message.path or "", body[0], body[1])]
+            changes = [(message.path or "", body[0], body[1])]
         elif message.member == "InterfacesAdded":
-            news = [(body[0], interface, values) for interface, values in body[1].items()]
+            changes = [(body[0], interface, values) for interface, values in body[1].items()]
         elif message.member == "InterfacesRemoved":
-            news = [(body[0], interface, None) for interface in body[1]]
+            changes = [(body[0], interface, None) for interface in body[1]]
         elif message.member == "NameOwnerChanged" and body[0] == BLUEZ:
-            news = [("", "", {"running": bool(body[2])})]
-        for item in news:
+            changes = [("", "", {"running": bool(body[2])})]
+        for change in changes:
             for listener in tuple(self._listeners):
-                listener(*item)
+                listener(*change)
 
 
 def variant(signature: str, value: Any) -> Any:
-    """Return a value as D-Bus wants it where any type may stand."""
+    """Return a value as a D-Bus variant."""
     from dbus_fast import Variant
 
     return Variant(signature, value)
 
 
 def adapters(objects: Objects) -> dict[str, Properties]:
-    """Return the adapters among BlueZ's objects, by path, in order."""
+    """Return the adapters among BlueZ's objects, by path, sorted."""
     return {path: objects[path][ADAPTER] for path in sorted(objects) if ADAPTER in objects[path]}
 
 
@@ -271,7 +269,7 @@ def devices(objects: Objects, adapter: str = "") -> dict[str, Properties]:
 
 
 def bonded(device: Properties) -> bool:
-    """Return whether a device has been paired for good."""
+    """Return whether a device is bonded."""
     return bool(device.get("Bonded", device.get("Paired", False)))  # BlueZ before 5.64: Paired
 
 
@@ -281,7 +279,7 @@ def named(device: Properties) -> str:
 
 
 def explain(name: str, text: str) -> str:
-    """Return what a D-Bus error means and what to do about it."""
+    """Return the meaning of a D-Bus error and advice."""
     return _WORDS[name].format(text=text or name) if name in _WORDS else text or name
 
 

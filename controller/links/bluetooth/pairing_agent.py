@@ -1,7 +1,7 @@
-"""The pairing agent: confirms or refuses pairings and connections for BlueZ.
+"""Pairing agent for BlueZ: confirms or refuses pairings and connections.
 
-Outside the pairing window no host can pair. Inside it a host can; where there is a screen, only
-after the user has compared six digits. Services are for bonded hosts only.
+New hosts can pair only within the pairing window; on a device with a screen, only after the user
+has compared six digits. Services are for bonded hosts only.
 """
 
 import contextlib
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 MANAGER: Final = "org.bluez.AgentManager1"
 NO_SCREEN: Final = "NoInputNoOutput"  # "just works"; the pairing window is the confirmation
 SCREEN: Final = "DisplayYesNo"  # both sides show six digits, for the user to compare
-WINDOW_S: Final = 120  # how long the window stays open
+WINDOW_S: Final = 120  # duration of the pairing window
 
-# Takes the name and address of a host, and the six digits, "" if there are none.
+# Called with the name and address of a host, and the six digits, "" if there are none.
 Confirm = Callable[[str, str], Awaitable[bool]]
 
 log = logging.getLogger(__name__)
@@ -37,19 +37,13 @@ async def accept_all(host: str, digits: str) -> bool:
 
 
 class PairingAgent(ServiceInterface):
-    """The agent that BlueZ calls.
+    """D-Bus object of the agent; its pairing window begins closed.
 
     Attributes:
         paired: Names and addresses of the hosts that were paired, in order.
     """
 
     def __init__(self, bus: "Bus", confirm: Confirm = accept_all) -> None:
-        """Begin with the window closed.
-
-        Args:
-            bus: Where BlueZ is.
-            confirm: Called before a host is paired.
-        """
         super().__init__("org.bluez.Agent1")
         self.paired: list[str] = []
         self._bus = bus
@@ -57,11 +51,11 @@ class PairingAgent(ServiceInterface):
         self._closes_s = 0.0
 
     async def register(self, capability: str, *, default: bool = True) -> None:
-        """Become an agent of BlueZ's.
+        """Register with BlueZ.
 
         Args:
-            capability: "NoInputNoOutput" or "DisplayYesNo".
-            default: Serve pairings of every origin, not only those that this program begins.
+            capability: `NO_SCREEN` or `SCREEN`.
+            default: Serve all pairings, not only those that this program starts.
 
         Raises:
             BluetoothError: BlueZ refuses it.
@@ -72,21 +66,21 @@ class PairingAgent(ServiceInterface):
             await self._bus.call(ROOT, MANAGER, "RequestDefaultAgent", "o", AGENT_PATH)
 
     async def unregister(self) -> None:
-        """Unregister; nothing happens if BlueZ has gone."""
+        """Unregister, if BlueZ is running."""
         with contextlib.suppress(BluetoothError):
             await self._bus.call(ROOT, MANAGER, "UnregisterAgent", "o", AGENT_PATH)
 
     @property
     def open(self) -> bool:
-        """Whether new hosts can pair now."""
+        """Whether the pairing window is open."""
         return time.monotonic() < self._closes_s
 
     def allow(self, seconds: float) -> None:
-        """Confirm pairings for so long, without being discoverable."""
+        """Open the pairing window without being discoverable."""
         self._closes_s = time.monotonic() + seconds
 
     async def open_window(self, adapter: str, seconds: int = WINDOW_S) -> None:
-        """Be discoverable and pairable for so long; BlueZ ends it by itself, too."""
+        """Open the pairing window, discoverable and pairable; BlueZ has the same timeout."""
         self.allow(seconds)
         for name, signature, value in (
             ("DiscoverableTimeout", "u", seconds),
@@ -98,24 +92,24 @@ class PairingAgent(ServiceInterface):
         log.info("hosts can find and pair with this orb for %d s", seconds)
 
     async def close_window(self, adapter: str) -> None:
-        """Let no new host pair; bonded hosts still connect."""
+        """Close the pairing window; bonded hosts still connect."""
         self._closes_s = 0.0
         for name in ("Discoverable", "Pairable"):
             await self._bus.set(adapter, ADAPTER, name, "b", False)
 
-    async def _let_in(self, path: str, digits: str) -> None:
-        """Return if this host may pair, or raise the error by which BlueZ refuses it."""
-        host = await self._named(path)
+    async def _authorize(self, path: str, digits: str) -> None:
+        """Return if a host may pair, or raise the error that refuses it."""
+        host = await self._host_name(path)
         if not self.open:
             log.warning("%s wanted to pair; the pairing window is closed: controller pair", host)
-            raise _no("the pairing window is closed")
+            raise _rejected("the pairing window is closed")
         if not await self._confirm(host, digits):
-            log.warning("%s was not let in", host)
-            raise _no("not confirmed")
+            log.warning("%s was not confirmed", host)
+            raise _rejected("not confirmed")
         log.info("%s may pair", host)
         self.paired.append(host)
 
-    async def _named(self, path: str) -> str:
+    async def _host_name(self, path: str) -> str:
         try:
             return named(await self._bus.device(path))
         except BluetoothError:
@@ -123,41 +117,42 @@ class PairingAgent(ServiceInterface):
 
     @dbus_method()
     def Release(self) -> None:  # noqa: N802
-        """BlueZ needs us no longer."""
+        """Handle the end of the registration."""
 
     @dbus_method()
     def Cancel(self) -> None:  # noqa: N802
-        """The pairing was cancelled."""
+        """Handle a cancelled pairing."""
         log.info("the pairing was cancelled")
 
     @dbus_method()
     async def RequestConfirmation(  # noqa: N802
         self, device: DBusObjectPath, passkey: DBusUInt32
     ) -> None:
-        """A host wants to pair, and shows these six digits."""
-        await self._let_in(device, f"{passkey:06d}")
+        """Handle the pairing of a host that shows six digits."""
+        await self._authorize(device, f"{passkey:06d}")
 
     @dbus_method()
     async def RequestAuthorization(self, device: DBusObjectPath) -> None:  # noqa: N802
-        """A host wants to pair, and has no screen."""
-        await self._let_in(device, "")
+        """Handle the pairing of a host without a screen."""
+        await self._authorize(device, "")
 
     @dbus_method()
     async def DisplayPasskey(  # noqa: N802
         self, device: DBusObjectPath, passkey: DBusUInt32, entered: DBusUInt16
     ) -> None:
-        """A host with a keyboard types what we show."""
+        """Show the digits to type on a host with a keyboard."""
         log.info("type %06d on the host", passkey)
 
     @dbus_method()
     async def AuthorizeService(  # noqa: N802
         self, device: DBusObjectPath, uuid: DBusStr
     ) -> None:
-        """A host that is not marked as trusted wants to use a service."""
+        """Refuse a service to a host that is not bonded."""
         if not bonded(await self._bus.device(device)):
-            log.warning("%s is not paired, and was refused %s", await self._named(device), uuid)
-            raise _no("pair first")
+            host = await self._host_name(device)
+            log.warning("%s is not paired, and was refused %s", host, uuid)
+            raise _rejected("pair first")
 
 
-def _no(why: str) -> DBusError:
-    return DBusError("org.bluez.Error.Rejected", why)
+def _rejected(reason: str) -> DBusError:
+    return DBusError("org.bluez.Error.Rejected", reason)

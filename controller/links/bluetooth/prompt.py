@@ -1,4 +1,4 @@
-"""Questions at the terminal, beside a running asyncio loop."""
+"""Yes-no prompt at the terminal for an asyncio program."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import threading
 
 
 class Prompt:
-    """Questions on the standard output, and answers from the standard input."""
+    """Prompt on the standard output; a daemon thread reads the standard input."""
 
     def __init__(self) -> None:
-        """Begin to listen; a thread of its own waits for lines, and ends with the program."""
         self._lines: asyncio.Queue[str | None] = asyncio.Queue()
         self._loop = asyncio.get_running_loop()
         threading.Thread(target=self._read, name="console", daemon=True).start()
@@ -29,12 +28,12 @@ class Prompt:
                 return
 
     async def confirm(self, host: str, digits: str) -> bool:
-        """Ask whether both sides show the same digits; the end of the input is a no."""
-        while not self._lines.empty():  # typed before the question: no answer to it
+        """Return whether the user confirms a pairing; False at the end of the input."""
+        while not self._lines.empty():  # lines typed before the prompt
             if self._lines.get_nowait() is None:
                 return False
-        what = f"{host} shows {digits}; is it the same there?" if digits else f"let {host} in?"
-        print(f"{what} [y/n] ", end="", flush=True)
+        question = f"{host} shows {digits}; is it the same there?" if digits else f"let {host} in?"
+        print(f"{question} [y/n] ", end="", flush=True)
         answer = await self._lines.get()
         print(flush=True)
         return (answer or "").strip().lower() in ("y", "yes")

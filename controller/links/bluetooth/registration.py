@@ -1,7 +1,7 @@
 """Thread that registers services with BlueZ, again whenever bluetoothd or the adapter returns.
 
-A round lasts from a working adapter until bluetoothd, the adapter or the bus is lost. At its end
-the connection to the bus is closed, with which BlueZ forgets all registrations.
+A registration lasts until bluetoothd, the adapter or the bus is lost. Then the connection to the
+bus is closed, which removes it from BlueZ.
 """
 
 from __future__ import annotations
@@ -22,22 +22,18 @@ from controller.links.bluetooth.identifiers import ALIAS
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import PairingAgent
 
-RETRY_S: Final = 2.0  # between two tries while something is missing
-START_S: Final = 15.0  # for the first try: bluetoothd may be about to start
+RETRY_S: Final = 2.0  # between two attempts while something is missing
+START_S: Final = 15.0  # for the first attempt: bluetoothd may be about to start
 
 log = logging.getLogger(__name__)
 
 
 class Registration(ABC):
-    """Something that is registered with BlueZ. Everything runs on the thread's loop."""
+    """A service to register with BlueZ. All methods run on the thread's loop."""
 
     @abstractmethod
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register.
-
-        Args:
-            bus: The connection to BlueZ; a new one every time.
-            adapter: The path of the adapter, which is on.
+        """Register over a new connection, on the powered adapter at a path.
 
         Raises:
             BluetoothError: It cannot be registered; the message is one sentence.
@@ -45,14 +41,14 @@ class Registration(ABC):
 
     @abstractmethod
     async def end(self) -> None:
-        """Forget the bus, which may be lost already: BlueZ, the adapter or the link has ended."""
+        """Release the bus, which may be lost already."""
 
 
 class RegistrationThread:
-    """An asyncio loop on a thread of its own, which keeps a service registered.
+    """An asyncio loop on its own thread, which keeps a service registered.
 
     Attributes:
-        state: "ready", or in a sentence what is missing.
+        state: "ready", or a sentence about what is missing.
     """
 
     def __init__(self, service: Registration, adapter: str = "") -> None:
@@ -66,13 +62,13 @@ class RegistrationThread:
         self._closing = asyncio.Event()
         self._agent: PairingAgent | None = None
         self._adapter = ""
-        self._off = False  # the adapter was switched off, and stays off
+        self._off = False  # the adapter was switched off on purpose
 
     def start(self) -> None:
-        """Begin, and wait until everything is registered for the first time.
+        """Start the thread, and wait for the first registration.
 
         Raises:
-            BluetoothError: It cannot be; the message is one sentence. The thread has ended.
+            BluetoothError: The registration failed; the thread has ended.
         """
         self._thread.start()
         try:
@@ -85,26 +81,26 @@ class RegistrationThread:
             raise
 
     def pair(self, seconds: int) -> None:
-        """Open the pairing window, without waiting; nothing happens while BlueZ is away."""
+        """Open the pairing window, without waiting; no effect while BlueZ is not running."""
         self.submit(self._pair(seconds))
 
     def submit(self, task: Coroutine[Any, Any, Any]) -> None:
-        """Run something on the loop, without waiting; a BluetoothError is logged."""
+        """Run a task on the loop, without waiting; a BluetoothError is logged."""
         asyncio.run_coroutine_threadsafe(logged(task), self._loop)
 
     def close(self) -> None:
-        """Unregister everything, and end the thread."""
+        """Unregister the service, and end the thread."""
         if self._thread.is_alive():
-            with contextlib.suppress(RuntimeError):  # it has just ended
+            with contextlib.suppress(RuntimeError):  # the loop has just ended
                 self._loop.call_soon_threadsafe(self._closing.set)
             self._thread.join()
 
-    # --- the thread's side ---
+    # --- on the thread ---
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
-            self._loop.run_until_complete(self._keep())
+            self._loop.run_until_complete(self._keep_registered())
         except BaseException as error:
             self.state = "the Bluetooth thread has died"
             log.exception("the Bluetooth thread has died")
@@ -113,12 +109,12 @@ class RegistrationThread:
         finally:
             self._loop.close()
 
-    async def _keep(self) -> None:
+    async def _keep_registered(self) -> None:
         while not self._closing.is_set():
             try:
                 bus = await Bus.connect()
                 try:
-                    await self._round(bus)
+                    await self._serve(bus)
                 finally:
                     if self._agent is not None:
                         await self._agent.unregister()
@@ -130,20 +126,20 @@ class RegistrationThread:
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._closing.wait(), RETRY_S)
 
-    async def _round(self, bus: Bus) -> None:
-        """Register everything, and return when something that it stands on has gone."""
+    async def _serve(self, bus: Bus) -> None:
+        """Register agent and service, and return when BlueZ, the adapter or the bus is lost."""
         adapter = await bus.adapter(self._name)
         over = asyncio.Event()
 
         def follow(path: str, interface: str, changes: Properties | None) -> None:
             ours = path == adapter and interface == ADAPTER
-            gone = path == "" or (ours and changes is None)  # BlueZ itself is path ""
+            lost = path == "" or (ours and changes is None)  # BlueZ itself is path ""
             off = ours and changes is not None and changes.get("Powered") is False
             self._off = self._off or off
-            if gone or off:
+            if lost or off:
                 over.set()
-            guest = path.startswith(adapter + "/") and interface == DEVICE
-            if guest and changes and changes.get("Paired") and self._agent and self._agent.open:
+            host = path.startswith(adapter + "/") and interface == DEVICE
+            if host and changes and changes.get("Paired") and self._agent and self._agent.open:
                 self.submit(bus.set(path, DEVICE, "Trusted", "b", True))
 
         bus.listen(follow)
@@ -153,11 +149,11 @@ class RegistrationThread:
         if not self._first.done():
             self._first.set_result(None)
         log.info("Bluetooth is ready on %s", adapter.rpartition("/")[2])
-        waits = [
+        ends = [
             asyncio.create_task(each) for each in (over.wait(), bus.lost(), self._closing.wait())
         ]
-        await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-        for task in waits:
+        await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+        for task in ends:
             task.cancel()
         if not self._closing.is_set():
             self.state = "Bluetooth was lost"
@@ -188,7 +184,7 @@ class RegistrationThread:
             await self._agent.open_window(self._adapter, seconds)
 
     def _missing(self, error: BluetoothError) -> None:
-        """Log what is missing, once."""
+        """Log an error that prevents the registration, once."""
         if not self._first.done():
             self._first.set_exception(error)
             self._closing.set()
@@ -212,9 +208,9 @@ class BluetoothLink(Link):
 
     @property
     def state(self) -> str:
-        """Whether Bluetooth is "ready", or in a sentence what is missing."""
+        """Return "ready", or a sentence about what is missing."""
         return self._registration.state
 
     def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with the orb for a while, without waiting."""
+        """Open the pairing window, without waiting."""
         self._registration.pair(seconds)

@@ -1,4 +1,4 @@
-"""The serial port service: BlueZ listens, checks and encrypts, and hands us connected sockets."""
+"""Serial port service: BlueZ accepts and encrypts connections, and passes on their sockets."""
 
 import contextlib
 import logging
@@ -10,34 +10,38 @@ from dbus_fast import DBusError
 from dbus_fast.annotations import DBusObjectPath, DBusSignature, DBusUnixFd
 from dbus_fast.service import ServiceInterface, dbus_method
 
-# Its annotations are read while it runs, as D-Bus types: no `from __future__ import annotations`.
+# Annotations are evaluated as D-Bus types: no `from __future__ import annotations` here.
 from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, named, variant
 from controller.links.bluetooth.identifiers import ALIAS, CHANNEL, SERIAL_PATH, SERVICE_UUID, record
 from controller.links.bluetooth.registration import Registration
 
 MANAGER: Final = "org.bluez.ProfileManager1"
-SOL_BLUETOOTH: Final = 274  # the kernel's include/net/bluetooth/bluetooth.h; as are the next two
+SOL_BLUETOOTH: Final = 274  # Linux, include/net/bluetooth/bluetooth.h, like the next two
 BT_SECURITY: Final = 4
 MEDIUM: Final = 2  # encrypted, with a key from pairing
 
-# Takes a connected socket, name and address of its other end, and that device's path in BlueZ.
+# Called with a connected socket, name and address of its host, and the host's path in BlueZ.
 Accept = Callable[[socket.socket, str, str], None]
 
 log = logging.getLogger(__name__)
 
 
 class SerialService(ServiceInterface, Registration):
-    """The serial port, for bonded hosts only."""
+    """Serial port profile, for bonded hosts only.
+
+    Attributes:
+        address: The adapter's address.
+    """
 
     def __init__(self, accept: Accept, leave: Callable[[str], None]) -> None:
-        """Prepare.
+        """Prepare the service.
 
         Args:
             accept: Called with every connected host, on the registration's thread.
             leave: Called with the path of a device that BlueZ is about to disconnect.
         """
         super().__init__("org.bluez.Profile1")
-        self.address = ""  # of the adapter
+        self.address = ""
         self._accept, self._leave = accept, leave
         self._bus: Bus | None = None
         self._adapter = ""
@@ -46,7 +50,7 @@ class SerialService(ServiceInterface, Registration):
         """Register the service and its record.
 
         Raises:
-            BluetoothError: Another program has it, or we may not.
+            BluetoothError: BlueZ refuses it, or another program has registered it.
         """
         self.address = await bus.get(adapter, ADAPTER, "Address")
         bus.export(SERIAL_PATH, self)
@@ -63,12 +67,12 @@ class SerialService(ServiceInterface, Registration):
         self._bus, self._adapter = bus, adapter
 
     async def end(self) -> None:
-        """Forget the bus; hosts that are connected stay for as long as their link does."""
+        """Release the bus; connected hosts stay connected."""
         self._bus = None
 
     @dbus_method()
     def Release(self) -> None:  # noqa: N802
-        """BlueZ needs us no longer."""
+        """Handle the end of the registration."""
 
     @dbus_method()
     async def NewConnection(  # noqa: N802
@@ -77,10 +81,10 @@ class SerialService(ServiceInterface, Registration):
         fd: DBusUnixFd,
         properties: Annotated[dict[str, Any], DBusSignature("a{sv}")],
     ) -> None:
-        """A host has connected."""
+        """Check a connected host, and pass its socket on."""
         connection = socket.socket(fileno=fd)
         try:
-            host = await self._welcome(device, connection)
+            host = await self._checked(device, connection)
         except DBusError as error:
             log.warning("a connection from %s was refused: %s", device.rpartition("/")[2], error)
             connection.close()
@@ -90,10 +94,10 @@ class SerialService(ServiceInterface, Registration):
 
     @dbus_method()
     def RequestDisconnection(self, device: DBusObjectPath) -> None:  # noqa: N802
-        """BlueZ is about to disconnect a host."""
+        """Handle a disconnection that BlueZ is about to make."""
         self._leave(device)
 
-    async def _welcome(self, device: str, connection: socket.socket) -> str:
+    async def _checked(self, device: str, connection: socket.socket) -> str:
         """Return name and address of a host; raise if it may not connect."""
         if self._bus is None or not device.startswith(self._adapter + "/"):
             raise DBusError("org.bluez.Error.Rejected", "not on this adapter")
@@ -106,9 +110,9 @@ class SerialService(ServiceInterface, Registration):
 
 
 def _encrypted(connection: socket.socket) -> bool:
-    """Return whether the kernel keeps this connection encrypted; of other sockets, True."""
+    """Return whether the kernel encrypts this connection; True for other sockets than Bluetooth."""
     if connection.family != getattr(socket, "AF_BLUETOOTH", 31):
-        return True  # a test's; BlueZ hands out no others
+        return True  # in tests; BlueZ passes Bluetooth sockets only
     with contextlib.suppress(OSError):
         level = connection.getsockopt(SOL_BLUETOOTH, BT_SECURITY, 2)
         return level[0] >= MEDIUM

@@ -15,15 +15,15 @@ from controller.recordings.quality.response import Response, respond
 from controller.recordings.quality.timing import FrameTiming
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 
-RESTLESS: Final = 0.9  # of the frames touched: the rest image has drifted away
-REPEATED: Final = 0.01  # of the frames
-UNLABELLED: Final = 0.5  # of the frames: less than half of it can be learnt from
-EXCLUDED: Final = 0.5  # of the frames
-LATE_REST_S: Final = 10.0  # the device takes one second of quiet
+RESTLESS: Final = 0.9  # share of touched frames that indicates a drifted baseline
+REPEATED: Final = 0.01  # share of frames
+UNLABELLED: Final = 0.5  # share of frames
+EXCLUDED: Final = 0.5  # share of frames
+LATE_REST_S: Final = 10.0  # the device needs one second without touch
 
 
 class Level(IntEnum):
-    """How good; also the exit status that says so."""
+    """Quality level; its value is the exit status."""
 
     GOOD = 0
     DOUBTFUL = 1
@@ -46,8 +46,8 @@ class Report:
         path: The file.
         findings: All problems and notes.
         seconds: From its first frame to its last.
-        cadence: Timing of the frames; None where the file cannot be read.
-        said: The labels of each source.
+        cadence: Timing of the frames; None if the file cannot be read.
+        said: Labels of each source.
         useless: Taxels that are dead, stuck or loose, (row, column).
         unlabelled: Share of frames without a label of any source.
         excluded: Share of frames that are left out of training.
@@ -87,39 +87,39 @@ class Report:
 def examine(path: Path, recording: Recording) -> Report:
     """Return the quality of one recording."""
     response = respond(recording)
-    rhythm = timing.measure(recording)
-    said = labels.summarise(recording, response)
+    cadence = timing.measure(recording)
+    sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)
     useless = taxels.useless(found, response)
     unlabelled = np.all([getattr(recording, name) == UNKNOWN for name in LABELLERS], axis=0)
     shares = float(unlabelled.mean()), float(recording.excluded.mean())
     findings = [
-        *_findings(rhythm.complaints(), rhythm.missing_share > timing.USELESS),
-        # Neighbours can replace a taxel here and there, not so many.
+        *_findings(cadence.complaints(), cadence.missing_share > timing.USELESS),
+        # Only a small share of taxels can be interpolated from their neighbours.
         *_findings([one.text for one in found], useless.mean() > MOST),
-        *_findings(line for one in said for line in one.complaints()),
+        *_findings(line for one in sources for line in one.complaints()),
         *_shares(*shares),
         *_findings(_copies(recording, response)),
         *_findings(_rest(recording, response)),
     ]
-    if why := taxels.unjudged(response):
-        findings.append(Finding(Level.GOOD, why))
+    if note := taxels.unjudged(response):
+        findings.append(Finding(Level.GOOD, note))
     return Report(
         path,
         tuple(findings),
         float(recording.t[-1] - recording.t[0]),
-        rhythm,
-        said,
+        cadence,
+        sources,
         tuple((int(row), int(column)) for row, column in np.argwhere(useless)),
         *shares,
     )
 
 
-def twice(shared: Mapping[int, int], paths: list[Path]) -> list[Finding]:
-    """Return the findings about a recording whose frames stand elsewhere as well.
+def duplicated(shared: Mapping[int, int], paths: list[Path]) -> list[Finding]:
+    """Return the findings about a recording with frames of others.
 
     Args:
-        shared: With which recordings, and how many frames.
+        shared: Number of shared frames, by number of the other recording.
         paths: Of the recordings, by number.
     """
     return _findings(
@@ -145,14 +145,14 @@ def _shares(unlabelled: float, excluded: float) -> list[Finding]:
 
 
 def _copies(recording: Recording, response: Response) -> Iterator[str]:
-    """Yield the problem that frames repeat themselves."""
+    """Yield the problem of repeated frames."""
     again = duplicates.repeated(recording, response.touched)
     if again > REPEATED * len(recording.t):
         yield f"{again} frames repeat the one before them, bit for bit"
 
 
 def _rest(recording: Recording, response: Response) -> Iterator[str]:
-    """Yield the problems that rest was never found, or was lost."""
+    """Yield the problems of a late or lost baseline."""
     known = response.known
     if recording.origin.unit != PICOFARAD or not known.any():
         return

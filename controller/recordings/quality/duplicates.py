@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from controller.recordings.recording import Recording
 
-RUN: Final = 10  # so many equal frames in a row are no accident, wherever they stand
+RUN: Final = 10  # consecutive frames; equal runs of this length are copies
 
 
 def repeated(recording: Recording, touched: NDArray[np.bool_]) -> int:
-    """Return how many frames repeat the one before, bit for bit.
+    """Return the number of touched frames equal to the one before, bit for bit.
 
-    Only touched frames count: a sensor of whole counts may well repeat itself at rest.
+    Untouched frames are not counted: a sensor of whole counts may repeat a reading at rest.
 
     Args:
         recording: n frames.
-        touched: Which of them are touched, (n,).
+        touched: Whether each frame is touched, (n,).
     """
     frames = recording.frames
     same = (frames[1:] == frames[:-1]).all(axis=(1, 2))
@@ -43,7 +43,7 @@ class FrameIndex:
         self._count += 1
 
     def shared(self) -> dict[int, dict[int, int]]:
-        """Return, for each recording that shares frames: with which, and about how many."""
+        """Return the approximate numbers of shared frames, by pairs of recordings."""
         found: dict[int, dict[int, int]] = defaultdict(dict)
         for (a, b), runs in sorted(self._pairs.items()):
             found[a][b] = found[b][a] = runs + RUN - 1

@@ -1,4 +1,4 @@
-"""Label quality: the labels of each source, and how well they fit the response of the sensor.
+"""Label quality: the labels of each source, and their delay against the response of the sensor.
 
 A source is one of the label columns: the truth, the label button, the keyboard, the cues.
 """
@@ -15,18 +15,18 @@ from controller.recordings.quality.response import Response
 from controller.recordings.quality.timing import pauses
 from controller.recordings.recording import LABELLERS, UNKNOWN, Recording
 
-REACH_S: Final = 1.5  # a touch may begin or end so far from its label
-HALF: Final = 0.5  # of a touch's energy: where it counts as begun, and as ended
-# Below this share of a usual touch's energy, a label holds no touch. Of 1,074 true gestures on
-# simulated orbs of both presets, 1 in 50 is so weak.
+REACH_S: Final = 1.5  # greatest distance of a touch's edge from its label's
+HALF: Final = 0.5  # share of a touch's energy at its beginning and end
+# Below this share of a typical touch's energy, a label holds no touch. Of 1,074 true gestures on
+# simulated orbs of both presets, 1 in 50 is weaker.
 EMPTY: Final = 0.2
-ASKED: Final = "cue"  # begins before a gesture and ends after it: no edge of it is late
-# A source that is later than this labels half a press (0.5 s: docs/data.md) wrongly.
+CUE: Final = "cue"  # begins before a gesture and ends after it: its delay means nothing
+# With a greater delay, a source labels half of a press (0.5 s: docs/data.md) wrongly.
 LATE_S: Final = 0.3
 SCATTER_S: Final = 0.5  # for the middle half of the delays
-EDGES: Final = 5  # fewer are too few for a delay
-EMPTY_SHARE: Final = 0.15  # of a source's gestures may be empty
-IDLE_SHARE: Final = 0.7  # of the labelled time may be untouched; a noisy orb misses the rims
+EDGES: Final = 5  # least number of edges for a delay
+EMPTY_SHARE: Final = 0.15  # allowed share of empty gestures
+IDLE_SHARE: Final = 0.7  # allowed share of untouched time; a noisy orb misses the rims
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +34,7 @@ class LabelDelay:
     """Delay of the edges of labels against the touch, seconds; below zero is early.
 
     Attributes:
-        median_s: The median.
-        spread_s: Range of the middle half.
+        spread_s: Interquartile range.
         edges: Number of edges.
     """
 
@@ -49,14 +48,14 @@ class SourceLabels:
     """The labels of one source.
 
     Attributes:
-        labeller: Which label column.
-        events: How often each label was given, without "null".
-        seconds: For how long, without excluded frames; "null" too.
+        labeller: The label column.
+        events: Number of times of each label, without "null".
+        seconds: Duration of each label, without excluded frames; includes "null".
         unknown: Share of frames without a label.
-        begin: Delay of the edges at which a label begins; None if there are none to compare.
-        end: Delay of the edges at which a label ends; None if there are none to compare.
-        empty: Labels in which nothing was felt.
-        idle: Share of the labelled frames in which nothing touched.
+        begin: Delay of the beginnings; None if there are none to compare.
+        end: Delay of the ends; None if there are none to compare.
+        empty: Number of labels without a touch.
+        idle: Share of untouched frames among the labelled ones.
     """
 
     labeller: str
@@ -72,11 +71,11 @@ class SourceLabels:
         """Return sentences about problems."""
         name, count = self.labeller, sum(self.events.values())
         lines = []
-        if name != ASKED:
+        if name != CUE:
             lines += [*_delayed(name, "begins", self.begin), *_delayed(name, "ends", self.end)]
         if count >= EDGES and self.empty > EMPTY_SHARE * count:
             lines.append(f"nothing is felt in {self.empty} of {count} gestures that {name} names")
-        if name != ASKED and self.idle > IDLE_SHARE:
+        if name != CUE and self.idle > IDLE_SHARE:
             lines.append(
                 f"nothing touches for {100 * self.idle:.0f} % of the time that {name} names a "
                 "gesture"
@@ -96,7 +95,7 @@ def _delayed(name: str, edge: str, delay: LabelDelay | None) -> Iterator[str]:
 
 
 def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
-    """Return the labels of each source that gave any."""
+    """Return the labels of each source with any."""
     return tuple(
         _one(name, recording, response)
         for name in LABELLERS
@@ -105,11 +104,11 @@ def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, .
 
 
 def spans(column: NDArray[np.int16], breaks: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
-    """Return (label, first frame, frame after the last) of every gesture that a column names.
+    """Return (label, first frame, frame after the last) of every gesture in a column.
 
     Args:
         column: Index into the labels, 0 is "null", -1 unknown, (n,).
-        breaks: Frames that do not go on where the frame before was, (n,).
+        breaks: Whether each frame follows a pause, (n,).
     """
     edges = np.flatnonzero((np.diff(column) != 0) | breaks[1:]) + 1
     bounds = [0, *edges.tolist(), len(column)]
@@ -142,7 +141,7 @@ def _one(name: str, recording: Recording, response: Response) -> SourceLabels:
 def _lags(
     t: NDArray[np.float64], found: list[tuple[int, int, int]], response: Response
 ) -> tuple[LabelDelay | None, LabelDelay | None, int]:
-    """Return how late labels begin and end, and how many hold no touch; `t` is (n,) seconds."""
+    """Return the delays of begin and end, and the number of empty labels; `t` is (n,) seconds."""
     known = [(first, end) for _, first, end in found if response.known[first]]
     if not known or not response.idle.any():
         return None, None, 0
@@ -170,7 +169,7 @@ def _lags(
 def _crossing(
     t: NDArray[np.float64], energy: NDArray[np.float64], frame: int, level: float
 ) -> float:
-    """Return when the energy, (n,), passed a level between a frame and the next, seconds."""
+    """Return the time, seconds, of the energy, (n,), at a level between a frame and the next."""
     low, high = float(energy[frame]), float(energy[frame + 1])
     share = (level - low) / (high - low) if high != low else 0.0
     return float(t[frame] + share * (t[frame + 1] - t[frame]))

@@ -1,4 +1,4 @@
-"""Response of a sensor in a recording: how far every taxel was from rest, frame by frame."""
+"""Response of a sensor in a recording: the deviation of every taxel from rest."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from controller.recognition.preprocess import Preprocessor, PreprocessSettings
 from controller.recordings.recording import PICOFARAD, Recording
 
-LEAST_PF: Final = 0.01  # a taxel that reads less reads nothing; a loose lead still couples 1 pF
-FASTEST_HZ: Final = 200.0  # the device's stages are built for less; bounds the work
-# Where no gate is known, a touch begins at this share of the way from idle to a firm touch.
+LEAST_PF: Final = 0.01  # least valid reading; a loose lead still couples 1 pF
+FASTEST_HZ: Final = 200.0  # limit of the device's stages; bounds the work
+# Without a known gate, a touch begins at this share of the range from idle to firm.
 TOUCHED: Final = 0.2
-IDLE_SHARE: Final = 0.05  # at least so many frames are taken for untouched
-FIRM_SHARE: Final = 0.95  # and so many for no firmer than a firm touch
+IDLE_SHARE: Final = 0.05  # quantile of the energy that counts as idle
+FIRM_SHARE: Final = 0.95  # and as a firm touch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,11 +22,11 @@ class Response:
     """Response of the sensor in n frames.
 
     Attributes:
-        change: How far each taxel is from rest: z - 1 where the unit is pF, else in the unit of
+        change: Deviation of each taxel from rest: z - 1 if the unit is pF, else in the unit of
             the recording, (n, rows, columns).
         energy: Mean of |change| over the taxels, (n,).
-        known: The rest is known, so that the two above mean something, (n,).
-        touched: Something touches, (n,).
+        known: Whether the rest is known, so that the two above are valid, (n,).
+        touched: Whether the sensor is touched, (n,).
     """
 
     change: NDArray[np.float32]
@@ -36,7 +36,7 @@ class Response:
 
     @property
     def idle(self) -> NDArray[np.bool_]:
-        """Nothing touches, and that is known, (n,)."""
+        """Whether the sensor is known to be untouched, (n,)."""
         return self.known & ~self.touched
 
 
@@ -48,7 +48,7 @@ def respond(recording: Recording) -> Response:
     followed = _followed(recording)
     if followed.known.any():
         return followed
-    # The sensor was never untouched for a second, so the device would not have begun.
+    # The sensor was never untouched for a second, so the device's stage found no baseline.
     change = recording.frames / np.where(rest > LEAST_PF, rest, np.inf)
     return _fixed(np.where(rest > LEAST_PF, change - 1.0, 0.0).astype(np.float32))
 
@@ -65,7 +65,7 @@ def _followed(recording: Recording) -> Response:
     frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
     rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
     settings = PreprocessSettings(rate_hz=rate_hz)
-    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # so that broken taxels show
+    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # keeps dead taxels visible
     steps = [stage.step(frame) for frame in frames.astype(np.float32)]
     return Response(
         np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0),
@@ -76,10 +76,7 @@ def _followed(recording: Recording) -> Response:
 
 
 def _fixed(change: NDArray[np.float32]) -> Response:
-    """Return the response to a fixed rest, from the change, (n, rows, columns).
-
-    Most of a session is untouched.
-    """
+    """Return the response to a fixed rest, from the change, (n, rows, columns)."""
     energy = np.abs(change).mean(axis=(1, 2), dtype=np.float64)
     idle, firm = np.quantile(energy, (IDLE_SHARE, FIRM_SHARE))
     return Response(

@@ -1,7 +1,7 @@
 """Faulty taxels in frames: stuck, saturated, loose, shorted, dead, noisy.
 
-Rows and columns count from the top left, from 0, as in docs/simulator.md. What counts as dead is
-defined in `recognition.dead_taxels`, for the running device as well.
+Rows and columns count from the top left, from 0, as in docs/simulator.md. The definition of dead
+taxels is that of the device, in `recognition.dead_taxels`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -36,11 +36,11 @@ CLIPPED_SHARE: Final = 0.02
 CLIPPED_TAXELS: Final = 2  # one taxel alone at the top may just be the one that reads most
 STUCK_SHARE: Final = 0.9  # of its readings repeat the one before
 LIVELY_SHARE: Final = 0.5  # ... where so few of the middle taxel's do
-# A soft dome feels a touch all over. A telephone's screen feels it under the finger: 3 % of it.
-SOFT: Final = 0.2  # of the taxels feel a touch ...
-STRONG: Final = 0.2  # ... by this share of what the strongest one feels
-TOUCHES: Final = 30  # touched frames from which taxels can be told apart
-IDLES: Final = 20  # pairs of untouched frames from which noise can be told
+# All taxels of a soft dome respond to a touch; on a telephone's screen 3 % of them do.
+SOFT: Final = 0.2  # least share of responding taxels ...
+STRONG: Final = 0.2  # ... whose response has this share of the strongest one
+TOUCHES: Final = 30  # least number of touched frames to detect dead taxels
+IDLES: Final = 20  # least number of pairs of untouched frames to detect noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,19 +106,19 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]
 
 
 def unjudged(response: Response) -> str:
-    """Return why dead and noisy taxels cannot be told from sound ones; "" if they can."""
+    """Return the reason that dead and noisy taxels cannot be detected; "" if they can."""
     touched = response.known & response.touched
     if touched.sum() < TOUCHES or not response.idle.any():
-        return "it is touched too little to tell dead taxels from sound ones"
+        return "it is touched too little to detect dead taxels"
     size = np.abs(response.change[touched])
-    felt = (size > STRONG * size.max(axis=(1, 2), keepdims=True)).mean(axis=(1, 2))
-    if np.median(felt) < SOFT:
-        return "few taxels feel each touch, so dead ones cannot be told from untouched ones"
+    responding = (size > STRONG * size.max(axis=(1, 2), keepdims=True)).mean(axis=(1, 2))
+    if np.median(responding) < SOFT:
+        return "few taxels respond to each touch, so dead ones cannot be detected"
     return ""
 
 
 def _stuck(frames: Frames, unit: str, unknown: bool) -> Mask:
-    """Return the taxels that hardly ever change while the others do."""
+    """Return the taxels that hardly change while the others do, (rows, columns)."""
     stuck = frames.min(axis=0) == frames.max(axis=0)
     if unit != PICOFARAD:  # counts stay the same where nothing touches
         return np.asarray(stuck & (stuck.all() or not unknown))
@@ -129,13 +129,13 @@ def _stuck(frames: Frames, unit: str, unknown: bool) -> Mask:
 
 
 def _clipped(frames: Frames) -> Mask:
-    """Return the taxels that rest against the highest number of all."""
+    """Return the taxels that repeat the highest number of all, (rows, columns)."""
     often = (frames == frames.max()).mean(axis=0) > CLIPPED_SHARE
     return np.asarray(often & (often.sum() >= CLIPPED_TAXELS))
 
 
 def _slope(response: Response, useless: Mask) -> Map:
-    """Return how each taxel follows its neighbours under touch; NaN where that is not known."""
+    """Return the slope of each taxel against its neighbours under touch; NaN if unknown."""
     interpolator = TaxelInterpolator(*useless.shape)
     touched = response.change[response.known & response.touched].astype(np.float64)
     changes = np.array([interpolator.fill(change, useless) for change in touched])
@@ -145,7 +145,7 @@ def _slope(response: Response, useless: Mask) -> Map:
 
 
 def _noisy(response: Response) -> Mask:
-    """Return the taxels that scatter far more than the others while nothing touches."""
+    """Return the taxels with far more noise than the others while untouched."""
     idle = response.idle
     pairs = idle[1:] & idle[:-1]
     if pairs.sum() < IDLES:
@@ -157,7 +157,7 @@ def _noisy(response: Response) -> Mask:
 
 
 def _shorts(level: Map, useless: Mask) -> Iterator[tuple[str, Mask]]:
-    """Yield pairs of electrodes that read the same, taxel by taxel, and their taxels."""
+    """Yield pairs of electrodes with equal readings, and their taxels."""
     for word, lines, bad in (("rows", level, useless), ("columns", level.T, useless.T)):
         if min(lines.shape) < 3:
             continue

@@ -1,4 +1,4 @@
-"""Timing of a recording: how evenly its frames came, and which are missing."""
+"""Timing of a recording: rate, intervals and missing frames."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from controller.console import count
 from controller.recordings.recording import RATE_TOLERANCE, Recording
 
-# Beyond this share a window of ten frames usually has a hole.
-MISSING: Final = 0.02
-USELESS: Final = 0.2  # and from this one on, hardly any has none
-LATE: Final = 1.5  # times the intended interval: one frame in twenty may be later
+MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap
+USELESS: Final = 0.2  # beyond this share nearly every window has one
+LATE: Final = 1.5  # times the intended interval, for the 95th percentile
 PAUSE: Final = 5.0  # times the intended interval without a missing number: half a window at 10 Hz
 
 
@@ -21,15 +20,15 @@ class FrameTiming:
     """Rate, intervals and missing frames of a recording.
 
     Attributes:
-        intended_hz: Frames per second, as intended.
+        intended_hz: Nominal frames per second.
         measured_hz: Frames per second, from the median interval.
-        median_ms: Median interval between frames where no number is missing.
-        p95_ms: One interval in twenty is longer.
-        worst_ms: The longest interval.
-        missing: Frames whose numbers are missing, without those in pauses.
-        gaps: Places where they are missing.
-        stretches: Pieces between pauses.
-        frames: Frames that are there.
+        median_ms: Median interval between consecutively numbered frames.
+        p95_ms: 95th percentile of these intervals.
+        worst_ms: The longest of these intervals.
+        missing: Number of missing frames, without those in pauses.
+        gaps: Number of places where frames are missing.
+        stretches: Number of segments between pauses.
+        frames: Number of recorded frames.
     """
 
     intended_hz: float
@@ -44,7 +43,7 @@ class FrameTiming:
 
     @property
     def missing_share(self) -> float:
-        """Missing frames as a share of all that there should be."""
+        """Share of missing frames."""
         return self.missing / (self.missing + self.frames)
 
     def complaints(self) -> list[str]:
@@ -73,9 +72,9 @@ class FrameTiming:
 
 
 def pauses(recording: Recording) -> NDArray[np.bool_]:
-    """Return the frames that follow a pause, (n,).
+    """Return whether each frame follows a pause, (n,).
 
-    There numbers are missing, and far more time went by than they would have taken.
+    After a pause numbers are missing, and more time has passed than the missing frames take.
     """
     steps = np.diff(recording.sequence, prepend=recording.sequence[0])
     spent_s = np.diff(recording.t, prepend=recording.t[0])

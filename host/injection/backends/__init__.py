@@ -1,4 +1,4 @@
-"""Ways to press a key in the program that has the focus: one file each, found by name.
+"""Key injection into the program with the focus: one back end per file, found by name.
 
 A back end is `create(kind)` in a module of this package. If its `ENDS_WITH_PROCESS` is true, the
 kernel releases its keys when its process dies.
@@ -25,24 +25,16 @@ class Backend(ABC):
     """A device that presses keys, named as in `controller.keymap.key_names`."""
 
     def press(self, key: str) -> None:
-        """Put a key down.
-
-        Raises:
-            OSError: The system refuses it.
-        """
+        """Press a key; OSError if the system refuses it."""
         self.set(key, down=True)
 
     def release(self, key: str) -> None:
-        """Put a key up; one that is up stays up.
-
-        Raises:
-            OSError: The system refuses it.
-        """
+        """Release a key, if it is down; OSError if the system refuses it."""
         self.set(key, down=False)
 
     @abstractmethod
     def set(self, key: str, *, down: bool) -> None:
-        """Put a key down, or up."""
+        """Press or release a key."""
 
     def close(self) -> None:  # noqa: B027
         """Close the device."""
@@ -73,7 +65,7 @@ def open_backend(name: str, kind: Kind) -> tuple[str, Backend]:
 
 
 def ends_with_process(name: str) -> bool:
-    """Return whether the keys of a back end go up by themselves when its process is killed."""
+    """Return whether the system releases the keys of a back end when its process is killed."""
     return bool(importlib.import_module(f"{__name__}.{name}").ENDS_WITH_PROCESS)
 
 
@@ -82,6 +74,6 @@ def _create(name: str, kind: Kind) -> Backend:
 
 
 def _wayland() -> bool:
-    """Whether X11 would reach a few windows only."""
+    """Return whether the session is Wayland's, where X11 reaches few windows."""
     session = os.environ.get("XDG_SESSION_TYPE", "")
     return session == "wayland" or bool(os.environ.get("WAYLAND_DISPLAY"))

@@ -1,4 +1,4 @@
-"""Linux: a keyboard or a pad of our own in the kernel, for X11, Wayland and the console alike.
+"""Linux: a virtual keyboard or gamepad in the kernel, for X11, Wayland and the console.
 
 The numbers are those of linux/uinput.h and linux/input-event-codes.h.
 """
@@ -15,14 +15,12 @@ from controller.keymap.key_names import KEYS, PAD, STICK, Axis
 from controller.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError
 
-ENDS_WITH_PROCESS: Final = True  # the kernel lifts the keys of a device that goes
+ENDS_WITH_PROCESS: Final = True  # the kernel releases the keys of a removed device
 DEVICE: Final = "/dev/uinput"
 RULE: Final = Path(__file__).parents[1] / "60-orbtouch.rules"
 
 EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
-EVENT: Final = struct.Struct(
-    "@llHHi"
-)  # struct input_event: seconds, microseconds, type, code, value
+EVENT: Final = struct.Struct("@llHHi")  # input_event: seconds, microseconds, type, code, value
 SETUP: Final = struct.Struct("@4H80sI")  # struct uinput_setup: bus, vendor, product, version, name
 ABS_SETUP: Final = struct.Struct("@H2x6i")  # code; value, least, most, fuzz, flat, resolution
 UI_SET_EVBIT: Final = 0x40045564  # _IOW('U', 100, int)
@@ -33,7 +31,7 @@ UI_ABS_SETUP: Final = 0x401C5504  # _IOW('U', 4, struct uinput_abs_setup)
 UI_DEV_CREATE: Final = 0x5501  # _IO('U', 1)
 UI_DEV_DESTROY: Final = 0x5502
 _BUS_VIRTUAL: Final = 6
-_KEYBOARD_BLOCK: Final = range(1, 32)  # udev calls a keyboard only what has all of these
+_KEYBOARD_BLOCK: Final = range(1, 32)  # udev recognises a keyboard by all of these
 _STICKS: Final = (0, 1, 3, 4)
 _HATS: Final = (0x10, 0x11)
 
@@ -41,18 +39,13 @@ Control = Callable[[int, int, int | bytes], object]  # fcntl.ioctl
 
 
 class Uinput(Backend):
-    """A device that exists as long as this object."""
+    """A virtual device with the lifetime of this object."""
 
     def __init__(self, kind: Kind, device: str = DEVICE, control: Control | None = None) -> None:
-        """Make the device.
-
-        Args:
-            kind: What it is.
-            device: The kernel's device for that.
-            control: How it takes them: `fcntl.ioctl` if not given.
+        """Create the device; `control` is `fcntl.ioctl` by default.
 
         Raises:
-            BackendError: It cannot be made; the message says what to do.
+            BackendError: It cannot be created; the message includes advice.
         """
         self._control = control or fcntl.ioctl
         self._values: dict[int, int] = {}  # of axes
@@ -88,7 +81,7 @@ class Uinput(Backend):
         self._control(self._handle, UI_DEV_SETUP, SETUP.pack(_BUS_VIRTUAL, 0, 0, 1, name, 0))
 
     def set(self, key: str, *, down: bool) -> None:
-        """Put a key, button or axis down, or up; an axis that another direction holds stays."""
+        """Press or release a key, button or direction; an axis held in another direction stays."""
         entry = KEYS[key].evdev if key in KEYS else PAD[key]
         if isinstance(entry, Axis):
             if down:
@@ -101,7 +94,7 @@ class Uinput(Backend):
         os.write(self._handle, event + EVENT.pack(0, 0, EV_SYN, 0, 0))
 
     def close(self) -> None:
-        """Take the device away; the kernel lifts what is still down."""
+        """Remove the device; the kernel releases its keys."""
         try:
             self._control(self._handle, UI_DEV_DESTROY, 0)
         finally:
@@ -109,7 +102,7 @@ class Uinput(Backend):
 
 
 def _why(device: str, error: OSError) -> str:
-    """Return why the device cannot be opened, and what to do."""
+    """Return the reason that the device cannot be opened, and advice."""
     if error.errno in (errno.EACCES, errno.EPERM):
         return (
             f"you may not write to {device}; once, type: sudo cp {RULE} /etc/udev/rules.d/ && "

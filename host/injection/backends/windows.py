@@ -1,7 +1,7 @@
 """Windows: SendInput with scan codes, which games that read DirectInput need.
 
-Never tried on Windows; the tests look at what is packed. Windows of programs that run as
-administrator take nothing from one that does not.
+Never run on Windows; the tests check the packed structures. Programs that run as administrator
+ignore the input of other programs.
 """
 
 import ctypes
@@ -63,11 +63,11 @@ class Windows(Backend):
     """The keyboard of the desktop."""
 
     def __init__(self, send: Send) -> None:
-        """Take what sends one input."""
+        """Prepare the keyboard; `send` is SendInput for one input."""
         self._send = send
 
     def set(self, key: str, *, down: bool) -> None:
-        """Put a key down, or up."""
+        """Press or release a key."""
         scan = KEYS[key].scan
         flags = KEYEVENTF_SCANCODE | (KEYEVENTF_EXTENDEDKEY if scan >= EXTENDED else 0)
         flags |= 0 if down else KEYEVENTF_KEYUP

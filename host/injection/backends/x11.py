@@ -1,6 +1,6 @@
-"""X11, where there is no uinput: through pynput and the server's XTEST extension.
+"""X11 without uinput: through pynput and the server's XTEST extension.
 
-Wayland's own windows are out of its reach.
+It does not reach native Wayland windows.
 """
 
 from typing import Any, Final
@@ -10,7 +10,7 @@ from controller.keymap.key_names import KEYS
 from controller.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError
 
-ENDS_WITH_PROCESS: Final = False  # the server keeps down what a dead program pressed
+ENDS_WITH_PROCESS: Final = False  # the server does not release the keys of a dead program
 
 
 class X11(Backend):
@@ -19,19 +19,19 @@ class X11(Backend):
     system = "the X server"
 
     def __init__(self, controller: Any, key_code: Any) -> None:
-        """Take pynput's two classes: an open Controller, and KeyCode."""
+        """Prepare with pynput's open Controller and its class KeyCode."""
         self._controller, self._key_code = controller, key_code
 
     def set(self, key: str, *, down: bool) -> None:
-        """Put a key down, or up."""
+        """Press or release a key."""
         code = self.code(key)
         try:
-            # A character would be sent as an event of its own, which many programs ignore; a key
+            # A character would be sent as a synthetic event, which many programs ignore; a key
             # symbol as "vk" goes through XTEST.
             (self._controller.press if down else self._controller.release)(
                 self._key_code.from_vk(code)
             )
-        except Exception as error:  # pynput passes on what the system raises, of no common class
+        except Exception as error:  # pynput's errors have no common class
             raise BackendError(f"{self.system} does not press {key}: {error}") from error
 
     def code(self, key: str) -> int:
@@ -51,7 +51,7 @@ def create(kind: Kind) -> X11:
         return X11(*open_pynput())
     except BackendError:
         raise
-    except Exception as error:  # without a display its import fails, each time in another way
+    except Exception as error:  # without a display the import fails with various errors
         line = str(error).strip().split("\n")[0] or type(error).__name__
         raise BackendError(f"no X server can be reached: {line}") from error
 

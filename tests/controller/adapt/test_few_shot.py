@@ -110,8 +110,8 @@ def test_the_same_lesson_makes_the_same_bundle() -> None:
 def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
     part = few_shot.GESTURE
     kept = rehearsal.read(bundles.unpack(taught())[rehearsal.PART], (5, 5), 6)
-    base = head.take_apart(bundles.parse(taught()).gesture_onnx, kept.base[part])
-    trained = head.take_apart(LOADED.gesture_onnx)
+    base = head.split(bundles.parse(taught()).gesture_onnx, kept.base[part])
+    trained = head.split(LOADED.gesture_onnx)
     assert (base.hidden, base.classes) == (trained.hidden, trained.classes)
     for name, weights in trained.graph.weights.items():
         assert np.array_equal(base.graph.weights[name], weights), name
@@ -275,5 +275,5 @@ def test_examples_are_turned_only_as_they_declare() -> None:
 
 
 def test_a_network_of_another_form_is_refused() -> None:
-    with pytest.raises(head.FormError, match="another form than ours"):
-        head.take_apart(LOADED.location_onnx)
+    with pytest.raises(head.FormError, match="does not end in dense"):
+        head.split(LOADED.location_onnx)

@@ -99,7 +99,7 @@ def test_a_file_that_is_too_large_is_not_even_read(tmp_path: Path) -> None:
     path = tmp_path / "large.orb"
     with path.open("wb") as file:
         file.truncate(bundle.MAX_BYTES + 1)
-    with pytest.raises(BundleError, match="more than the"):
+    with pytest.raises(BundleError, match="it has more than"):
         bundle.read(path)
 
 
@@ -196,7 +196,7 @@ def test_golden_vectors_of_another_shape_are_refused(tmp_path: Path) -> None:
     manifest, parts = parts_of()
     arrays = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
     arrays["touches"] = arrays["touches"][:-1]
-    with pytest.raises(BundleError, match="equally many"):
+    with pytest.raises(BundleError, match="different numbers of golden"):
         bundle.write(
             tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": npz.pack(arrays)}
         )

@@ -151,7 +151,7 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
         path.write_bytes(other.read_bytes())
         return [selftest.SelfTestResult("numpy", 50.0, 60.0)]
 
-    monkeypatch.setattr(selftest, "prove", prove)
+    monkeypatch.setattr(selftest, "run", prove)
     shelf = BundleStore(tmp_path / "shelf")
     with pytest.raises(BundleError, match="has changed while it was tested"):
         install.install(path, shelf, other_sensor=False, report=lambda _: None)
@@ -254,7 +254,7 @@ def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
         )
 
     monkeypatch.setattr(subprocess, "run", run)
-    best, other = selftest.prove(SHIPPED)
+    best, other = selftest.run(SHIPPED)
     assert best.engine == "numpy"
     assert other.problem == "onnxruntime ended with status -4 on this device"
 
@@ -282,7 +282,7 @@ def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
         return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(told)))
 
     monkeypatch.setattr(subprocess, "run", run)
-    assert selftest.prove(SHIPPED)[0].engine == taken
+    assert selftest.run(SHIPPED)[0].engine == taken
 
 
 def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -293,7 +293,7 @@ def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatc
         return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(shown)))
 
     monkeypatch.setattr(subprocess, "run", run)
-    first, second = selftest.prove(SHIPPED)
+    first, second = selftest.run(SHIPPED)
     assert {first.engine: first.step_us, second.engine: second.step_us} == {
         "onnxruntime": 74.0,
         "numpy": 73.0,
@@ -302,7 +302,7 @@ def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatc
 
 def test_no_engine_at_all_is_refused_with_every_reason() -> None:
     with pytest.raises(BundleError, match="no engine is named 'abacus'"):
-        selftest.prove(SHIPPED, ["abacus"])
+        selftest.run(SHIPPED, ["abacus"])
 
 
 def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
@@ -361,7 +361,7 @@ def test_a_terminal_without_our_letters_keeps_nothing_from_being_installed(
 ) -> None:
     monkeypatch.setattr(install_command, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
     monkeypatch.setattr(
-        selftest, "prove", lambda path: [selftest.SelfTestResult("numpy", 50.0, 60.0)]
+        selftest, "run", lambda path: [selftest.SelfTestResult("numpy", 50.0, 60.0)]
     )
     output = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(output, "ascii"))

@@ -13,7 +13,6 @@ from controller.capture import cue_plan
 from controller.capture.cue_plan import CuePlan, CueTiming, ExampleRequest
 from controller.capture.cues import Cue, CueSession, DiscardedExample, Phase
 from controller.errors import UserError
-from controller.recordings.recording import RecordingError
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example
@@ -289,18 +288,18 @@ def test_a_random_order_is_the_seed_s() -> None:
         ({"repetitions": True}, "repetitions of press are True"),
         ({"repetitions": {"pinch": 1}}, "repetitions and labels differ in 'pinch'"),
         ({"repetitions": 99_999}, "99999 examples are more than 10000; split the plan"),
-        ({"go_s": 0.1}, "go_s is 0.1, not a number of seconds, 0.5 to 60"),
-        ({"rest_s": float("nan")}, "rest_s is nan"),
-        ({"jitter_s": "long"}, "jitter_s is 'long'"),
-        ({"order": "any"}, "order is 'any', neither 'random' nor 'blocks'"),
-        ({"seed": -1}, "seed is -1, not a whole number from 0 to 4294967295"),
-        ({"name": "a\nb"}, "name is 'a\\nb', not a short text"),
+        ({"go_s": 0.1}, "has go_s = 0.1; expected is a number from 0.5 to 60"),
+        ({"rest_s": float("nan")}, "rest_s = nan"),
+        ({"jitter_s": "long"}, "jitter_s = 'long'"),
+        ({"order": "any"}, "order = 'any'; expected is one of random, blocks"),
+        ({"seed": -1}, "seed = -1; expected is a whole number from 0 to"),
+        ({"name": "a\nb"}, "name = 'a\\nb'; expected is a short text"),
     ],
 )
 def test_a_plan_that_is_none_is_refused_in_one_sentence(
     change: dict[str, Any], sentence: str
 ) -> None:
-    with pytest.raises(RecordingError) as refused:
+    with pytest.raises(UserError) as refused:
         cue_plan.parse({"name": "p", "labels": ["press"], **change}, LABELS)
     assert sentence in str(refused.value)
 

@@ -42,7 +42,7 @@ class PlayedRadio(L2capSockets):
             raise OSError(self.refuse[port], "no")
         return self.wait_at(f"orb-{port}")
 
-    async def dial(self, local: str, address: str, port: int) -> socket.socket:
+    async def connect(self, local: str, address: str, port: int) -> socket.socket:
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         connection.setblocking(False)
         try:

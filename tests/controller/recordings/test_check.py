@@ -104,7 +104,7 @@ def test_other_sensors_are_judged_in_their_own_unit() -> None:
     recording = of(frames, origin(8, 6, unit="counts"), label=touched)
     assert response.respond(recording).touched.tolist() == touched.tolist()
     found = report(recording)
-    assert any("cannot be told from untouched ones" in f.text for f in found.findings)
+    assert any("so dead ones cannot be detected" in f.text for f in found.findings)
     assert complaints(recording) == []  # the rim is not stuck: nobody has touched it
 
 

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controller import config
 from controller.errors import UserError
 from controller.recordings import import_description, importer
+from controller.recordings.import_description import Description
 from controller.recordings.recording import Recording, RecordingError
 
 # The description of docs/recording.md.
@@ -40,7 +42,7 @@ def screen(n: int = 12) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def imported(text: str, **arrays: Any) -> list[Recording]:
-    told = import_description.parse(tomllib.loads(text))
+    told = config.settings(Description, tomllib.loads(text))
     return list(importer.recordings({**screen(), **arrays}, told))
 
 
@@ -91,7 +93,7 @@ def test_sessions_of_a_person_are_told_apart_by_arrays() -> None:
 def test_flat_frames_get_the_shape_that_is_told() -> None:
     text = 'frames = "x"\npitch_mm = 8\nrate_hz = 50\nrows = 2\ncolumns = 4\n'
     [made] = importer.recordings(
-        {"x": np.zeros((5, 8))}, import_description.parse(tomllib.loads(text))
+        {"x": np.zeros((5, 8))}, config.settings(Description, tomllib.loads(text))
     )
     assert made.frames.shape == (5, 2, 4)
     assert made.origin.labels == ("null",)
@@ -109,17 +111,26 @@ def test_the_same_arrays_have_the_same_ids_and_others_have_others() -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("pitch_mm = 1\nrate_hz = 1", "has no 'frames'"),
-        ('frames = "x"\nrate_hz = 1', "has no 'pitch_mm'"),
+        ("pitch_mm = 1\nrate_hz = 1", "has frames = None; expected is a text"),
+        ('frames = "x"\nrate_hz = 1', "has pitch_mm = None; expected is a number"),
         ('frames = "x"\npitch_mm = 1', "neither 'time' nor 'rate_hz'"),
-        ('frames = "x"\npitch_mm = 0\nrate_hz = 1', "pitch_mm = 0.0, which is impossible"),
-        ('frames = "x"\npitch_mm = nan\nrate_hz = 1', "pitch_mm = nan, which is impossible"),
-        ('frames = "x"\npitch_mm = "1"\nrate_hz = 1', "pitch_mm = '1', which is not a number"),
-        ("frames = 1\npitch_mm = 1\nrate_hz = 1", "frames = 1, which is not a text"),
-        ('frames = "x"\npitch_mm = 1\nhertz = 1', "unknown key 'hertz'; there are frames, pitch"),
+        (
+            'frames = "x"\npitch_mm = 0\nrate_hz = 1',
+            "pitch_mm = 0.0; expected is a number from",
+        ),
+        ('frames = "x"\npitch_mm = nan\nrate_hz = 1', "pitch_mm = nan; expected is a number"),
+        ('frames = "x"\npitch_mm = "1"\nrate_hz = 1', "pitch_mm = '1'; expected is a number"),
+        ("frames = 1\npitch_mm = 1\nrate_hz = 1", "frames = 1; expected is a text"),
+        ('frames = "x"\npitch_mm = 1\nhertz = 1', "unknown key 'hertz'; known are frames, pitch"),
         ('frames = "x"\npitch_mm = 1\nrate_hz = 1\nlabel = "y"', "no 'label_names'"),
-        ('frames = "x"\npitch_mm = 1\nrate_hz = 1\nlabeller = "me"', "none of label, button"),
-        ('frames = "x"\npitch_mm = 1\nrate_hz = 1\nsession = "s"', "is not a list of texts"),
+        (
+            'frames = "x"\npitch_mm = 1\nrate_hz = 1\nlabeller = "me"',
+            "expected is one of label, button",
+        ),
+        (
+            'frames = "x"\npitch_mm = 1\nrate_hz = 1\nsession = "s"',
+            "session = 's'; expected is",
+        ),
         ('frames = "x"\nrows = = 2', "wrong.toml, line 2: invalid value"),
     ],
 )
@@ -161,7 +172,7 @@ def test_repeated_times_are_told_unless_they_shall_be_dropped() -> None:
 
 
 def test_files_of_arrays_are_read_without_trusting_them(tmp_path: Path) -> None:
-    told = import_description.parse(tomllib.loads(CAPFINGERID))
+    told = config.settings(Description, tomllib.loads(CAPFINGERID))
     np.savez_compressed(tmp_path / "good.npz", **screen())  # type: ignore[arg-type]
     assert importer.read(tmp_path / "good.npz", told).keys() == screen().keys()
     objects = {**screen(), "frames": np.array([{}], dtype=object)}
@@ -173,7 +184,7 @@ def test_files_of_arrays_are_read_without_trusting_them(tmp_path: Path) -> None:
         importer.read(tmp_path / "less.npz", told)
     with pytest.raises(RecordingError, match="cannot read"):
         importer.read(tmp_path / "none.npz", told)
-    alone = import_description.parse({"frames": "frames", "pitch_mm": 1, "rate_hz": 10})
+    alone = config.settings(Description, {"frames": "frames", "pitch_mm": 1, "rate_hz": 10})
     np.save(tmp_path / "one.npy", screen()["frames"])
     [made] = importer.recordings(importer.read(tmp_path / "one.npy", alone), alone)
     assert len(made.t) == 12

@@ -170,7 +170,7 @@ def test_an_impossible_origin_or_state_is_refused_before_the_first_frame() -> No
         Journal(replace(ORIGIN, rows=0), {}, ID)
     with pytest.raises(RecordingError, match="state is not all numbers"):
         Journal(ORIGIN, {"mean": np.array([np.inf])}, ID)
-    with pytest.raises(RecordingError, match="remembers too much"):
+    with pytest.raises(RecordingError, match="state is too large"):
         Journal(ORIGIN, {"mean": np.zeros(2 << 20)}, ID)
 
 

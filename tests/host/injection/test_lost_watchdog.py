@@ -149,7 +149,7 @@ def test_answer_to_an_earlier_heartbeat_acknowledges_nothing(tmp_path: Path) -> 
     now[0] = 50
     assert injector.check() == ""  # a heartbeat of the same millisecond as the strokes
     injector.send([DOWN, UP, DOWN, UP])
-    until(lambda: injector.check() or injector._asked_ms is None)
+    until(lambda: injector.check() or injector._pending_ms is None)
     assert "left" in injector._down
     now[0] = 100
     until(lambda: injector.check() or not injector._down)
@@ -196,7 +196,7 @@ def test_signal_in_the_middle_of_the_release_is_made_up_for_at_the_end(
 
     os.kill(press(injector, board), signal.SIGKILL)
     with monkeypatch.context() as patch:
-        patch.setattr(injector, "_lift", interrupted)
+        patch.setattr(injector, "_release_spare", interrupted)
         with pytest.raises(SystemExit):
             until(injector.check)
     assert board.down == {"left"}
@@ -224,5 +224,5 @@ def test_watchdog_that_wakes_up_in_time_makes_no_late_press(
     now[0] += 300
     os.kill(injector.process.pid, signal.SIGCONT)
     injector.check()
-    until(lambda: injector.check() or injector._asked_ms is None)
+    until(lambda: injector.check() or injector._pending_ms is None)
     assert board.paper.read_text() == ""

@@ -52,7 +52,7 @@ def test_the_onnx_package_and_our_reader_find_nothing_wrong(hidden: tuple[int, .
     exported, _ = export.export_gestures(net.eval(), np.ones((2, 10, 5, 5), np.float32))
     onnx.checker.check_model(onnx.load_from_string(exported.onnx), full_check=True)
     assert onnx_reader.read(exported.onnx).shape == (1, 10, 5, 5)
-    assert head.take_apart(exported.onnx).hidden == 10  # the device can adapt it
+    assert head.split(exported.onnx).hidden == 10  # the device can adapt it
 
 
 def test_a_checkpoint_holds_what_was_put_into_it_and_a_damaged_one_is_a_sentence(

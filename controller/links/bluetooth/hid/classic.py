@@ -1,7 +1,7 @@
-"""Classic HID through BlueZ: a service record with bluetoothd, and two channels as sockets.
+"""Classic HID through BlueZ: a service record in bluetoothd, and two channels as sockets.
 
 bluetoothd's input plugin, which is for hosts, opens the same two channels of every adapter, so it
-has to be left out (bluetoothd --noplugin=input). HID over GATT works beside it.
+must be disabled (bluetoothd --noplugin=input). HID over GATT works beside it.
 """
 
 import asyncio
@@ -30,10 +30,10 @@ from controller.links.bluetooth.hid.reports import Report
 
 PROFILE: Final = "/orbtouch/classic"
 MANAGER: Final = "org.bluez.ProfileManager1"
-DIAL_S: Final = 12.0  # a host that is not there is called for about five
-PAUSES_S: Final = (1.0, 2.0, 4.0, 8.0, 15.0)  # between two calls of the host that had us last
+CONNECT_S: Final = 12.0  # for an absent host a connection fails after about five
+PAUSES_S: Final = (1.0, 2.0, 4.0, 8.0, 15.0)  # between two attempts to reach the last active host
 PACKET: Final = 1024  # bytes; more than either channel ever carries
-WAITING: Final = 64  # reports that a host may be late with; one that is later is let go
+WAITING: Final = 64  # limit of queued reports; a slower host is disconnected
 _SOL_BLUETOOTH, _BT_SECURITY, _MEDIUM = 274, 4, bytes([2, 0])  # encrypted: linux/bluetooth.h
 
 log = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ class L2capSockets:
     """The kernel's L2CAP sockets."""
 
     def listen(self, address: str, port: int) -> socket.socket:
-        """Return a socket that waits for encrypted connections at an adapter."""
+        """Return a listening socket for encrypted connections at an adapter."""
         listener = self._socket()
         try:
             listener.bind((address, port))
@@ -53,7 +53,7 @@ class L2capSockets:
             raise
         return listener
 
-    async def dial(self, local: str, address: str, port: int) -> socket.socket:
+    async def connect(self, local: str, address: str, port: int) -> socket.socket:
         """Return an encrypted connection to a host."""
         connection = self._socket()
         try:
@@ -77,7 +77,7 @@ class L2capSockets:
 
 
 class _Host:
-    """The channels of one host, of which one may be missing so far."""
+    """The channels of one host, of which one may not be connected yet."""
 
     def __init__(self) -> None:
         self.sockets: dict[int, socket.socket] = {}
@@ -89,27 +89,21 @@ class ClassicTransport(HidTransport):
     """Service record and channels, registered with BlueZ."""
 
     def __init__(self, device: HidDevice, name: str, radio: L2capSockets | None = None) -> None:
-        """Prepare.
-
-        Args:
-            device: Held keys, and hosts.
-            name: Under which hosts find the orb.
-            radio: Where sockets come from; None: the kernel.
-        """
+        """Prepare the service; `radio` makes the sockets, by default the kernel's."""
         super().__init__(device, name)
         self._radio = L2capSockets() if radio is None else radio
         self._address = ""  # of the adapter
         self._listeners: list[socket.socket] = []
         self._hosts: dict[str, _Host] = {}  # by address
-        self._dialling: asyncio.Task[None] | None = None
+        self._connecting: asyncio.Task[None] | None = None
 
     # --- the registration ---
 
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register with BlueZ, and wait for hosts.
+        """Register with BlueZ, and listen for hosts.
 
         Raises:
-            BluetoothError: It cannot be; the message is one sentence.
+            BluetoothError: The registration failed; the message is one sentence.
         """
         objects = await bus.objects()
         self._adapter, self._devices = adapter, devices(objects, adapter)
@@ -127,12 +121,12 @@ class ClassicTransport(HidTransport):
         }
         bus.export(PROFILE, _Profile())
         await bus.call(ROOT, MANAGER, "RegisterProfile", "osa{sv}", PROFILE, UUID, options)
-        bus.listen(self._hear)
+        bus.listen(self._follow)
         self._hid.open(self)
 
     async def end(self) -> None:
-        """Release everything on the host, and close the channels."""
-        self._hid.close()  # sends the last reports, if there is still a way
+        """Release all keys on the host, and close the channels."""
+        self._hid.close()  # sends the last reports if a host is connected
         self.seek(False)
         loop = asyncio.get_running_loop()
         for listener in self._listeners:
@@ -140,9 +134,9 @@ class ClassicTransport(HidTransport):
             listener.close()
         self._listeners.clear()
         for address in list(self._hosts):
-            self._close(address, "the orb has gone")
+            self._close(address, "the orb is switched off")
 
-    # --- the device's side ---
+    # --- called by the device ---
 
     def send(self, report: Report) -> None:
         """Send a report to the active host."""
@@ -153,14 +147,15 @@ class ClassicTransport(HidTransport):
             self._write(address, host)
 
     def drop(self, address: str) -> None:
-        """Close a host's channels, a moment later: what was sent goes first."""
-        asyncio.get_running_loop().call_soon(self._close, address, "another host has the orb")
+        """Close a host's channels after the pending output."""
+        asyncio.get_running_loop().call_soon(self._close, address, "another host is active")
 
     def seek(self, wanted: bool) -> None:
-        """Call the host that was active last until it answers, or no longer."""
-        if self._dialling is not None:
-            self._dialling.cancel()
-        self._dialling = asyncio.get_running_loop().create_task(self._dial()) if wanted else None
+        """Start or stop connecting to the host that was active last."""
+        if self._connecting is not None:
+            self._connecting.cancel()
+        loop = asyncio.get_running_loop()
+        self._connecting = loop.create_task(self._reconnect()) if wanted else None
 
     def _changed(self, before: Properties, after: Properties) -> None:
         if bonded(before) and not bonded(after):
@@ -180,16 +175,16 @@ class ClassicTransport(HidTransport):
         try:
             return self._radio.listen(self._address, port)
         except OSError as error:
-            why = {
+            problem = {
                 errno.EADDRINUSE: "bluetoothd's input plugin has the HID channels of this adapter; "
                 "start bluetoothd with --noplugin=input (docs/hid.md), or use --link hid:",
                 errno.EACCES: "only a service may wait on the HID channels; give it the capability "
                 "CAP_NET_BIND_SERVICE, or use --link hid:",
             }.get(error.errno or 0, f"cannot wait on the HID channels: {error.strerror or error}")
-            raise BluetoothError(why) from error
+            raise BluetoothError(problem) from error
 
     def _accept(self, listener: socket.socket, port: int) -> None:
-        with contextlib.suppress(OSError):  # it went away before we looked
+        with contextlib.suppress(OSError):  # closed before it was accepted
             connection, address = self._radio.accept(listener)
             connection.setblocking(False)
             if not self._is_bonded(address):
@@ -222,10 +217,10 @@ class ClassicTransport(HidTransport):
             self._close(address, str(error))
             return
         if host.channels.unplugged:
-            self._close(address, "the host has let go of it")
+            self._close(address, "the host has unplugged it")
 
     def _write(self, address: str, host: _Host) -> None:
-        """Send what waits, as far as the channel takes it."""
+        """Send queued reports, as many as the channel accepts."""
         connection, loop = host.sockets.get(INTERRUPT), asyncio.get_running_loop()
         if connection is None:
             return
@@ -242,21 +237,21 @@ class ClassicTransport(HidTransport):
         except OSError as error:
             loop.call_soon(self._close, address, str(error))
 
-    def _close(self, address: str, why: str) -> None:
+    def _close(self, address: str, reason: str) -> None:
         host = self._hosts.pop(address, None)
         if host is None:
             return
-        log.info("the channels of host %s are closed: %s", address, why)
+        log.info("the channels of host %s are closed: %s", address, reason)
         loop = asyncio.get_running_loop()
         for connection in (host.sockets.get(INTERRUPT), host.sockets.get(CONTROL)):
-            if connection is not None:  # in the order of the profile: section 4.3.2
+            if connection is not None:  # in the order of section 4.3.2 of the profile
                 loop.remove_reader(connection)
                 loop.remove_writer(connection)
                 connection.close()
         self._hid.leave(address)
 
-    async def _dial(self) -> None:
-        """Call the host until it answers; `seek` ends it."""
+    async def _reconnect(self) -> None:
+        """Connect to the last active host, again until it succeeds; `seek` cancels it."""
         attempt = 0
         while True:
             await asyncio.sleep(PAUSES_S[min(attempt, len(PAUSES_S) - 1)])
@@ -268,7 +263,7 @@ class ClassicTransport(HidTransport):
             try:
                 for port in (CONTROL, INTERRUPT):
                     fresh[port] = await asyncio.wait_for(
-                        self._radio.dial(self._address, address, port), DIAL_S
+                        self._radio.connect(self._address, address, port), CONNECT_S
                     )
             except (OSError, TimeoutError) as error:
                 log.debug("host %s does not answer: %s", address, error)
@@ -280,14 +275,14 @@ class ClassicTransport(HidTransport):
 
 
 class _Profile(ServiceInterface):
-    """BlueZ wants one; connections come to our own sockets."""
+    """Profile object that BlueZ requires; connections arrive at the listening sockets instead."""
 
     def __init__(self) -> None:
         super().__init__("org.bluez.Profile1")
 
     @dbus_method()
     def Release(self) -> None:  # noqa: N802
-        log.debug("BlueZ has let go of the profile")
+        log.debug("BlueZ has released the profile")
 
     @dbus_method()
     def NewConnection(  # noqa: N802
@@ -297,4 +292,4 @@ class _Profile(ServiceInterface):
 
     @dbus_method()
     def RequestDisconnection(self, device: DBusObjectPath) -> None:  # noqa: N802
-        log.debug("BlueZ wants %s to be let go", device)
+        log.debug("BlueZ requests the disconnection of %s", device)

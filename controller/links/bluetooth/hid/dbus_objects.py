@@ -1,7 +1,7 @@
 """GATT services and the advertisement of the HID device, as D-Bus objects for BlueZ.
 
 Names of interfaces, properties and methods are BlueZ's: doc/org.bluez.GattCharacteristic.rst and
-its neighbours. Annotations of methods are D-Bus types, read when the classes are made.
+related files. Annotations of methods are D-Bus types, evaluated when the classes are made.
 """
 
 import logging
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from controller.links.bluetooth.hid.gatt import GattTransport
 
 CHARACTERISTIC: Final = "org.bluez.GattCharacteristic1"
-INTERVAL_MS: Final = (30, 60)  # between two advertisements, so that hosts are quick to come back
+INTERVAL_MS: Final = (30, 60)  # between two advertisements, for a fast reconnection
 
 log = logging.getLogger(__name__)
 
 
 def service(uuid: int) -> ServiceInterface:
-    """Return a service, which has nothing but characteristics."""
+    """Return a service without characteristics."""
     properties = {"UUID": ("s", f"{uuid:04x}"), "Primary": ("b", True)}
     return _with_properties(ServiceInterface, properties)("org.bluez.GattService1")
 
@@ -33,13 +33,7 @@ def service(uuid: int) -> ServiceInterface:
 def characteristic(
     one: gatt_services.Characteristic, path: str, transport: "GattTransport"
 ) -> ServiceInterface:
-    """Return a value that hosts can reach.
-
-    Args:
-        one: Its description.
-        path: Of its service.
-        transport: Where it is read and written.
-    """
+    """Return a characteristic of the service at a path; the transport reads and writes it."""
     properties = {
         "UUID": ("s", f"{one.uuid:04x}"),
         "Service": ("o", path),
@@ -49,7 +43,7 @@ def characteristic(
 
 
 def descriptor(uuid: int, value: bytes, path: str) -> ServiceInterface:
-    """Return a description of the characteristic at a path, which never changes."""
+    """Return a constant descriptor of the characteristic at a path."""
     properties = {
         "UUID": ("s", f"{uuid:04x}"),
         "Characteristic": ("o", path),
@@ -59,12 +53,7 @@ def descriptor(uuid: int, value: bytes, path: str) -> ServiceInterface:
 
 
 def advertisement(name: str, discoverable: bool) -> ServiceInterface:
-    """Return the advertisement.
-
-    Args:
-        name: The name that hosts show.
-        discoverable: Whether hosts that are not paired show it.
-    """
+    """Return the advertisement of a name; if discoverable, for hosts that are not paired, too."""
     properties = {
         "Type": ("s", "peripheral"),  # hosts may connect
         "ServiceUUIDs": ("as", [f"{HID:04x}"]),
@@ -97,7 +86,7 @@ class _Characteristic(ServiceInterface):
 
     @dbus_method()
     def StopNotify(self) -> None:  # noqa: N802
-        log.debug("no host listens to %s", self._name)
+        log.debug("no host is subscribed to %s", self._name)
 
 
 class _Descriptor(ServiceInterface):
@@ -119,7 +108,7 @@ class _Advertisement(ServiceInterface):
 def _with_properties(
     kind: Any, properties: dict[str, tuple[str, Any]]
 ) -> Callable[..., ServiceInterface]:
-    """Return a class with properties that never change: the D-Bus type and the value of each."""
+    """Return a class with constant properties: the D-Bus type and the value of each."""
     return type(kind.__name__, (kind,), {n: _constant(n, *one) for n, one in properties.items()})
 
 
@@ -127,10 +116,10 @@ def _constant(name: str, signature: str, value: Any) -> Any:
     def read(self: Any) -> Any:
         return value
 
-    read.__name__ = name  # by which dbus-fast finds it
+    read.__name__ = name  # dbus-fast finds it by name
     read.__annotations__["return"] = Annotated[Any, DBusSignature(signature)]
     return dbus_property(PropertyAccess.READ, name)(read)
 
 
-def _option(options: dict[str, Any], name: str, usual: Any) -> Any:
-    return options[name].value if name in options else usual
+def _option(options: dict[str, Any], name: str, default: Any) -> Any:
+    return options[name].value if name in options else default

@@ -2,8 +2,8 @@
 
 BlueZ calls these objects when a host reads, writes or subscribes, and sends changed values to
 subscribers. The kernel advertises whenever no host is connected. BlueZ cannot advertise to one host
-only, so every paired host may connect, and `HidDevice` chooses which one stays. While no pairing is
-asked for, the advertisement is not discoverable.
+only, so every paired host may connect, and `HidDevice` selects the active one. Outside of the
+pairing window, the advertisement is not discoverable.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ ADVERTISEMENT: Final = "/orbtouch/advertisement"
 GATT: Final = "org.bluez.GattManager1"
 ADVERTISING: Final = "org.bluez.LEAdvertisingManager1"
 BATTERY_S: Final = 60.0  # between two readings of the battery
-FAREWELL_S: Final = 2.0  # for BlueZ to take the last report
+CLOSE_S: Final = 2.0  # timeout of calls that end the connection
 
 log = logging.getLogger(__name__)
 
@@ -46,13 +46,7 @@ class GattTransport(HidTransport):
     """Services and advertisement, registered with BlueZ."""
 
     def __init__(self, device: HidDevice, name: str, charge: Callable[[], int]) -> None:
-        """Prepare.
-
-        Args:
-            device: Held keys, and hosts.
-            name: Under which hosts find the orb.
-            charge: Returns the battery's charge in percent.
-        """
+        """Prepare the services; `charge` returns the battery's charge in percent."""
         super().__init__(device, name)
         self._charge = charge
         self._values = ServiceValues(name, charge())
@@ -60,7 +54,7 @@ class GattTransport(HidTransport):
         self._paths: dict[str, str] = {}  # of characteristics, by name
         self._discoverable = False
         self._advertised = False
-        self._changing = asyncio.Lock()  # one change of the advertisement at a time
+        self._changing = asyncio.Lock()  # serialises changes of the advertisement
         self._tasks: set[asyncio.Task[None]] = set()
 
     # --- the registration ---
@@ -83,7 +77,7 @@ class GattTransport(HidTransport):
         self._discoverable = bool(objects[adapter][ADAPTER].get("Discoverable"))
         self._export(bus)
         await bus.call(adapter, GATT, "RegisterApplication", "oa{sv}", APPLICATION, {})
-        bus.listen(self._hear)
+        bus.listen(self._follow)
         await self._advertise()
         self._hid.open(self)
         self._read_battery()
@@ -92,23 +86,22 @@ class GattTransport(HidTransport):
                 self._hid.arrive(host["Address"])
 
     async def end(self) -> None:
-        """Release everything on the host, disconnect it, and unregister."""
+        """Release all keys on the host, disconnect it, and unregister."""
         active = self._hid.hosts.active
-        self._hid.close()  # sends the last reports, if there is still a way
+        self._hid.close()  # sends the last reports if a host is connected
         if self._battery is not None:
             self._battery.cancel()
         bus, self._bus = self._bus, None
         if bus is None:
             return
         with contextlib.suppress(BluetoothError):
-            if active:  # D-Bus keeps the order: the reports are with BlueZ before this
+            if active:  # D-Bus keeps the order: BlueZ gets the reports first
                 await self._disconnect(bus, active)
             await bus.call(
-                self._adapter, GATT, "UnregisterApplication", "o", APPLICATION,
-                timeout_s=FAREWELL_S,
-            )  # fmt: skip
+                self._adapter, GATT, "UnregisterApplication", "o", APPLICATION, timeout_s=CLOSE_S
+            )
 
-    # --- the device's side ---
+    # --- called by the device ---
 
     def send(self, report: Report) -> None:
         """Send a report to all subscribers: `HidDevice` has disconnected all hosts but one."""
@@ -120,10 +113,10 @@ class GattTransport(HidTransport):
         if self._bus is not None:
             self._do(self._disconnect(self._bus, address))
 
-    # --- BlueZ's side ---
+    # --- called by BlueZ ---
 
     def read(self, name: str, offset: int, device: str) -> bytes:
-        """Return a value to a host; one that reads the report map is about to subscribe."""
+        """Return a value for a host; a host that reads the report map is about to subscribe."""
         try:
             value = self._values.read(name, offset)
         except OfferError as error:
@@ -134,31 +127,31 @@ class GattTransport(HidTransport):
         return value
 
     def write(self, name: str, value: bytes, offset: int) -> None:
-        """Take what a host writes."""
+        """Store a value that a host writes."""
         try:
             self._values.write(name, value, offset)
         except OfferError as error:
             raise DBusError(error.name, str(error)) from None
 
     def subscribed(self, name: str) -> None:
-        """Report to all paired hosts that everything is up, since BlueZ names no subscriber.
+        """Report released keys to all connected paired hosts, since BlueZ names no subscriber.
 
-        A host that is not known yet counts as well: it may have stored our report map before its
-        address was removed from `host_store`.
+        This includes unknown hosts: they may have cached the report map before their address was
+        removed from `host_store`.
         """
-        log.debug("a host listens to %s", name)
+        log.debug("a host is subscribed to %s", name)
         for host in tuple(self._devices.values()):
             if host.get("Connected") and bonded(host):
                 self._hid.arrive(host["Address"])
 
-    def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
+    def _follow(self, path: str, interface: str, changes: Properties | None) -> None:
         ours = path == self._adapter and interface == ADAPTER
         if path == "" or (ours and changes is None):
-            self._bus = None  # bluetoothd or the adapter has gone
+            self._bus = None  # bluetoothd or the adapter is lost
         elif ours and changes and "Discoverable" in changes:
             self._discoverable = changes["Discoverable"]
             self._do(self._advertise())
-        super()._hear(path, interface, changes)
+        super()._follow(path, interface, changes)
 
     def _changed(self, before: Properties, after: Properties) -> None:
         connected, was_connected = after.get("Connected"), before.get("Connected")
@@ -168,16 +161,16 @@ class GattTransport(HidTransport):
         elif was_connected and not connected:
             self._hid.leave(before["Address"])
         if not any(host.get("Connected") for host in self._devices.values()):
-            self._values.forget()
+            self._values.reset()
 
     # --- helpers ---
 
     def _is_known(self, host: Properties) -> bool:
-        """Return whether a host is paired and was active before; others may use the port."""
+        """Return whether a host is paired and was active before; others may use rfcomm only."""
         return bonded(host) and host.get("Address") in self._hid.hosts.known.hosts
 
     def _export(self, bus: Bus) -> None:
-        """Offer all services to BlueZ, as a tree of objects."""
+        """Export all services as a tree of objects."""
         for number, (uuid, characteristics) in enumerate(SERVICES.items()):
             service = f"{APPLICATION}/service{number}"
             bus.export(service, dbus_objects.service(uuid))
@@ -189,7 +182,7 @@ class GattTransport(HidTransport):
                     bus.export(f"{path}/desc{last}", dbus_objects.descriptor(kind, value, path))
 
     def _read_battery(self) -> None:
-        """Notify hosts if the battery's level has changed; read it again later."""
+        """Notify hosts of a changed battery level, and schedule the next reading."""
         for name, value in self._values.charge(self._charge()):
             self._notify(name, value)
         loop = asyncio.get_running_loop()
@@ -213,10 +206,10 @@ class GattTransport(HidTransport):
     async def _disconnect(self, bus: Bus, address: str) -> None:
         for path, host in self._devices.items():
             if host.get("Address") == address:
-                await bus.call(path, DEVICE, "Disconnect", timeout_s=FAREWELL_S)
+                await bus.call(path, DEVICE, "Disconnect", timeout_s=CLOSE_S)
 
     async def _advertise(self) -> None:
-        """Register the advertisement as it should be now, in place of the one before.
+        """Replace the registered advertisement by one with the current properties.
 
         Raises:
             BluetoothError: BlueZ refuses it.
@@ -236,7 +229,7 @@ class GattTransport(HidTransport):
             self._advertised = True
 
     def _do(self, task: Coroutine[Any, Any, None]) -> None:
-        """Run a task without waiting; what fails is logged."""
+        """Run a task without waiting; errors are logged."""
         running = asyncio.get_running_loop().create_task(logged(task))
         self._tasks.add(running)
         running.add_done_callback(self._tasks.discard)

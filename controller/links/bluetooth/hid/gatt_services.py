@@ -1,8 +1,8 @@
 """GATT services of the HID device: HID, battery and device information.
 
-By the specifications HIDS 1.0, BAS 1.0 and DIS 1.1, in tables. Every value needs an encrypted link,
-so a host that is not paired reads nothing. Pure: the transport reads and writes `ServiceValues`,
-and sends the values that it returns.
+Tables by the specifications HIDS 1.0, BAS 1.0 and DIS 1.1. Every value requires an encrypted link,
+so only paired hosts can read it. Pure: the transport reads and writes `ServiceValues`, and sends
+the values that it returns.
 """
 
 from dataclasses import dataclass
@@ -19,22 +19,22 @@ BOOT, REPORTS = 0, 1  # protocol modes
 INPUT, OUTPUT = 1, 2  # kinds of reports
 
 _READ: Final = ("encrypt-read",)
-_HEAR: Final = ("encrypt-read", "notify", "encrypt-notify")
-_TELL: Final = ("encrypt-read", "encrypt-write", "write-without-response")
+_NOTIFY: Final = ("encrypt-read", "notify", "encrypt-notify")
+_WRITE: Final = ("encrypt-read", "encrypt-write", "write-without-response")
 _REPORT_REFERENCE: Final = 0x2908
-# HID 1.11, no country; can wake its host, and connects when it is not bonded to another.
+# HID 1.11, no country; remote wake, not normally connectable.
 _HID_INFORMATION: Final = bytes([0x11, 0x01, 0, 0b01])
 
 
 @dataclass(frozen=True, slots=True)
 class Characteristic:
-    """A value that hosts can reach.
+    """A GATT characteristic.
 
     Attributes:
-        name: Ours; unique.
+        name: Unique name within this program.
         uuid: 16 bits.
-        flags: What may be done with it, in BlueZ's words (doc/org.bluez.GattCharacteristic).
-        descriptors: UUID and value of each, which never change.
+        flags: Permissions of BlueZ (doc/org.bluez.GattCharacteristic).
+        descriptors: UUID and constant value of each.
     """
 
     name: str
@@ -51,15 +51,15 @@ SERVICES: Final[dict[int, tuple[Characteristic, ...]]] = {
     HID: (
         Characteristic("protocol_mode", 0x2A4E, ("encrypt-read", "write-without-response")),
         Characteristic("report_map", 0x2A4B, _READ),
-        _report("keyboard", KEYBOARD, INPUT, _HEAR),
-        _report("gamepad", GAMEPAD, INPUT, _HEAR),
-        _report("lights", KEYBOARD, OUTPUT, _TELL),
-        Characteristic("boot_keyboard", 0x2A22, _HEAR),
-        Characteristic("boot_lights", 0x2A32, _TELL),
+        _report("keyboard", KEYBOARD, INPUT, _NOTIFY),
+        _report("gamepad", GAMEPAD, INPUT, _NOTIFY),
+        _report("lights", KEYBOARD, OUTPUT, _WRITE),
+        Characteristic("boot_keyboard", 0x2A22, _NOTIFY),
+        Characteristic("boot_lights", 0x2A32, _WRITE),
         Characteristic("hid_information", 0x2A4A, _READ),
         Characteristic("control_point", 0x2A4C, ("write-without-response",)),
     ),
-    BATTERY: (Characteristic("battery", 0x2A19, _HEAR),),
+    BATTERY: (Characteristic("battery", 0x2A19, _NOTIFY),),
     DEVICE_INFORMATION: (
         Characteristic("manufacturer", 0x2A29, _READ),
         Characteristic("pnp_id", 0x2A50, _READ),
@@ -67,17 +67,17 @@ SERVICES: Final[dict[int, tuple[Characteristic, ...]]] = {
 }
 
 _INPUTS: Final = {KEYBOARD: "keyboard", GAMEPAD: "gamepad"}
-# What may be written, and the values that it may have.
+# Writable characteristics and their allowed values.
 _WRITABLE: Final = {
     "protocol_mode": (BOOT, REPORTS),
     "lights": range(0x20),
     "boot_lights": range(0x20),
-    "control_point": (0, 1),  # suspend, and go on
+    "control_point": (0, 1),  # suspend, exit suspend
 }
 
 
 class OfferError(ValueError):
-    """A request of a host that is refused; `name` is BlueZ's name of the error."""
+    """A refused request of a host; `name` is BlueZ's name of the error."""
 
     def __init__(self, name: str, message: str) -> None:
         super().__init__(message)
@@ -88,12 +88,7 @@ class ServiceValues:
     """The values behind `SERVICES`."""
 
     def __init__(self, name: str, battery: int) -> None:
-        """Begin with everything up.
-
-        Args:
-            name: Of the manufacturer.
-            battery: Percent.
-        """
+        """Begin with released keys, the manufacturer's name and a battery level in percent."""
         self._values = {
             "report_map": REPORT_MAP,
             "lights": b"\0",
@@ -104,7 +99,7 @@ class ServiceValues:
             "manufacturer": name.encode(),
             "pnp_id": PNP_ID,
         }
-        self.forget()
+        self.reset()
 
     @property
     def mode(self) -> int:
@@ -112,21 +107,17 @@ class ServiceValues:
         return self._values["protocol_mode"][0]
 
     def read(self, name: str, offset: int = 0) -> bytes:
-        """Return a value, from an offset on.
-
-        Raises:
-            OfferError: There is nothing at the offset.
-        """
+        """Return a value from an offset on; OfferError beyond its end."""
         value = self._values[name]
         if offset > len(value):
             raise OfferError("org.bluez.Error.InvalidOffset", f"{name} has {len(value)} bytes")
         return value[offset:]
 
     def write(self, name: str, value: bytes, offset: int = 0) -> None:
-        """Take what a host writes.
+        """Store a value that a host writes.
 
         Raises:
-            OfferError: The value has another length, or no meaning.
+            OfferError: The value has another length, or is not allowed.
         """
         known = _WRITABLE.get(name)
         if known is None:
@@ -138,7 +129,7 @@ class ServiceValues:
         self._values[name] = bytes(value)
 
     def report(self, report: Report) -> list[tuple[str, bytes]]:
-        """Take a new report; return what has to be sent: names and values."""
+        """Store a new report; return the names and values to send."""
         name = _INPUTS[report.id]
         self._values[name] = report.data
         if name == "keyboard":
@@ -148,15 +139,15 @@ class ServiceValues:
         return [(name, report.data)]
 
     def charge(self, percent: int) -> list[tuple[str, bytes]]:
-        """Take the battery's level; return what has to be sent."""
+        """Store the battery's level; return the names and values to send."""
         value = bytes([min(max(percent, 0), 100)])
         if value == self._values["battery"]:
             return []
         self._values["battery"] = value
         return [("battery", value)]
 
-    def forget(self) -> None:
-        """Reset the protocol and release everything: a host has come or gone (HIDS, 2.1)."""
+    def reset(self) -> None:
+        """Reset the protocol and release all keys, for a change of hosts (HIDS, 2.1)."""
         self._values["protocol_mode"] = bytes([REPORTS])
         for report in RELEASED:
             self.report(report)

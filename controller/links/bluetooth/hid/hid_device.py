@@ -1,6 +1,6 @@
-"""The HID device: held keys, the active host, and the transport that brings reports to it.
+"""HID device: held keys, the active host, and the transport of reports.
 
-Everything runs on an asyncio loop, and takes its time from there.
+All functions run on an asyncio loop and use its clock.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from controller.links.bluetooth.hid.reports import HeldReports, Report
 from controller.links.bluetooth.registration import Registration
 from controller.protocol.messages import Command, Message, State, Telemetry
 
-GAP_S: Final = 0.02  # between two taps of one key: more than a picture of a game at 60 Hz
+GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 
 log = logging.getLogger(__name__)
 
 
 class HidDevice:
-    """The orb as hosts see it. Everything is called on the loop.
+    """Keyboard and gamepad for the active host; it begins without one.
 
     Attributes:
         keys: State of held keys and buttons.
@@ -40,12 +40,12 @@ class HidDevice:
         notify: Callable[[str], None],
         store: Callable[[StoredHosts], None],
     ) -> None:
-        """Begin without a host.
+        """Prepare the device.
 
         Args:
-            key_map: What commands press.
-            hosts: Those that are known; its clock is the loop's.
-            notify: Called with the address of the active host, "" if there is none.
+            key_map: Keys of each command.
+            hosts: Selection of hosts, with the loop's clock.
+            notify: Called with the address of a new active host, "" if there is none.
             store: Called with the hosts to store for the next run.
         """
         self.keys = KeyState(key_map, armed=True, gap_s=GAP_S)
@@ -58,27 +58,27 @@ class HidDevice:
         self._active = ""
         self._known = hosts.known
         self._seeking: bool | None = None
-        self._dropped: set[str] = set()  # sent away, and not gone yet
+        self._dropped: set[str] = set()  # being disconnected
         self._timer: asyncio.TimerHandle | None = None
 
     def open(self, transport: HidTransport) -> None:
-        """Hosts can be reached from now on."""
+        """Use a transport from now on."""
         self._transport, self._seeking = transport, None
-        self._turn()
+        self._update()
 
     def close(self) -> None:
-        """Release everything on the active host; hosts can be reached no longer."""
+        """Release all keys on the active host, and stop using the transport."""
         self._release()
-        self._turn()
+        self._update()
         for address in [self.hosts.active, *self.hosts.unwanted()]:
             self.hosts.leave(address, self._now_s())
         self._transport = None
-        self._turn()
+        self._update()
         if self._timer is not None:
             self._timer.cancel()
 
     def take(self, message: Message) -> None:
-        """Press or release by a message of the device: Command, State or Telemetry."""
+        """Press or release keys by a message of the device: Command, State or Telemetry."""
         now_s = self._now_s()
         match message:
             case Command(name=name):
@@ -91,22 +91,22 @@ class HidDevice:
                 self.keys.still_held(now_s)
         if self.keys.hosts:
             self._release()
-        self._turn()
+        self._update()
 
     def arrive(self, address: str) -> None:
-        """A paired host has connected, or subscribed to reports: everything is up for it."""
+        """Handle a paired host that has connected, or subscribed to reports."""
         if address == self.hosts.active:
             self._release()
         self.hosts.arrive(address, self._now_s())
-        self._turn()
+        self._update()
 
     def leave(self, address: str) -> None:
-        """A host has disconnected."""
+        """Handle a host that has disconnected."""
         self.hosts.leave(address, self._now_s())
-        self._turn()
+        self._update()
 
-    def _turn(self) -> None:
-        """Let time pass, and do what follows."""
+    def _update(self) -> None:
+        """Update keys and hosts to the present time, and send the resulting reports."""
         now_s = self._now_s()
         self.keys.tick(now_s)
         self._flush()  # to the active host, before another becomes active
@@ -119,17 +119,17 @@ class HidDevice:
             self._flush()
             self._notify(self._active)
         if self._transport is not None:
-            self._steer(self._transport)
+            self._select(self._transport)
         for sentence in self.keys.notes:
             log.info("%s", sentence)
         self.keys.hosts, self.keys.notes = [], []
         if self.hosts.known != self._known:
             self._known = self.hosts.known
             self._store(self._known)
-        self._plan()
+        self._schedule()
 
-    def _steer(self, transport: HidTransport) -> None:
-        """Disconnect hosts that are not active; look for one if none is."""
+    def _select(self, transport: HidTransport) -> None:
+        """Disconnect hosts that are not active; seek one if none is."""
         unwanted = set(self.hosts.unwanted())
         for address in unwanted - self._dropped:
             log.info("host %s is disconnected: another one is active, or selected", address)
@@ -140,41 +140,36 @@ class HidDevice:
             transport.seek(seek)
 
     def _release(self) -> None:
-        """Put everything up, and report that in any case."""
+        """Release all keys, and report that in any case."""
         self.keys.release()
         self.keys.strokes = []
         self._waiting += self._reports.release()
 
     def _flush(self) -> None:
-        """Send the reports that wait, if there is an active host."""
+        """Send the queued reports, if there is an active host."""
         reports = self._waiting + self._reports.follow(self.keys.strokes)
         self._waiting, self.keys.strokes = [], []
         if self._transport is not None and self._active and self._active == self.hosts.active:
             for report in reports:
                 self._transport.send(report)
 
-    def _plan(self) -> None:
-        """Call `_turn` again when something is due."""
+    def _schedule(self) -> None:
+        """Schedule the next update."""
         if self._timer is not None:
             self._timer.cancel()
         times = [due for due in (self.keys.due_s, self.hosts.due_s) if due is not None]
         loop = asyncio.get_running_loop()
-        self._timer = loop.call_at(min(times), self._turn) if times else None
+        self._timer = loop.call_at(min(times), self._update) if times else None
 
     def _now_s(self) -> float:
         return asyncio.get_running_loop().time()
 
 
 class HidTransport(Registration):
-    """A way to bring reports to hosts, over GATT or over classic Bluetooth. Nothing waits."""
+    """Transport of reports to hosts, over GATT or classic Bluetooth; no method blocks."""
 
     def __init__(self, device: HidDevice, name: str) -> None:
-        """Prepare.
-
-        Args:
-            device: Held keys, and hosts.
-            name: Under which hosts find the orb.
-        """
+        """Prepare a transport for a device; hosts show its name."""
         self._hid, self._name = device, name
         self._bus: Bus | None = None
         self._adapter = ""
@@ -189,14 +184,14 @@ class HidTransport(Registration):
         """Disconnect a host."""
 
     def seek(self, wanted: bool) -> None:
-        """Look for paired hosts, or no longer; nothing to do where the kernel advertises."""
+        """Start or stop seeking paired hosts; no effect where the kernel advertises."""
 
     @abstractmethod
     def _changed(self, before: Properties, after: Properties) -> None:
-        """Follow a host whose properties have changed; it is new or gone where they are empty."""
+        """Handle changed properties of a host; they are empty before it exists and afterwards."""
 
-    def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
-        """Take a change of BlueZ's objects."""
+    def _follow(self, path: str, interface: str, changes: Properties | None) -> None:
+        """Handle a change of BlueZ's objects."""
         if interface == DEVICE and path.startswith(f"{self._adapter}/"):
             before = self._devices.get(path, {})
             if changes is None:

@@ -1,8 +1,8 @@
-"""Selection of the active one of several paired hosts. Pure; time comes in.
+"""Selection of the active host among several paired ones; pure, with explicit time.
 
 One host is active at a time, so that a press reaches one screen only. The orb waits for the host
-that was active last, and after a while takes the first paired host that connects. A command selects
-another one.
+that was active last, and after `WAIT_S` accepts the first paired host that connects. A command
+selects another one.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ class StoredHosts:
 
     Attributes:
         hosts: Addresses of all hosts that were ever active, oldest first.
-        wanted: The one that was active last, "" if none.
+        wanted: The last active one, "" if none.
     """
 
     hosts: tuple[str, ...] = ()
@@ -39,9 +39,9 @@ class HostSelection:
         """Begin without a connected host.
 
         Args:
-            known: From the last run.
-            only: The address of the one host that may be active, "" for any.
-            now_s: The time.
+            known: Hosts of the last run.
+            only: Address of the only host that may be active; "": any.
+            now_s: The present time.
         """
         self.known = StoredHosts(known.hosts, only) if only else known
         self.active = ""
@@ -51,17 +51,17 @@ class HostSelection:
 
     @property
     def due_s(self) -> float | None:
-        """When `tick` has something to do, None if never."""
+        """Time of the next change by `tick`, None if there is none."""
         return None if self.active or not self._present or self._only else self._open_s
 
     def arrive(self, address: str, now_s: float) -> None:
-        """A paired host has connected."""
+        """Add a paired host that has connected."""
         if address not in self._present:
             self._present.append(address)
         self.tick(now_s)
 
     def leave(self, address: str, now_s: float) -> None:
-        """A host has disconnected."""
+        """Remove a host that has disconnected."""
         if address in self._present:
             self._present.remove(address)
         if address == self.active:
@@ -69,14 +69,11 @@ class HostSelection:
             self._open_s = now_s + WAIT_S
 
     def change(self, number: int, now_s: float) -> str:
-        """Select another host, now or as soon as it connects.
+        """Select another host, now or as soon as it connects; return a sentence for the log.
 
         Args:
-            number: Which of those that are known, from 1; or `NEXT_HOST`.
-            now_s: The time.
-
-        Returns:
-            What was done, for the log.
+            number: Position among the known hosts, from 1; or `NEXT_HOST`.
+            now_s: The present time.
         """
         hosts: Sequence[str] = self.known.hosts
         if self._only:
@@ -94,7 +91,7 @@ class HostSelection:
         return f"host {hosts.index(chosen) + 1} of {len(hosts)}, {chosen}"
 
     def tick(self, now_s: float) -> None:
-        """Let time pass, and choose the active host."""
+        """Choose the active host at the present time."""
         if self.active:
             return
         wanted = self.known.wanted

@@ -1,4 +1,4 @@
-"""Stored hosts of the last run, and the charge of the device's battery."""
+"""Storage of the hosts of the last run, and the charge of the device's battery."""
 
 from __future__ import annotations
 
@@ -15,23 +15,21 @@ from controller.files import atomic_write, read_bytes, state_folder
 from controller.links.bluetooth.hid.host_selection import StoredHosts
 
 FULL: Final = 100  # percent; also without a battery
-SUPPLIES: Final = Path(
-    "/sys/class/power_supply"
-)  # Linux: Documentation/ABI/testing/sysfs-class-power
+SUPPLIES: Final = Path("/sys/class/power_supply")  # Linux: ABI/testing/sysfs-class-power
 _ADDRESS: Final = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}")
 
 log = logging.getLogger(__name__)
 
 
 def place() -> Path:
-    """Return the file that remembers hosts; a service of systemd has a folder of its own."""
+    """Return the path of the stored hosts; a systemd service has its own state folder."""
     folder = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
     state = Path(folder) if folder else state_folder()
     return state / "hid-hosts.json"
 
 
 def recall(path: Path) -> StoredHosts:
-    """Return the hosts of the last run; none if the file is not there or is not ours."""
+    """Return the hosts of the last run; none if the file is missing or damaged."""
     try:
         found = parse_json(read_bytes(path, MAX_BYTES))
         hosts, wanted = tuple(found["hosts"]), found["wanted"]
@@ -45,16 +43,16 @@ def recall(path: Path) -> StoredHosts:
 
 
 def remember(path: Path, known: StoredHosts) -> None:
-    """Keep the hosts for the next run; a disk that cannot is no reason to stop playing."""
+    """Store the hosts for the next run; a failing disk only causes a warning."""
     try:
         atomic_write(path, json.dumps({"hosts": known.hosts, "wanted": known.wanted}).encode())
     except OSError as error:
         log.warning("cannot write %s, so the next run will not know its hosts: %s", path, error)
 
 
-def is_address(words: object) -> bool:
-    """Return whether this is a Bluetooth address as BlueZ writes it."""
-    return isinstance(words, str) and _ADDRESS.fullmatch(words) is not None
+def is_address(text: object) -> bool:
+    """Return whether this is a Bluetooth address in BlueZ's notation."""
+    return isinstance(text, str) and _ADDRESS.fullmatch(text) is not None
 
 
 def charge(supplies: Path = SUPPLIES) -> int:

@@ -1,6 +1,6 @@
-"""Classic HID: the service record, and the messages of the two channels.
+"""Classic HID: the service record, and the messages of the two channels; pure.
 
-As the "Human Interface Device Profile", version 1.1, wants it. Pure: bytes in, bytes out.
+Source: "Human Interface Device Profile", version 1.1.
 """
 
 from typing import Final
@@ -24,37 +24,37 @@ _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
 
 
 class HidChannels:
-    """The conversation with one host.
+    """Protocol state of the channels to one host.
 
     Attributes:
         protocol: `BOOT` or `REPORTS`.
-        unplugged: Whether the host wants us to go for good.
+        unplugged: Whether the host has sent VIRTUAL_CABLE_UNPLUG.
     """
 
     def __init__(self) -> None:
-        """Begin with nothing down, as both ends do: section 7.4.9."""
+        """Begin with released keys: section 7.4.9."""
         self.protocol = REPORTS
         self.unplugged = False
         self._latest = {report.id: report for report in RELEASED}
 
     def report(self, report: Report) -> bytes | None:
-        """Return what the interrupt channel has to carry; None: the host would not know it."""
+        """Return the message for the interrupt channel; None: not part of the boot protocol."""
         self._latest[report.id] = report
         if self.protocol == BOOT and report.id != KEYBOARD:
             return None
         return bytes([_DATA << 4 | _INPUT, report.id]) + report.data
 
     def control(self, message: bytes) -> bytes | None:
-        """Return the answer to a message of the control channel; None: there is none."""
+        """Return the answer to a message on the control channel; None: there is none."""
         if not message:
             return None
         kind, parameter, rest = message[0] >> 4, message[0] & 0x0F, message[1:]
-        if kind == _CONTROL:  # suspending is nothing to us: what is pressed wakes the host
+        if kind == _CONTROL:  # suspend needs no action: a key press wakes the host
             self.unplugged = self.unplugged or parameter == _UNPLUG
         elif kind == _GET_REPORT:
-            return self._tell(parameter, rest)
+            return self._get_report(parameter, rest)
         elif kind == _SET_REPORT:
-            return _handshake(self._take(parameter, rest))
+            return _handshake(self._set_report(parameter, rest))
         elif kind == _GET_PROTOCOL:
             return bytes([_DATA << 4, self.protocol])
         elif kind == _SET_PROTOCOL:
@@ -62,12 +62,12 @@ class HidChannels:
                 return _handshake(_BAD_PARAMETER)
             self.protocol = parameter
             return _handshake(_OK)
-        elif kind not in (_HANDSHAKE, _DATA):  # an answer, or the rest of what we did not take
+        elif kind not in (_HANDSHAKE, _DATA):  # an answer, or the rest of a refused message
             return _handshake(_UNSUPPORTED)
         return None
 
-    def _tell(self, parameter: int, rest: bytes) -> bytes:
-        """Return the newest report, or why there is none."""
+    def _get_report(self, parameter: int, rest: bytes) -> bytes:
+        """Return the newest report, or an error."""
         if parameter & 0x03 != _INPUT:
             return _handshake(_UNSUPPORTED)
         report = self._latest.get(rest[0]) if rest else None
@@ -80,8 +80,8 @@ class HidChannels:
             size = int.from_bytes(rest[1:], "little")
         return bytes([_DATA << 4 | _INPUT]) + (bytes([report.id]) + report.data)[:size]
 
-    def _take(self, parameter: int, rest: bytes) -> int:
-        """Take a report of the host's: there are the keyboard's lights, which we have not."""
+    def _set_report(self, parameter: int, rest: bytes) -> int:
+        """Check an output report, which is ignored: the keyboard's lights do not exist."""
         if parameter & 0x03 != _OUTPUT:
             return _UNSUPPORTED
         if not rest or rest[0] != KEYBOARD:
@@ -94,11 +94,7 @@ def _handshake(result: int) -> bytes:
 
 
 def record(name: str) -> str:
-    """Return the service record as BlueZ takes it: XML, attributes of the profile's section 5.3.
-
-    Args:
-        name: Under which hosts show the orb.
-    """
+    """Return the service record of a device name in BlueZ's XML: section 5.3 of the profile."""
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <record>
   <attribute id="0x0001"><sequence><uuid value="0x1124"/></sequence></attribute>

@@ -37,7 +37,7 @@ _HAT: Final = {"up": (0, -1), "down": (0, 1), "left": (-1, 0), "right": (1, 0)}
 _STICK: Final = {f"stick_{name}": way for name, way in _HAT.items()}
 PAD_NAMES: Final = (*BUTTON_NUMBERS, *_HAT, *_STICK)
 
-# What a mapping for this device can name.
+# Outputs of key mappings for this device.
 OUTPUTS: Final = Outputs(
     ("pad", "key", "profile", "host"),
     frozenset({*KEY_USAGES, *(f"pad_{name}" for name in PAD_NAMES)}),
@@ -63,11 +63,7 @@ class Report:
 
 
 def keyboard(keys: Sequence[str]) -> Report:
-    """Return the keyboard's report.
-
-    Args:
-        keys: Names of the keys that are down, in the order in which they went down.
-    """
+    """Return the keyboard's report of held keys, in the order in which they were pressed."""
     usages = [KEY_USAGES[name] for name in dict.fromkeys(keys)]
     modifiers = sum(1 << usage - _FIRST_MODIFIER for usage in usages if usage >= _FIRST_MODIFIER)
     plain = [usage for usage in usages if usage < _FIRST_MODIFIER]
@@ -77,10 +73,9 @@ def keyboard(keys: Sequence[str]) -> Report:
 
 
 def gamepad(names: Collection[str]) -> Report:
-    """Return the gamepad's report; opposite directions cancel each other.
+    """Return the gamepad's report of held buttons and directions of hat and stick.
 
-    Args:
-        names: What is down: buttons, directions of the hat, directions of the stick.
+    Opposite directions cancel each other.
     """
     buttons = sum(1 << number - 1 for name, number in BUTTON_NUMBERS.items() if name in names)
     hat = _HAT_VALUES[_way(_HAT, names)]
@@ -98,10 +93,9 @@ RELEASED: Final = (keyboard(()), gamepad(()))
 
 
 class HeldReports:
-    """The keys and pad buttons that are down, as reports."""
+    """Held keys and pad buttons as reports; none at the beginning."""
 
     def __init__(self) -> None:
-        """Begin with everything up."""
         self._down: list[str] = []
         self._latest = RELEASED
 
@@ -119,6 +113,6 @@ class HeldReports:
         return reports
 
     def release(self) -> tuple[Report, ...]:
-        """Put everything up; return the reports of that, whatever was reported before."""
+        """Release all keys; return the reports of that, also if nothing was held."""
         self._down, self._latest = [], RELEASED
         return RELEASED
