@@ -23,10 +23,10 @@ from controller.console import one_line
 from controller.errors import UserError, reason
 from controller.files import atomic_write, open_regular
 from controller.recognition.debounce import DebounceSettings
+from controller.recognition.frames import PreprocessSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.pipeline import PipelineSettings
-from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import PositionSpread
 from controller.recognition.user_id import NOBODY, Users
 

@@ -6,6 +6,7 @@ import contextlib
 import queue
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
@@ -100,6 +101,9 @@ class Link(ABC):
         Raises:
             ProtocolError: The wire cannot carry this Welcome.
         """
+
+    def print_record(self, record: Mapping[str, object]) -> None:  # noqa: B027
+        """Print plain data that is no message, such as a cue; only the link that prints does."""
 
     @abstractmethod
     def close(self) -> None:

@@ -22,18 +22,6 @@ from controller.recognition.frames import (
     z_image,
 )
 
-__all__ = [
-    "Frame",
-    "Image",
-    "Prepared",
-    "PreprocessSettings",
-    "Preprocessor",
-    "State",
-    "StoredBaseline",
-    "Window",
-    "z_image",
-]
-
 Reading = NDArray[np.float64]  # (rows, columns), picofarads, or relative to rest
 
 

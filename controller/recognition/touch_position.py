@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.preprocess import Image, State
+from controller.recognition.frames import Image, State
 
 _LEAD: Final = 1  # image just before the networks notice: the finger arrives in it
 _BEFORE: Final = 4  # images before that, of the sensor untouched

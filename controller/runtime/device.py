@@ -6,15 +6,15 @@ import logging
 from collections import deque
 from collections.abc import Iterator
 from itertools import count
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final
 
+from controller.links.base import Link
 from controller.log_limit import LogLimit
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     Command,
     Contacts,
     Health,
-    Message,
     Perform,
     PositionUncertainty,
     State,
@@ -40,31 +40,6 @@ _log = logging.getLogger("controller")
 Schedule = Iterator[tuple[int, float]]  # (number, seconds) of each frame
 
 
-class Outlet(Protocol):
-    """The side of a link that the loop needs; `controller.links.Link` has it."""
-
-    def send(self, message: Message, t_ms: int) -> None:
-        """Take a message for the host, without waiting."""
-
-    def poll(self) -> list[Message]:
-        """Return the host's requests, oldest first, without waiting."""
-
-    def wait(self, timeout_s: float) -> None:
-        """Return when something may be polled, or after the time."""
-
-    @property
-    def connected(self) -> bool:
-        """Whether a host is there."""
-
-
-@runtime_checkable
-class Pairable(Protocol):
-    """A link that new hosts can be let into."""
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-
-
 class Device:
     """One session of sensing: a sensor and a pipeline from their first frame on.
 
@@ -80,7 +55,7 @@ class Device:
         self,
         sensor: Sensor,
         pipeline: Pipeline,
-        link: Outlet,
+        link: Link,
         *,
         schedule: Schedule | None = None,
         recorder: SessionRecorder | None = None,
@@ -110,8 +85,7 @@ class Device:
         self.due = next(self._schedule, None)
         self.now_s = 0.0
         self.log_limit = LogLimit()
-        pairs = self.live and self._virtual is None and recorder is None
-        self._pairing = link if pairs and isinstance(link, Pairable) else None
+        self._pairs = self.live and self._virtual is None and recorder is None
         self._button = LongPress()
         self._pressed: tuple[str, ...] = ()  # as the host knows it
         self._faults: tuple[str, ...] = ()  # of the sensor, as the host knows them
@@ -225,8 +199,8 @@ class Device:
         if self._away_s is not None:
             _log.info("the sensor is back after %.1f s", t_s - self._away_s)
             self._away_s = None
-        if self._pairing is not None and self._button.step(self.sensor.button(t_s), t_s):
-            self._pairing.pair(WINDOW_S)
+        if self._pairs and self._button.step(self.sensor.button(t_s), t_s):
+            self.link.pair(WINDOW_S)
         return frame
 
     def _wait(self, t_s: float, why: str) -> None:

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
+from controller.links.base import Link
 from controller.log_limit import LogLimit
 from controller.protocol.messages import (  # fmt: skip
     PROVING,
@@ -25,7 +26,7 @@ from controller.protocol.messages import (  # fmt: skip
     UploadChunk,
     UploadOffer,
 )
-from controller.runtime.device import Device, Outlet
+from controller.runtime.device import Device
 
 if TYPE_CHECKING:
     from controller.runtime.bundle_updates import BundleUpdater
@@ -43,7 +44,7 @@ class Loop:
 
     def __init__(
         self,
-        link: Outlet,
+        link: Link,
         open_device: Callable[[], Device],
         clock: Callable[[], float],
         *,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, GroundTruth
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors import virtual as virtuals
 from controller.sensors.base import SensorOptions
 from controller.sensors.hardware import HardwareError

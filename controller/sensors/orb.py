@@ -2,7 +2,7 @@
 
 import logging
 
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, SensorOptions
 from controller.sensors.hardware import HardwareError, schedule
 from controller.sensors.hardware.driver import Driver

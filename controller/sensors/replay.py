@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from controller.bundles.bundle import Bundle
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.recordings import reader, recording
 from controller.recordings.recording import UNKNOWN, Recording
 from controller.sensors.base import Geometry, SensorError, SensorOptions

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.protocol.messages import Contact, GroundTruth, Perform
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.gesture_file import Repertoire, load

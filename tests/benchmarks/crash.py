@@ -27,7 +27,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.recordings import reader, recovery
 from controller.recordings.recording import Recording, RecordingError
 

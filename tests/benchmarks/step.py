@@ -42,8 +42,9 @@ from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
 from controller.protocol.messages import NumberedCommand
 from controller.protocol.packets import encode
+from controller.recognition.frames import Window
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.preprocess import Preprocessor, Window
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry

@@ -44,29 +44,13 @@ from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.virtual import show
 from controller.shutdown import signals
+from tests.support.loop_bench import MessageLog
 
 BUNDLE = bundle.default_path()
 JOIN = Join("", "test", granted=True, host_nonce=1, boot_nonce=0, done=0)
 PLAY_S = 40.0
 PATIENCE_S = float(os.environ.get("ORBTOUCH_PATIENCE_S", "30"))  # an emulated processor needs more
 _T0_ROW = 100  # of the recording made here: well after the rest image was taken
-
-
-class Basket:
-    """A link that keeps what it is given."""
-
-    def __init__(self) -> None:
-        self.sent: list[Message] = []
-        self.connected = True
-
-    def send(self, message: Message, t_ms: int) -> None:
-        self.sent.append(message)
-
-    def poll(self) -> list[Message]:
-        return []
-
-    def wait(self, timeout_s: float) -> None:
-        raise AssertionError("nobody waits here")
 
 
 def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[Command]:
@@ -87,7 +71,7 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     )
     labeller = Labeller(shipped.labels)
     tape = SessionRecorder(lambda state: Recorder(path, origin, state), pipeline, labeller)
-    link = Basket()
+    link = MessageLog()
     script = show(shipped.labels, sensor.geometry, seed=3)
     device = Device(sensor, pipeline, link, recorder=tape, hand=VirtualHand(script))
     for _ in range(round(seconds * rate_hz)):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.preprocess import Prepared, Preprocessor, PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.sensor_health import LETTERS, MOST, HealthMonitor
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
