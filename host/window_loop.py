@@ -11,7 +11,7 @@ import pygame
 
 from controller.errors import TroubleError, reason
 from controller.files import atomic_write
-from controller.protocol.messages import Message
+from controller.protocol.messages import Message, Welcome
 from host.connection.receiver import Connected, Received, Refused
 from host.connection.transport import LinkError
 from host.targets import Target
@@ -40,6 +40,9 @@ class Orb(Protocol):
         """Send without waiting."""
 
 
+Observer = Callable[[Sequence[Received]], object]  # takes events, oldest first, without waiting
+
+
 class WakeupReceiver(Orb, Protocol):
     """One that also tells when there is something to poll."""
 
@@ -52,6 +55,8 @@ def play(
     orb: Orb,
     surface: pygame.Surface,
     *,
+    accept: Callable[[Welcome], object] | None = None,
+    observers: Sequence[Observer] = (),
     seconds: float | None = None,
     screenshot: Path | None = None,
     drawn: Callable[[], object] = lambda: None,
@@ -63,6 +68,8 @@ def play(
         target: What is played.
         orb: The link.
         surface: The window's surface.
+        accept: Called with each device that connects; raises LinkError for a wrong one.
+        observers: Called with each poll's events, after the target.
         seconds: When to stop by itself; None plays on.
         screenshot: Where to save the last picture.
         drawn: Called when a picture is on the screen.
@@ -85,8 +92,9 @@ def play(
             else:
                 target.handle(event, now_s)
         received = orb.poll()
-        connected = _connected(received, connected)
+        connected = _connected(received, connected, accept)
         target.tick(now_s, received)
+        _observe(received, observers)
         for message in target.outgoing(now_s):
             orb.send(message)
         target.draw(surface)
@@ -102,6 +110,8 @@ def serve(
     target: Target,
     orb: WakeupReceiver,
     *,
+    accept: Callable[[Welcome], object] | None = None,
+    observers: Sequence[Observer] = (),
     seconds: float | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
@@ -116,19 +126,31 @@ def serve(
         orb.wait(TICK_S)
         now_s = clock() - began_s
         received = orb.poll()
-        connected = _connected(received, connected)
+        connected = _connected(received, connected, accept)
         target.tick(now_s, received)
+        _observe(received, observers)
         for message in target.outgoing(now_s):
             orb.send(message)
 
 
-def _connected(received: Sequence[Received], before: bool) -> bool:
+def _connected(
+    received: Sequence[Received], before: bool, accept: Callable[[Welcome], object] | None
+) -> bool:
     """Return whether there ever was a connection; raise if the first one failed."""
     for item in received:
         if isinstance(item, Refused) and not before:
             raise LinkError(item.reason)
-        before = before or isinstance(item, Connected)
+        if isinstance(item, Connected):
+            before = True
+            if accept is not None:
+                accept(item.welcome)
     return before
+
+
+def _observe(received: Sequence[Received], observers: Sequence[Observer]) -> None:
+    if received:
+        for observer in observers:
+            observer(received)
 
 
 def _toggle_fullscreen() -> pygame.Surface:

@@ -18,10 +18,10 @@ from controller.protocol import psk
 from controller.protocol.link_events import Connected, Received, Refused
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
-from host.connection.observers import Orb
 from host.connection.receiver import Receiver
 from host.connection.transport import LinkError, open_transport
 from host.discovery.seek import DevicePort
+from host.window_loop import WakeupReceiver
 
 MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest that the courier waits for news
@@ -84,7 +84,7 @@ def load(path: Path) -> BundleUpload:
 
 def deliver(
     courier: BundleUpload,
-    orb: Orb,
+    orb: WakeupReceiver,
     tell: Callable[[BundleUpload], object],
     clock: Callable[[], float] = time.monotonic,
 ) -> None:

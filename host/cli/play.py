@@ -18,7 +18,6 @@ from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
-from host.connection.observers import Ear, ObservedReceiver
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -52,7 +51,7 @@ def main(words: list[str]) -> int:
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
     memory = DeviceStore(warn=_warn)
-    ears: list[Ear] = []
+    observers: list[loop.Observer] = []
     with ExitStack() as stack:
         for number in _ends():
             stack.callback(signal.signal, number, signal.signal(number, _end))
@@ -61,10 +60,9 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         wish = TargetOptions(
             seed, options.mapping, options.backend, options.dry_run, options.profile or ""
         )
-        ears += [worker.hear for worker in open_taps(options.tap, stack, _warn)]
+        observers += [worker.hear for worker in open_taps(options.tap, stack, _warn)]
         if seeker is not None:
             receiver = Receiver(seeker.open, key=key)
-            ears.append(seeker.hear)
         elif options.link is not None:
             receiver = Receiver(lambda: open_transport(options.link), key=key)
         else:
@@ -79,23 +77,29 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         if options.link is not None or seeker is not None:
             noted = remembering.DeviceDefaults(memory, options, target, seeker)
             stack.callback(noted.close)
-            ears.append(noted.hear)
+            observers.append(noted.hear)
         else:
             remembering.offer(memory, _warn)
         if options.install is not None:
-            ears.append(install.InstallProgress(install.load(options.install), receiver.send).hear)
+            observers.append(
+                install.InstallProgress(install.load(options.install), receiver.send).hear
+            )
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
-        ears.append(hops.hear)
+        observers.append(hops.hear)
+        accept = None if seeker is None else seeker.accept
         stack.callback(_end_undisturbed)
         receiver.start()
-        orb = ObservedReceiver(receiver, ears)
         if surface is None:
-            loop.serve(target, orb, seconds=options.seconds)
+            loop.serve(
+                target, receiver, accept=accept, observers=observers, seconds=options.seconds
+            )
         else:
             loop.play(
                 target,
-                orb,
+                receiver,
                 surface,
+                accept=accept,
+                observers=observers,
                 seconds=options.seconds,
                 screenshot=options.screenshot,
                 drawn=lambda: _drawn(target, hops),

@@ -17,7 +17,7 @@ _SHARES: Final = (50.0, 95.0, 99.0)
 
 
 class EndToEndLatency:
-    """How long frames take, hop by hop; it hears what the game hears.
+    """Latency of frames, hop by hop, an observer of the receiver's events.
 
     Attributes:
         pace: What the orb said last of its own hops.

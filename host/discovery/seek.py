@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from dataclasses import replace
 
+from controller.protocol.messages import Welcome
 from host.connection.device_store import DeviceStore
-from host.connection.receiver import Connected, Received
 from host.connection.transport import LinkError, Transport, open_transport
 from host.discovery import search
 from host.discovery.notes import note
@@ -53,18 +52,17 @@ class DevicePort:
             self.url = self._seek().url
             return open_transport(self.url)
 
-    def hear(self, received: Sequence[Received]) -> None:
-        """Look at who has connected.
+    def accept(self, welcome: Welcome) -> None:
+        """Check the device that has connected.
 
         Raises:
             LinkError: Another device is behind the port now.
         """
-        for news in received:
-            if isinstance(news, Connected) and news.welcome.device_id != self.device_id:
-                raise LinkError(
-                    f"at {self.url} is now {news.welcome.device_id}, not {self.device_id}; "
-                    "start again, and it is looked for on the other ports"
-                )
+        if welcome.device_id != self.device_id:
+            raise LinkError(
+                f"at {self.url} is now {welcome.device_id}, not {self.device_id}; "
+                "start again, and it is looked for on the other ports"
+            )
 
     def _seek(self) -> Answer:
         known = self._memory.named(self._words)

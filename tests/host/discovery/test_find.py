@@ -19,7 +19,6 @@ from controller.links import open_link
 from controller.protocol import psk
 from host.cli import find
 from host.connection.device_store import DeviceStore
-from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
 from host.discovery import notes, ports, probe, search
 from host.discovery.ports import Port
@@ -267,9 +266,9 @@ def test_device_that_turns_out_to_be_another_one_ends_the_program(
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", port=desk.plug("orb-1"))
     seeker = DevicePort("orb-1", memory)
-    seeker.hear([Connected(orb_welcome("orb-1"))])
+    seeker.accept(orb_welcome("orb-1"))
     with pytest.raises(LinkError, match="is now orb-9, not orb-1"):
-        seeker.hear([Connected(orb_welcome("orb-9"))])
+        seeker.accept(orb_welcome("orb-9"))
 
 
 def test_device_that_is_nowhere_is_one_sentence(memory: DeviceStore) -> None:
