@@ -1,4 +1,4 @@
-"""Parts of a run that is recorded."""
+"""Recorder of a run: its plan, labels, cues, display and provenance."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ FREE: Final = "free"  # the protocol of a recording without cues
 
 
 def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
-    """Return what shall be recorded; None: whatever happens.
+    """Return the cues of a recording; None: without cues.
 
     Raises:
-        RecordingError: The plan cannot be read, or asks for what the bundle does not know.
+        RecordingError: The plan cannot be read, or has labels that the bundle has not.
     """
     if options.label and options.label not in labels[1:]:
         raise RecordingError(
@@ -60,7 +60,7 @@ def recorder(
 
 
 def begin(parts: Parts, runs: RunFiles, sensor: Sensor) -> Callable[[State], Recorder]:
-    """Return the function that begins the next file of a session, with these parts."""
+    """Return a function that begins the next file of a session."""
     origin = _origin(parts, sensor)
     return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
 

@@ -11,7 +11,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.user_id import ANYBODY, Belief, Users, believe, nothing
+from controller.recognition.user_id import (
+    NOT_ENROLLED,
+    Belief,
+    Users,
+    uniform_belief,
+    update_belief,
+)
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
@@ -38,9 +44,9 @@ def beliefs(said: Said, session: Index, users: Users, seen: int) -> tuple[Belief
     for number in np.unique(session):
         own = np.flatnonzero(session == number)
         for start in range(0, len(own) - seen + 1, seen):
-            belief = nothing(users)
+            belief = uniform_belief(users)
             for event in own[start : start + seen]:
-                belief = believe(belief, said[event], users)
+                belief = update_belief(belief, said[event], users)
             made.append(belief)
             first.append(own[start])
     empty = np.zeros((0, 1 + len(users.names)))
@@ -89,9 +95,9 @@ def openly(
     return Open(
         seen,
         auroc(sure, unsure),
-        float((_named(strange, users) != ANYBODY).mean()),
+        float((_named(strange, users) != NOT_ENROLLED).mean()),
         float((named == who).mean()),
-        float(((named != who) & (named != ANYBODY)).mean()),
+        float(((named != who) & (named != NOT_ENROLLED)).mean()),
     )
 
 
@@ -110,7 +116,7 @@ def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GR
     if not len(strange):
         return 0.9
     best = strange[:, 1:].max(axis=1)
-    alone = strange.argmax(axis=1) != ANYBODY
+    alone = strange.argmax(axis=1) != NOT_ENROLLED
     for accept in grid:
         if float((alone & (best >= accept)).mean()) <= false_accepts:
             return accept
@@ -142,7 +148,7 @@ def tuned(
 
 
 def _named(belief: Belief, users: Users) -> Index:
-    """Return the user named for each row, (rows,), or `ANYBODY`."""
+    """Return the user named for each row, (rows,), or `NOT_ENROLLED`."""
     best = belief.argmax(axis=1)
     sure = belief[np.arange(len(belief)), best] >= users.accept
-    return np.where(sure, best, ANYBODY).astype(np.int64)
+    return np.where(sure, best, NOT_ENROLLED).astype(np.int64)

@@ -196,7 +196,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
         os.write(into, data)
         times[number] = time.perf_counter_ns() - begin
         os.read(out, 1 << 16)
-        pipeline.look()  # as the device does when the packet is out
+        pipeline.check_health()  # as the device does when the packet is out
         now = time.perf_counter()
         sweeper.idle(now, origin + (number + 1) / rate_hz - now)
     sweeper.close()

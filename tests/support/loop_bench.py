@@ -19,7 +19,7 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import VirtualHand, Wish
+from controller.runtime.virtual_hand import TimedPerform, VirtualHand
 from controller.sensors.base import Geometry, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -175,7 +175,7 @@ class Bench:
         sensor.lost_s = self.lost_s
         self.sensors.append(sensor)
         pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
-        hand = None if self.cues is None else VirtualHand(obey=obey)
+        hand = None if self.cues is None else VirtualHand(respond=obey)
         device = Device(sensor, pipeline, self.world, hand=hand)
         if self.record is not None:
             device.recorder = self.tape(self.record, pipeline)
@@ -198,6 +198,6 @@ class Bench:
         return [message for message, _ in self.world.sent if isinstance(message, kinds)]
 
 
-def obey(cue: Cue, t_s: float) -> Wish | None:
+def obey(cue: Cue, t_s: float) -> TimedPerform | None:
     """Do at once what the cue says."""
     return (t_s, Perform(1, cue.label, 2.0, 2.0)) if cue.phase is Phase.GO else None

@@ -170,7 +170,7 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
     session = DeviceSession(welcome())
     greet(session, sequence=1)
     old = encode(Contacts(()), session=session.number, sequence=9, t_ms=0)
-    assert greet(session, sequence=5) == [Bye("the host started anew"), HELLO]
+    assert greet(session, sequence=5) == [Bye("the host started again"), HELLO]
     assert session.number == 2
     assert session.receive(old, 0) == []
 
@@ -178,9 +178,9 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
 @pytest.mark.parametrize(
     ("versions", "sentence"),
     [
-        ((3, 4), "the orb speaks protocol version 2, the host versions 3 to 4; "
+        ((3, 4), "the orb has protocol version 2, the host versions 3 to 4; "
          "update the orb's controller"),
-        ((1, 1), "the orb speaks protocol version 2, the host version 1; update the host"),
+        ((1, 1), "the orb has protocol version 2, the host version 1; update the host"),
     ],
 )  # fmt: skip
 def test_a_host_of_other_versions_is_told_both_and_what_to_update(
@@ -456,9 +456,9 @@ def test_a_device_that_works_on_a_long_grant_is_alive_as_long_as_it_sends() -> N
     ("answer", "sentence"),
     [
         (b"", "opened orb, but no OrbTouch answered within 2 s; switch the orb on"),
-        (b"login: \r\n", "orb says something, but not what an OrbTouch says; name"),
-        (b"login: \r\n\0", "orb says something, but not what an OrbTouch says; name"),
-        (encode(Bye(""), session=1, sequence=1, t_ms=0), "orb says something, but not"),
+        (b"login: \r\n", "orb sends bytes, but not the OrbTouch protocol; name"),
+        (b"login: \r\n\0", "orb sends bytes, but not the OrbTouch protocol; name"),
+        (encode(Bye(""), session=1, sequence=1, t_ms=0), "orb sends bytes, but not"),
     ],
     ids=["silence", "text", "nonsense", "somebody else's conversation"],
 )
@@ -476,7 +476,7 @@ def test_an_orb_of_another_version_is_told_apart() -> None:
     beat = codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
     host = HostSession("orb", 1, 0)
     assert host.receive(beat, 10) == []
-    sentence = "orb speaks protocol version 3, this host version 2; update the host"
+    sentence = "orb has protocol version 3, this host version 2; update the host"
     assert host.tick(2_000) == [Refused(sentence)]
 
 

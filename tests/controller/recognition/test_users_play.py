@@ -154,7 +154,7 @@ def test_a_mapping_file_has_rules_for_single_people(
     for text, why in (
         (
             '[users.zoe]\npinch = "drop"',
-            "for 'zoe', but the bundle knows ann, bob",
+            "for 'zoe'; enrolled are ann, bob",
         ),
         ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
         ('[users."\\u001b"]', r"rules for '\x1b'"),
@@ -258,6 +258,6 @@ def test_somebody_who_is_not_enrolled_cannot_be_played_as(
     path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["--bundle", str(path), "--user", "eve"]) == 2
-    assert "the bundle knows ann, bob; add --record" in capsys.readouterr().err
+    assert "enrolled are ann, bob; add --record" in capsys.readouterr().err
     assert main(["--user", "eve"]) == 2
-    assert "the bundle knows nobody" in capsys.readouterr().err
+    assert "enrolled are none" in capsys.readouterr().err
