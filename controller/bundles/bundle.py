@@ -22,12 +22,12 @@ from controller.console import one_line
 from controller.errors import UserError, reason
 from controller.files import atomic_write, read_bytes
 from controller.recognition.debounce import DebounceSettings
+from controller.recognition.frames import PreprocessSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.pipeline import PipelineSettings
-from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import PositionSpread
-from controller.recognition.user_id import NOBODY, Users
+from controller.recognition.user_id import NO_USERS, Users
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
@@ -97,7 +97,7 @@ class Bundle(BundleSettings):
     location_onnx: bytes
     golden: Golden
     hash: str
-    users: Users = NOBODY
+    users: Users = NO_USERS
     user_onnx: bytes = b""
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
 

@@ -24,7 +24,7 @@ from controller import config
 from controller.config import ConfigError
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
-from controller.recognition.user_id import NOBODY, Users
+from controller.recognition.user_id import NO_USERS, Users
 
 NETWORK: Final = "user.onnx"  # a part of the bundle
 
@@ -45,7 +45,7 @@ def parse(table: Any, labels: Sequence[str]) -> Users:
         ConfigError: The table cannot be used; the message has no subject.
     """
     if table is None:
-        return NOBODY
+        return NO_USERS
     if not isinstance(table, dict):
         raise ConfigError(f"has users = {table!r}; expected is a table [users]")
     required: dict[str, Any] = {"names": [], "gestures": []}

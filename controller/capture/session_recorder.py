@@ -7,8 +7,8 @@ from typing import Final
 from controller.capture.labels import FrameLabels, Labeller
 from controller.capture.status_line import Display
 from controller.keymap.terminal import Keyboard
+from controller.recognition.frames import Frame, State
 from controller.recognition.pipeline import Pipeline, Step
-from controller.recognition.preprocess import Frame, State
 from controller.recordings.recorder import Recorder
 
 LEAST_S: Final = 1.0  # a shorter session is not kept

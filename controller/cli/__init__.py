@@ -1,4 +1,4 @@
 """Command lines of the device: argparse, call, print.
 
-Nothing imports it but `controller.__main__`.
+Only `controller.__main__` imports it.
 """

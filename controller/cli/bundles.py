@@ -14,17 +14,17 @@ from controller.console import TROUBLE, complain, one_line
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
-    grammar = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="controller models", description="List the bundles of this device with their cards."
     )
-    grammar.add_argument("--json", action="store_true", help="for programs, not people")
-    options = grammar.parse_args(argv)
-    shelf = BundleStore()
+    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+    options = parser.parse_args(argv)
+    store = BundleStore()
     try:
-        record = shelf.record()
+        record = store.record()
     except BundleError as error:
         return complain("controller", error, TROUBLE)
-    rows = [_row(shelf, record, name) for name in ("", *(e.name for e in record.entries))]
+    rows = [_row(store, record, name) for name in ("", *(e.name for e in record.entries))]
     if options.json:
         print(json.dumps(rows, default=str))  # TOML has times, JSON has none
     else:
@@ -33,9 +33,9 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
-def _row(shelf: BundleStore, record: InstalledRecord, name: str) -> dict[str, Any]:
+def _row(store: BundleStore, record: InstalledRecord, name: str) -> dict[str, Any]:
     """Return the entries of one bundle."""
-    entry, path = record.entry(name), shelf.path(name)
+    entry, path = record.entry(name), store.path(name)
     row: dict[str, Any] = {
         "name": shown_name(name),
         "path": str(path),

@@ -12,7 +12,7 @@ from controller.cli.sensor_options import add_sensor, load
 from controller.diagnostics.calibrate import SECONDS, judge
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
 

@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--yes",
         action="store_true",
-        help="let the first host in without digits or a question",
+        help="pair with the first host, without digits or a question",
     )
     return parser
 
@@ -68,7 +68,7 @@ def _seconds(words: str) -> int:
 
 
 async def _pair(options: argparse.Namespace) -> int:
-    """Open the window, and close it when a host has paired or the time is up."""
+    """Open the pairing window until a host has paired or the time is up."""
     from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
     from controller.links.bluetooth.prompt import Prompt
 
@@ -110,6 +110,6 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
         await agent.close_window(adapter)
     await bus.set(path, DEVICE, "Trusted", "b", True)
     device = bluez.devices(await bus.objects()).get(path, {})
-    who = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
-    print(f"paired with {who}" if bonded(device) else f"{who} paired, and forgot it", flush=True)
+    host = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
+    print(f"paired with {host}" if bonded(device) else f"{host} paired without a bond", flush=True)
     return 0 if bonded(device) else 1

@@ -1,4 +1,4 @@
-"""`controller rollback`: take the bundle of before into use."""
+"""`controller rollback`: take the previous bundle into use."""
 
 import argparse
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller rollback` and return its exit status."""
     argparse.ArgumentParser(
         prog="controller rollback",
-        description="Take the bundle of before into use; run again, it brings the newer one back.",
+        description="Take the previous bundle into use; a second rollback restores the newer one.",
     ).parse_args(argv)
-    shelf = BundleStore()
+    store = BundleStore()
     try:
-        record = shelf.rollback()
+        record = store.rollback()
     except BundleError as error:
         return complain("controller", error, TROUBLE)
     except OSError as error:
-        return complain("controller", f"{shelf.folder} cannot be written: {reason(error)}", TROUBLE)
+        return complain("controller", f"{store.folder} cannot be written: {reason(error)}", TROUBLE)
     print(f"{shown_name(record.current)} is in use; {shown_name(record.previous)} is kept")
     return 0

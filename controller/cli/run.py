@@ -41,15 +41,17 @@ def main(words: Sequence[str]) -> int:
     """Run the device and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     options = check(parser().parse_args(words))
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    with signals() as ends:
-        ends.at_once = True
+    with signals() as shutdown:
+        shutdown.at_once = True
         parts = prepare(options)
-        ends.at_once = False
+        shutdown.at_once = False
         if parts.owned:
-            threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
+            threading.Thread(
+                target=_watch_host, args=(shutdown,), name="owner", daemon=True
+            ).start()
         try:
             with _keyboard(parts) as keys:
-                _run(parts, ends, keys)
+                _run(parts, shutdown, keys)
         except UserError as error:
             return complain("controller", error, TROUBLE)
         finally:
@@ -59,7 +61,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
-    """Return the keyboard, which labels what is recorded."""
+    """Return the keyboard, for labels of a recording."""
     if parts.runs is None:
         return nullcontext()
     from controller.keymap.terminal import keyboard
@@ -67,48 +69,48 @@ def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
     return keyboard()
 
 
-def _run(parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None) -> None:
+def _run(parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None) -> None:
     """Run until stopped, or until a recording ends or is complete."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := parts.link.url:
         _announce(url)
     if printing and replaying:
-        _replay(open_device(parts, 1), lambda: bool(ends))
+        _replay(open_device(parts, 1), lambda: bool(shutdown))
         return
     reserve()
     if parts.options.realtime:
         real_time()
-    heart = WatchdogHeartbeat()
-    heart.ready()
-    sweeper = IdleCollector()
-    parts = replace(parts, collector=sweeper)
+    watchdog = WatchdogHeartbeat()
+    watchdog.ready()
+    collector = IdleCollector()
+    parts = replace(parts, collector=collector)
     try:
-        while _sessions(parts, ends, keyboard, heart):
-            ends.renew = False
+        while _sessions(parts, shutdown, keyboard, watchdog):
+            shutdown.renew = False
             try:
                 parts = renew(parts)
             except UserError as error:
-                _log.error("going on as before: %s", error)
+                _log.error("the change is refused, continuing as before: %s", error)
     finally:
-        heart.stopping()
-        sweeper.close()
+        watchdog.stopping()
+        collector.close()
 
 
 def _sessions(
-    parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None, heart: WatchdogHeartbeat
+    parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None, watchdog: WatchdogHeartbeat
 ) -> bool:
-    """Run with these parts; return whether to go on with new ones."""
+    """Run with these parts; return whether to continue with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
     updater = _updater(parts)
 
     def exchanged(device: Device) -> bool:
-        """Go on with the networks of the bundle now in use, if nothing else has changed."""
+        """Take the networks of the bundle now in use, if nothing else has changed."""
         nonlocal parts
         try:
             changed = refreshed(parts)
         except UserError as error:
-            _log.error("going on as before: %s", error)
+            _log.error("the change is refused, continuing as before: %s", error)
             return True
         if changed is not None:
             parts = changed
@@ -119,7 +121,7 @@ def _sessions(
         parts.link,
         lambda: open_device(parts, next(sessions), keyboard),
         time.monotonic,
-        # What is simulated or recorded has no time of its own: it begins with a host.
+        # A simulation or a replay begins when a host connects.
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
         updater=updater,
@@ -128,16 +130,16 @@ def _sessions(
 
     def over() -> bool:
         """Send the watchdog heartbeat; return whether to stop."""
-        heart.beat()
-        heart.status(_state(parts))
-        # The reader of the lines has gone (`controller | head`): that is an end as well.
-        return bool(ends) or ends.renew or (printing and not parts.link.connected)
+        watchdog.beat()
+        watchdog.status(_state(parts))
+        # The reader of the lines has closed the pipe, as in `controller | head`.
+        return bool(shutdown) or shutdown.renew or (printing and not parts.link.connected)
 
     loop.run(over)
     if loop.missed:
         missed = console.count(loop.missed, "frame")
         _log.info("missed %s; is the machine too busy?", missed)
-    return not ends and (ends.renew or (updater is not None and updater.switched))
+    return not shutdown and (shutdown.renew or (updater is not None and updater.switched))
 
 
 def _updater(parts: Parts) -> BundleUpdater | None:
@@ -150,7 +152,7 @@ def _updater(parts: Parts) -> BundleUpdater | None:
 
 
 def _state(parts: Parts) -> str:
-    """Return how the link is, in a line."""
+    """Return the state of the link in a line."""
     if parts.link.connected:
         return "a host is connected"
     ready, where = parts.link.state, parts.link.url or parts.options.link
@@ -158,7 +160,7 @@ def _state(parts: Parts) -> str:
 
 
 def _announce(url: str) -> None:
-    """Print the address for hosts, the first line of all."""
+    """Print the address for hosts as the first line."""
     try:
         print(json.dumps({"listening": url}), flush=True)
     except OSError as error:
@@ -166,16 +168,16 @@ def _announce(url: str) -> None:
         raise LinkAwayError(f"cannot print where this orb listens: {error.strerror}") from None
 
 
-def _watch_host(ends: list[str]) -> None:
+def _watch_host(shutdown: list[str]) -> None:
     """Stop when the parent host exits: standard input reaches end of file."""
     with suppress(OSError):
         while os.read(0, 4096):
             pass
-    ends.append("the host has gone")
+    shutdown.append("the host has gone")
 
 
 def _replay(device: Device, stopped: Callable[[], bool]) -> None:
-    """Take a whole recording through the pipeline, as fast as it can."""
+    """Run a whole recording through the pipeline, as fast as possible."""
     while device.due is not None and device.link.connected and not stopped():
         device.advance(device.sensor.rate_hz)
     device.close()
@@ -185,8 +187,8 @@ def _replay(device: Device, stopped: Callable[[], bool]) -> None:
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the command line's grammar."""
-    grammar = argparse.ArgumentParser(
+    """Return the command line's parser."""
+    options = argparse.ArgumentParser(
         prog="controller",
         usage="controller [OPTION ...]\n       controller COMMAND [-h] ...",
         description="Recognise gestures on the soft sensor and send them as commands, until Ctrl-C."
@@ -197,9 +199,9 @@ def parser() -> argparse.ArgumentParser:
             prog, max_help_position=18
         ),
     )
-    add = grammar.add_argument
+    add = options.add_argument
     add("--version", action="version", version=f"controller {__version__}")
-    add_sensor(grammar, "where frames come from")
+    add_sensor(options, "where frames come from")
     add(
         "--hand-of",
         metavar="NAME[:DAY]",
@@ -220,14 +222,14 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME",
         choices=engines.NAMES,
         default="",
-        help=f"what runs the networks: {', '.join(engines.NAMES)} (default: what `controller "
+        help=f"inference engine: {', '.join(engines.NAMES)} (default: what `controller "
         f"install` measured to be the faster one here, else {engines.STANDARD})",
     )
     add(
         "--labels",
         metavar="FILE",
         type=Path,
-        help="a vocabulary, whose gestures the virtual orb's own hand then knows: docs/teach.md",
+        help="a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md",
     )
     add(
         "--mapping",
@@ -239,7 +241,7 @@ def parser() -> argparse.ArgumentParser:
         "--link",
         metavar="URL",
         default=PRINT,
-        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, rfcomm: "
+        help="destination of commands: - prints, listen://127.0.0.1:PORT waits for a host, rfcomm: "
         "waits for paired ones over Bluetooth (controller pair --help, docs/bluetooth.md), "
         "else a serial port or a pyserial URL (default: -)",
     )
@@ -247,14 +249,14 @@ def parser() -> argparse.ArgumentParser:
         "--key",
         metavar="FILE",
         type=Path,
-        help="the key that this orb and its host share, for --link; `controller key FILE` makes "
-        "one: docs/link.md",
+        help="the pre-shared key of this orb and its host, for --link; `controller key FILE` "
+        "makes one: docs/link.md",
     )
     add(
         "--unprotected",
         action="store_true",
-        help="let listen:// take hosts of other machines without a key: every program that reaches "
-        "the port can connect",
+        help="accept hosts of other machines on listen:// without a key: every program that "
+        "reaches the port can connect",
     )
     add(
         "--record",
@@ -262,8 +264,8 @@ def parser() -> argparse.ArgumentParser:
         nargs="?",
         type=Path,
         const=Path(),
-        help="keep the session in a new .npz file, or in a folder (default: here), where it is "
-        "named sub-USER_ses-SESSION_run-01.npz; what a crash left unfinished there is recovered",
+        help="record the session into a new .npz file, or into a folder (default: here) as "
+        "sub-USER_ses-SESSION_run-01.npz; recordings left unfinished by a crash are recovered",
     )
     add(
         "--user",
@@ -282,20 +284,20 @@ def parser() -> argparse.ArgumentParser:
         "--label",
         metavar="NAME",
         default="",
-        help="what the sensor's label button means, for --record, where it has no label itself",
+        help="label of the sensor's label button, for --record, if it has none itself",
     )
     add(
         "--cues",
         metavar="FILE",
         type=Path,
-        help="a plan of what to record, for --record: get ready, go, rest, until there is enough "
+        help="a plan of cues, for --record: get ready, go, rest, until there are enough examples "
         "of all: docs/recording.md",
     )
     add(
         "--replay",
         metavar="FILE",
         type=Path,
-        help="a recording in place of a sensor: as fast as it can, or, over a link, as recorded",
+        help="a recording in place of a sensor: as fast as possible, or, over a link, as recorded",
     )
     add(
         "--rate",
@@ -306,22 +308,22 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--realtime",
         action="store_true",
-        help="ask the system to wake the loop before all ordinary programs",
+        help="request real-time scheduling of the loop",
     )
-    return grammar  # fmt: skip
+    return options  # fmt: skip
 
 
 def check(options: argparse.Namespace) -> argparse.Namespace:
-    """Return the options; refuse those that have no meaning together."""
+    """Return the options; raise UserError for a contradictory combination."""
     replay, printing, key = options.replay is not None, options.link == PRINT, options.key
     virtual = options.sensor.partition(":")[0] == "virtual" and not replay
     refused = {
         "a replay is a recording already; leave out --record":
             replay and options.record is not None,
         "a recording has its own rate; leave out --rate": replay and options.rate is not None,
-        "--hand-of is the virtual orb's own; leave it out, or say --sensor virtual":
+        "--hand-of is the virtual orb's own; leave it out, or add --sensor virtual":
             options.hand_of != ("", "") and not virtual,
-        "--key and --unprotected are for hosts; say with --link where they come":
+        "--key and --unprotected are for hosts; name their link with --link":
             printing and (key is not None or options.unprotected),
         "an orb with a key is protected; leave out --key or --unprotected":
             key is not None and options.unprotected,

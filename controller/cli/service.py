@@ -20,7 +20,7 @@ def main(argv: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="controller service",
         description="Print a systemd unit that runs this controller: it starts with the machine, "
-        "and again when it dies or hangs.",
+        "and again after a crash or a hang.",
         epilog=f"controller service | sudo tee /etc/systemd/system/{NAME}; "
         f"sudo systemctl enable --now {NAME}",
     )
@@ -39,7 +39,7 @@ def unit(program: Sequence[str], options: Sequence[str]) -> str:
     """Return the unit.
 
     Args:
-        program: How to start the controller.
+        program: Command of the controller.
         options: Its options.
     """
     text = files("controller.runtime").joinpath(NAME).read_text(encoding="utf-8")
@@ -49,23 +49,23 @@ def unit(program: Sequence[str], options: Sequence[str]) -> str:
 
 
 def command() -> list[str]:
-    """Return how this very installation is started."""
+    """Return the command of this installation."""
     beside = Path(sys.executable).parent / "controller"
     found = str(beside) if beside.exists() else shutil.which("controller")
     return [found] if found else [sys.executable, "-m", "controller"]
 
 
 def _groups() -> list[str]:
-    """Return those groups that there are: systemd starts nothing for one that is missing."""
+    """Return the groups that exist: systemd refuses a unit with a missing one."""
     try:
         import grp
-    except ImportError:  # not where there is systemd
+    except ImportError:  # a system without systemd
         return list(GROUPS)
     there = {entry.gr_name for entry in grp.getgrall()}
     return [name for name in GROUPS if name in there]
 
 
 def _quoted(word: str) -> str:
-    """Return a word as systemd reads it: % and $ mean something, and so do spaces."""
+    """Return a word quoted for a systemd unit."""
     word = word.replace("\\", "\\\\").replace("%", "%%").replace("$", "$$").replace('"', '\\"')
     return f'"{word}"' if not word or any(letter.isspace() for letter in word) else word

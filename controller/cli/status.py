@@ -21,16 +21,16 @@ from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
 from controller.runtime.latency import status_folders
 
-ASKED: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRestarts", "MainPID",
+PROPERTIES: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRestarts", "MainPID",
                 "ActiveEnterTimestamp")  # fmt: skip
 
 
 def main(argv: Sequence[str]) -> int:
-    """Print how the device is; return 0 if it runs, as a service or not, 1 if not."""
+    """Print the state of the device; return 0 if it runs, as a service or not, 1 if not."""
     parser = argparse.ArgumentParser(
         prog="controller status",
         description="Show whether the device's service runs, which hosts are paired and connected, "
-        "and where the time of its frames goes.",
+        "and the latency of its frames.",
     )
     parser.add_argument("--json", action="store_true", help="as one line of JSON")
     options = parser.parse_args(argv)
@@ -52,12 +52,12 @@ def read_running() -> dict[str, Any]:
     """Return the status of a running controller, the service's first; {} if none runs."""
     for folder in status_folders():
         try:
-            said = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
-            running_lines(said)  # or it is none of ours
+            status = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
+            running_lines(status)  # raises for another program's file
         except (OSError, ValueError, KeyError, TypeError):
             continue
-        if isinstance(said, dict) and _runs(said.get("pid")):
-            return said
+        if isinstance(status, dict) and _runs(status.get("pid")):
+            return status
     return {}
 
 
@@ -75,7 +75,7 @@ def _runs(pid: object) -> bool:
 
 
 def running_lines(running: dict[str, Any]) -> list[str]:
-    """Return where the time of its frames goes, for people."""
+    """Return the latency of its frames as lines."""
     if not running:
         return ["loop       no controller runs"]
     period_ms = running["period_ms"]
@@ -89,7 +89,7 @@ def running_lines(running: dict[str, Any]) -> list[str]:
         lines.append(f"{'':11}{hop:12}" + "".join(f"{span:9.3f}" for span in spans))
         if hop == "all":
             left = period_ms - spans[-1]
-            lines.append(f"{'':11}{left:.1f} of {period_ms:g} ms are left in 99 of 100 frames")
+            lines.append(f"{'':11}{left:.1f} of {period_ms:g} ms are idle in 99 of 100 frames")
     return lines
 
 
@@ -97,7 +97,7 @@ def read_service() -> dict[str, str]:
     """Return the service's properties in systemd; {} where there is no systemd."""
     if not shutil.which("systemctl"):
         return {}
-    command = ["systemctl", "show", NAME, f"--property={','.join(ASKED)}"]
+    command = ["systemctl", "show", NAME, f"--property={','.join(PROPERTIES)}"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=10)
     return parse(done.stdout)
 
@@ -109,7 +109,7 @@ def parse(text: str) -> dict[str, str]:
 
 
 def service_lines(service: dict[str, str]) -> list[str]:
-    """Return the service's state for people."""
+    """Return the service's state as lines."""
     if not service:
         return ["service    not checked: systemd does not run here"]
     if service.get("LoadState") != "loaded":
@@ -162,7 +162,7 @@ def read_radio(objects: Objects) -> dict[str, Any]:
 
 
 def radio_lines(radio: dict[str, Any]) -> list[str]:
-    """Return the same for people."""
+    """Return adapters and hosts as lines."""
     if "problem" in radio:
         return [f"bluetooth  {radio['problem']}"]
     if not radio["adapters"]:

@@ -9,7 +9,8 @@ from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition import drift
 from controller.recognition.dead_taxels import MOST, TaxelInterpolator, without_lead
-from controller.recognition.preprocess import Frame, Preprocessor, PreprocessSettings
+from controller.recognition.frames import Frame, PreprocessSettings
+from controller.recognition.preprocess import Preprocessor
 from controller.recognition.sensor_health import taxel_names
 
 Frames = NDArray[np.float32]  # (n, rows, columns)

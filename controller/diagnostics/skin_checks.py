@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from controller.diagnostics.report import Row, Verdict
 from controller.recognition import drift
-from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings.quality import taxels
 from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD

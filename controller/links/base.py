@@ -6,6 +6,7 @@ import contextlib
 import queue
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
@@ -93,6 +94,9 @@ class Link(ABC):
         Raises:
             ProtocolError: The Welcome does not fit in a packet.
         """
+
+    def print_record(self, record: Mapping[str, object]) -> None:  # noqa: B027
+        """Print plain data that is no message, such as a cue; only the link that prints does."""
 
     @abstractmethod
     def close(self) -> None:

@@ -64,9 +64,9 @@ class StdoutLink(Link):
             fields = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
             self._print(json.dumps(fields) + "\n")
 
-    def say(self, plain: Mapping[str, object]) -> None:
+    def print_record(self, record: Mapping[str, object]) -> None:
         """Print plain data that is no message, such as a cue."""
-        self._print(json.dumps(plain) + "\n")
+        self._print(json.dumps(record) + "\n")
 
     def wait(self, timeout_s: float) -> None:
         """Wait for the whole timeout."""

@@ -1,28 +1,28 @@
-"""Authentication of frames with a key that both ends share: eight bytes a frame.
+"""Authentication of frames with a pre-shared key: eight bytes a frame.
 
-Each session derives two keys of its own, one a direction, from the shared one and from what both
-sides drew for this session; so nothing of another session, another direction or another place in
-the stream is taken. The frames are not encrypted. Source of the construction: HMAC, RFC 2104, with
-SHA-256, truncated as section 5 allows.
+Each session derives two keys, one for each direction, from the shared key and the nonces of both
+sides. A frame of another session, direction or position in the stream is therefore refused. The
+frames are not encrypted. Source of the construction: HMAC, RFC 2104, with SHA-256, truncated as
+section 5 allows.
 """
 
 import hmac
 from typing import Final
 
-SIZE: Final = 8  # bytes of a tag: a forger hits one in 2**64
-NONCE: Final = 16  # bytes that each side draws for each session
+SIZE: Final = 8  # bytes of a tag: a forged one passes once in 2**64
+NONCE: Final = 16  # random bytes of each side for each session
 _PURPOSE: Final = b"OrbTouch link, sessions"
 
 
 class FrameAuthenticator:
-    """One direction of one session; both ends hold an equal one.
+    """Authentication of one direction of one session; both ends hold an equal one.
 
-    The tag covers the packet's full number, of which the wire carries the lower 16 bits, so a
-    packet that is kept back until the sequence has come round again is not taken either.
+    The tag covers the packet's full number, of which the wire carries the lower 16 bits. A packet
+    that is replayed after the sequence has wrapped is therefore refused, too.
     """
 
     def __init__(self, key: bytes, sequence: int) -> None:
-        """Begin behind the packet numbered `sequence`, which is Hello, or its answer."""
+        """Begin after the packet numbered `sequence`: Hello, or the answer to it."""
         self._key = key
         self._count = sequence  # the full number of the newest packet
 
@@ -32,7 +32,7 @@ class FrameAuthenticator:
         return self._mac(body, self._count)
 
     def confirms(self, body: bytes, sequence: int, tag: bytes) -> bool:
-        """Return whether a tag that came is right, for any bytes."""
+        """Return whether a received tag is valid, for any bytes."""
         count = self._full(sequence)
         if count < 0 or not hmac.compare_digest(self._mac(body, count), tag):
             return False
@@ -40,7 +40,7 @@ class FrameAuthenticator:
         return True
 
     def _full(self, sequence: int) -> int:
-        """Return the full number that is nearest to the newest one."""
+        """Return the full number nearest to the newest one."""
         return self._count + (sequence - self._count + 0x8000 & 0xFFFF) - 0x8000
 
     def _mac(self, body: bytes, count: int) -> bytes:
@@ -60,11 +60,11 @@ def seals(
 
     Args:
         key: The shared key.
-        versions: Those that the host named, so that nothing can change them on the way.
-        host: What the host drew, as it stands in Hello.
-        device: What the device drew, as it stands in Offer.
+        versions: Least and greatest version in Hello, so that they cannot be changed in transit.
+        host: The nonce of Hello.
+        device: The nonce of Offer.
         session: The session's number.
-        sequence: The Hello's.
+        sequence: The sequence number of Hello.
     """
     numbers = bytes(versions) + session.to_bytes(2, "little") + sequence.to_bytes(2, "little")
     drawn = b"".join([len(part).to_bytes(2, "little") + part for part in (host, device)])

@@ -1,27 +1,27 @@
 """Field codecs and COBS: the values of messages to bytes and back, little endian.
 
 `controller.protocol.messages` names the types of its fields by the aliases at the end of this file.
-Reading checks everything and raises one of `BAD_BYTES`; nothing is read beyond the bytes given.
+Reading checks every value and raises one of `BAD_BYTES`; it never reads beyond the given bytes.
 """
 
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
 from math import isfinite
-from typing import Annotated, Any, Final, NamedTuple, Protocol
+from typing import Annotated, Any, Final, NamedTuple
 
 from controller.console import one_line
 
 
 class ProtocolError(ValueError):
-    """A message that the wire cannot carry, or bytes that are no packet."""
+    """A message that does not fit the wire format, or bytes that are no packet."""
 
 
-BAD_BYTES: Final = (struct.error, ValueError, IndexError)  # what reading raises
+BAD_BYTES: Final = (struct.error, ValueError, IndexError)  # raised by reading
 
 
 def cobs_encode(data: bytes) -> bytes:
-    """Return data without zeros: each becomes the distance to the next, 255 at most."""
+    """Return data without zero bytes: each becomes the distance to the next, 255 at most."""
     out = bytearray()
     for block in data.split(b"\0"):
         while len(block) >= 254:
@@ -31,21 +31,21 @@ def cobs_encode(data: bytes) -> bytes:
         out += block
     last = data.rpartition(b"\0")[2]
     if last and len(last) % 254 == 0:
-        del out[-1]  # a full block at the very end needs no empty one behind it
+        del out[-1]  # a full last block needs no empty block after it
     return bytes(out)
 
 
 def cobs_decode(data: bytes) -> bytes:
-    """Return what `cobs_encode` was given.
+    """Return the data that `cobs_encode` encoded.
 
     Args:
-        data: A frame without its closing zero; it holds no zero.
+        data: A frame without its final zero; it holds no zero.
 
     Raises:
         ProtocolError: A block is longer than the data.
     """
     blocks: list[bytes] = []
-    full = b""  # blocks of 254 bytes, behind which no zero stood
+    full = b""  # blocks of 254 bytes with no zero after them
     at, size = 0, len(data)
     while at < size:
         code = data[at]
@@ -63,75 +63,56 @@ def cobs_decode(data: bytes) -> bytes:
     return b"\0".join(blocks)
 
 
-class Codec(Protocol):
-    """The codec of one field."""
+class Codec(NamedTuple):
+    """The codec of one field.
 
-    def write(self, value: Any, /) -> bytes:
-        """Return the value as bytes, or raise ValueError, TypeError or struct.error."""
-
-    def read(self, data: bytes, at: int, /) -> tuple[Any, int]:
-        """Return the value that starts at data[at], and where it ends."""
-
-
-class Functions(NamedTuple):
-    """A codec made of two functions, see `Codec`."""
+    Attributes:
+        write: Returns a value as bytes, or raises ValueError, TypeError or struct.error.
+        read: Returns the value that starts at data[at], and the position after it.
+    """
 
     write: Callable[[Any], bytes]
     read: Callable[[bytes, int], tuple[Any, int]]
 
 
-class Number:
-    """The codec of a number of fixed size."""
+def number(letter: str, low: float, high: float) -> Codec:
+    """Return the codec of a number: a letter of `struct`, and its least and greatest value."""
+    layout = struct.Struct("<" + letter)
 
-    def __init__(self, letter: str, low: float, high: float) -> None:
-        """Take a letter of `struct`, and the least and the greatest value."""
-        self._struct = struct.Struct("<" + letter)
-        self._low, self._high = low, high
-
-    def write(self, value: float) -> bytes:
-        """Return the number as bytes."""
-        return self._struct.pack(self._checked(value))
-
-    def read(self, data: bytes, at: int) -> tuple[Any, int]:
-        """Return the number that starts at data[at], and where it ends."""
-        return self._checked(self._struct.unpack_from(data, at)[0]), at + self._struct.size
-
-    def _checked(self, value: float) -> float:
-        if not self._low <= value <= self._high:  # not a number is refused here, too
-            raise ProtocolError(f"{value} is not {self._low} to {self._high}")
+    def checked(value: float) -> float:
+        if not low <= value <= high:  # not a number is refused here, too
+            raise ProtocolError(f"{value} is not {low} to {high}")
         return value
 
+    return Codec(
+        lambda value: layout.pack(checked(value)),
+        lambda data, at: (checked(layout.unpack_from(data, at)[0]), at + layout.size),
+    )
 
-class WireRecord:
-    """The codec of a dataclass whose fields are `Annotated` with codecs."""
 
-    def __init__(self, make: Any) -> None:
-        """Collect the codecs of the dataclass `make`, in the order of its fields."""
-        self._make = make
-        self._fields = [(field.name, _codec_of(field.type)) for field in fields(make)]
+def record(make: Any) -> Codec:
+    """Return the codec of a dataclass whose fields are `Annotated` with codecs."""
+    codecs: list[tuple[str, Codec]] = [
+        (field.name, field.type.__metadata__[0])  # type: ignore[union-attr]
+        for field in fields(make)
+    ]
 
-    def write(self, value: Any) -> bytes:
-        """Return the dataclass as bytes."""
-        return b"".join([codec.write(getattr(value, name)) for name, codec in self._fields])
-
-    def read(self, data: bytes, at: int) -> tuple[Any, int]:
-        """Return the dataclass that starts at data[at], and where it ends."""
+    def read(data: bytes, at: int) -> tuple[Any, int]:
         values = []
-        for _, codec in self._fields:
+        for _, codec in codecs:
             value, at = codec.read(data, at)
             values.append(value)
-        return self._make(*values), at
+        return make(*values), at
 
-
-def _codec_of(kind: Any) -> Codec:
-    codec: Codec = kind.__metadata__[0]
-    return codec
+    return Codec(
+        lambda value: b"".join([codec.write(getattr(value, name)) for name, codec in codecs]), read
+    )
 
 
 def octets(
     limit: int, pack: Callable[[Any], bytes] = bytes, unpack: Callable[[bytes], Any] = bytes
 ) -> Codec:
-    """Return the codec of up to `limit` bytes behind their count: u8, or u16 beyond 255.
+    """Return the codec of up to `limit` bytes after their count: u8, or u16 beyond 255.
 
     Args:
         limit: The greatest number of bytes.
@@ -153,7 +134,7 @@ def octets(
             raise ProtocolError("a field is cut off, or too long")
         return unpack(data[start:end]), end
 
-    return Functions(write, read)
+    return Codec(write, read)
 
 
 def text(limit: int) -> Codec:
@@ -164,7 +145,7 @@ def text(limit: int) -> Codec:
 
 
 def many(item: Codec, limit: int) -> Codec:
-    """Return the codec of a tuple of up to `limit` (< 256) items behind their count."""
+    """Return the codec of a tuple of up to `limit` (< 256) items after their count."""
 
     def write(values: Sequence[Any]) -> bytes:
         if len(values) > limit:
@@ -182,13 +163,13 @@ def many(item: Codec, limit: int) -> Codec:
             values.append(value)
         return tuple(values), at
 
-    return Functions(write, read)
+    return Codec(write, read)
 
 
 def fitted(value: str, limit: int) -> str:
-    """Return any text as `text(limit)` takes it: what cannot be printed as escapes, and cut.
+    """Return a text that `text(limit)` accepts: unprintable characters escaped, the rest cut off.
 
-    It is cut between two characters, so that it has at most `limit` bytes of UTF-8.
+    The cut is between two characters; the result has at most `limit` bytes of UTF-8.
     """
     return one_line(value).encode()[:limit].decode(errors="ignore")
 
@@ -214,7 +195,7 @@ _Z: Final = tuple(1.0 + (value - 128) / 200.0 for value in range(256))
 
 
 def _printable(value: str) -> str:
-    if not value.isprintable():  # it may end up on a terminal
+    if not value.isprintable():  # it may be shown on a terminal
         raise ProtocolError(f"{value!r} is not printable")
     return value
 
@@ -249,7 +230,7 @@ def _read_point(data: bytes, at: int) -> tuple[tuple[float, float] | None, int]:
 def _finite(point: tuple[float, ...]) -> tuple[float, float]:
     x, y = point
     if not (isfinite(x) and isfinite(y)):
-        raise ProtocolError("a place must be finite")
+        raise ProtocolError("a position must be finite")
     return x, y
 
 
@@ -258,20 +239,20 @@ _LARGEST: Final = 3.4028234663852886e38  # float32
 _U32: Final = 0xFFFFFFFF
 _NAME: Final = text(40)
 
-Bool = Annotated[bool, Functions(_write_bool, _read_bool)]
-U8 = Annotated[int, Number("B", 0, 0xFF)]
-U16 = Annotated[int, Number("H", 0, 0xFFFF)]
-U32 = Annotated[int, Number("I", 0, _U32)]
-Nonce32 = Annotated[int, Number("I", 1, _U32)]
-Size = Annotated[int, Number("B", 1, 0xFF)]
-Span = Annotated[int, Number("H", 1, 0xFFFF)]  # milliseconds
-F32 = Annotated[float, Number("f", -_LARGEST, _LARGEST)]  # finite
-Deviation = Annotated[float, Number("f", 0, _LARGEST)]
-Share = Annotated[float, Number("f", 0, 1)]
+Bool = Annotated[bool, Codec(_write_bool, _read_bool)]
+U8 = Annotated[int, number("B", 0, 0xFF)]
+U16 = Annotated[int, number("H", 0, 0xFFFF)]
+U32 = Annotated[int, number("I", 0, _U32)]
+Nonce32 = Annotated[int, number("I", 1, _U32)]
+Size = Annotated[int, number("B", 1, 0xFF)]
+Span = Annotated[int, number("H", 1, 0xFFFF)]  # milliseconds
+F32 = Annotated[float, number("f", -_LARGEST, _LARGEST)]  # finite
+Deviation = Annotated[float, number("f", 0, _LARGEST)]
+Share = Annotated[float, number("f", 0, 1)]
 Text40 = Annotated[str, _NAME]
 Text64 = Annotated[str, text(64)]
 Text500 = Annotated[str, text(500)]
 Names = Annotated[tuple[str, ...], many(_NAME, 64)]
 Octets32 = Annotated[bytes, octets(32)]
-Point = Annotated[tuple[float, float] | None, Functions(_write_point, _read_point)]
+Point = Annotated[tuple[float, float] | None, Codec(_write_point, _read_point)]
 Shares = Annotated[tuple[float, ...], octets(255, _pack_shares, _unpack_shares)]

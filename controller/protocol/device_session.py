@@ -1,8 +1,8 @@
 """Session at the device's end: bytes in, requests of the host out.
 
-Sans-IO: time comes in as an argument, bytes to send gather in `output`; the owner of the link reads
-and writes. Its states are the table `controller.protocol.states.DEVICE`. Commands that no host has
-acknowledged outlive a session in a `RetransmitQueue`, which the sessions of a device share.
+Sans-IO: time is an argument, bytes to send gather in `output`; the owner of the link reads and
+writes. Its states are the table `controller.protocol.states.DEVICE`. Unacknowledged commands
+outlive a session in a `RetransmitQueue`, which the sessions of a device share.
 """
 
 import dataclasses
@@ -37,24 +37,24 @@ from controller.protocol.packets import Packet, SessionEnd, encode, is_ahead
 from controller.protocol.retransmit import RESEND_MS, PendingCommand, RetransmitQueue
 from controller.protocol.states import DEVICE, next_states
 
-BACKLOG: Final = 16 * 1024  # bytes that wait for a slow host, about 8 s; the rest is dropped
-GRANTED_BACKLOG: Final = 4 * 1024 * 1024  # the same for granted time, where nothing may be missing
+BACKLOG: Final = 16 * 1024  # bytes that wait for a slow host, about 8 s; more are dropped
+GRANTED_BACKLOG: Final = 4 * 1024 * 1024  # the same in granted time, where nothing may be lost
 WRONG_KEY: Final = "the host has another key than the orb, or none; give both the same --key FILE"
 
 
 class DeviceSession(SessionEnd):
-    """Answers one host after the other.
+    """The device's end of a link, for one host after the other.
 
     Attributes:
         state: "waiting", "offered" from Hello to Join, "live".
         number: The session's number; it stays when the session has ended.
-        granted: Whether the present host owns the clock.
-        resumed: Whether the present host was the one before as well.
-        taken_by: Set from outside: the host_nonce of a host on another line that has the device;
-            only that one may come here instead. 0: none.
-        outbox: Commands that are not acknowledged.
+        granted: Whether the present host grants time.
+        resumed: Whether the session continues the one before, with the same host.
+        taken_by: Set from outside: the host_nonce of the host connected on another link; only that
+            one may connect here instead. 0: none.
+        outbox: Unacknowledged commands.
         dropped: Messages that were not sent: no session, or the host reads too slowly.
-        refused: Why a host was turned away last; for the log, which may clear it.
+        refused: Why a host was last refused; the owner may clear it.
     """
 
     def __init__(
@@ -71,11 +71,11 @@ class DeviceSession(SessionEnd):
 
         Args:
             welcome: The device's description.
-            token: What a host must name in Join; "" lets everyone in.
-            key: What every frame has to be sealed with; b"" needs none.
+            token: Token expected in Join; "" accepts every host.
+            key: Pre-shared key of all frames; b"": none.
             number: The session before the first one.
-            outbox: What sessions before this one have left; None: nothing.
-            draw: Returns so many random bytes.
+            outbox: Commands left by sessions before this one; None: none.
+            draw: Returns a number of random bytes.
         """
         super().__init__(next_states(DEVICE), "waiting", number & 0xFFFF, key)
         self.granted = False
@@ -87,19 +87,19 @@ class DeviceSession(SessionEnd):
         self._welcome = welcome
         self._token, self._draw = token.encode(), draw
         self._greeted = Hello(0, 0, "", "", False), 0  # the newest Hello, and its sequence
-        self._skew_ms = 0  # from the link's clock to the one that messages carry
-        self._pressed: tuple[str, ...] = ()  # what is held, as State reported last
+        self._skew_ms = 0  # from the link's clock to that of the messages
+        self._pressed: tuple[str, ...] = ()  # held commands of the last State
 
     @property
     def live(self) -> bool:
-        """Whether a host was welcomed and is still there."""
+        """Whether a session is live."""
         return self.state == "live"
 
     def receive(self, data: bytes, now_ms: int) -> list[Message]:
-        """Return the requests in these bytes: Hello (welcomed), all that the host asks, Bye.
+        """Return the requests in these bytes: Hello once welcomed, the host's requests, Bye.
 
         Args:
-            data: What came over the link, cut anywhere.
+            data: Received bytes, cut anywhere.
             now_ms: The link's clock.
         """
         requests: list[Message] = []
@@ -116,7 +116,7 @@ class DeviceSession(SessionEnd):
                 requests += self._join(packet, packet.message, now_ms)
             elif isinstance(packet.message, Bye):
                 if not self.live:
-                    self.refused = packet.message.reason  # it turned away from us
+                    self.refused = packet.message.reason  # the host refused this device
                 requests += self.end(packet.message.reason, "bye")
             elif isinstance(packet.message, Request) and self.live:
                 requests += self._take(packet, packet.message, now_ms)
@@ -125,15 +125,15 @@ class DeviceSession(SessionEnd):
         return requests
 
     def send(self, message: Message, t_ms: int, now_ms: int) -> None:
-        """Send a message; without a host it is dropped, but a command waits for a moment.
+        """Send a message; without a host it is dropped, but a command waits for 250 ms.
 
         Args:
-            message: What to send.
-            t_ms: The device's time that it belongs to.
+            message: The message.
+            t_ms: The device's time of the message.
             now_ms: The link's clock.
 
         Raises:
-            ProtocolError: The wire cannot carry it.
+            ProtocolError: It does not fit the wire format.
         """
         if isinstance(message, Command):
             self._post(message, t_ms, now_ms)
@@ -143,9 +143,9 @@ class DeviceSession(SessionEnd):
         self._send(message, t_ms, now_ms)
 
     def tick(self, now_ms: int) -> list[Message]:
-        """Send what is due; return Bye if the host has been silent for too long.
+        """Send heartbeats and retransmissions; return Bye after too long a silence of the host.
 
-        Granted time knows neither: the host may think for as long as it likes.
+        In granted time there are neither, as the host's clock may stand still.
         """
         if self.state == "waiting" or (self.live and self.granted):
             return []
@@ -155,7 +155,7 @@ class DeviceSession(SessionEnd):
             return []
         self._send_again(now_ms)
         if now_ms - self._beat_ms >= self._welcome.heartbeat_ms:
-            # On the beat, not one pause after the last one, unless that is long ago.
+            # In phase with earlier heartbeats, unless they are long ago.
             late_ms = (now_ms - self._beat_ms) % self._welcome.heartbeat_ms
             self._beat_ms = now_ms - late_ms
             beat = Heartbeat(*self.clock.stamps(now_ms), self.outbox.done, self._pressed)
@@ -172,7 +172,7 @@ class DeviceSession(SessionEnd):
         return [Bye(reason)] if was_live else []
 
     def renew(self, welcome: Welcome, reason: str, now_ms: int) -> list[Message]:
-        """Be another device from now on: send Bye to the host, which may come back at once."""
+        """Replace the description of the device: send Bye; the host may reconnect at once."""
         if self.live:
             self._send(Bye(reason), now_ms + self._skew_ms, now_ms)
         unsent = bytes(self.output)
@@ -186,10 +186,10 @@ class DeviceSession(SessionEnd):
     def _greet(self, packet: Packet, hello: Hello, now_ms: int) -> list[Message]:
         """Answer Hello with Offer, or with Refuse."""
         if self.state != "waiting" and (hello, packet.sequence) == self._greeted:
-            self.ignored += 1  # the line has doubled what is answered already
+            self.ignored += 1  # a duplicate that was answered already
             return []
-        ended: list[Message] = [Bye("the host started anew")] if self.live else []
-        self.output[:] = b"\0"  # ends a frame that an earlier session got half of
+        ended: list[Message] = [Bye("the host started again")] if self.live else []
+        self.output[:] = b"\0"  # ends an incomplete frame of an earlier session
         self._sequence = (packet.sequence - 1) & 0xFFFF  # the answer repeats the Hello's
         self._take_number(packet, now_ms)
         self._beat_ms = now_ms
@@ -215,7 +215,7 @@ class DeviceSession(SessionEnd):
         return ended
 
     def _join(self, packet: Packet, join: Join, now_ms: int) -> list[Message]:
-        """Answer Join with Welcome and State, and what may still be obeyed; or with Refuse."""
+        """Answer Join with Welcome, State and commands not too old; or with Refuse."""
         self._taken = packet.sequence
         if reason := self._objection(join):
             self._refuse("objection", reason)
@@ -226,7 +226,7 @@ class DeviceSession(SessionEnd):
         self._skew_ms, self._pressed = 0, ()
         queue = self.outbox
         before = queue.host, self._welcome.boot_nonce
-        # Granted time begins at 0 with each host, and what was before it has no place in it.
+        # Granted time begins at 0 with each host, so nothing before it is resumed.
         self.resumed = (join.host_nonce, join.boot_nonce) == before and not join.granted
         if self.resumed:
             queue.acknowledge(join.done)
@@ -242,9 +242,9 @@ class DeviceSession(SessionEnd):
         return [Hello(hello.version_min, hello.version_max, join.token, join.host, join.granted)]
 
     def _objection(self, join: Join) -> str:
-        """Return why this host cannot be welcomed, or "" if it can."""
+        """Return the reason to refuse this host, "" if there is none."""
         if self._token and not hmac.compare_digest(self._token, join.token.encode()):
-            return "this orb answers only to the program that started it; start one of your own"
+            return "this orb accepts only the program that started it; start another orb"
         if join.granted and not self._welcome.virtual:
             return "only a virtual orb's time can be granted; connect in real time"
         if self.taken_by not in (0, join.host_nonce):
@@ -252,7 +252,7 @@ class DeviceSession(SessionEnd):
         return ""
 
     def _refuse(self, event: str, reason: str) -> None:
-        """Turn the host away, unsealed if it is the key that is wrong."""
+        """Send Refuse, without a tag if the key is wrong."""
         self._go(event)
         self.refused = reason
         if event == "forged":
@@ -262,7 +262,7 @@ class DeviceSession(SessionEnd):
     # --- a live session ---
 
     def _take(self, packet: Packet, message: Request, now_ms: int) -> list[Message]:
-        """Take one packet of the live session: the request in it, if it is one."""
+        """Take one packet of the live session; return its request, if it has one."""
         self._go("packet")
         self._take_number(packet, now_ms)
         if isinstance(message, HostHeartbeat):
@@ -277,8 +277,8 @@ class DeviceSession(SessionEnd):
         return [message]
 
     def _post(self, command: Command, t_ms: int, now_ms: int) -> None:
-        """Give a command its number and send it; an absent host has a moment to come back."""
-        # What the wire cannot carry is refused here, and not when it is sent again.
+        """Number a command and send it; it waits for a host that is not connected."""
+        # A command that does not fit the wire format is refused now, not at its retransmission.
         encode(_numbered(command, 0, 0, 0), session=0, sequence=0, t_ms=0)
         posted = self.outbox.put(command, t_ms, now_ms)
         if self.live:
@@ -287,7 +287,7 @@ class DeviceSession(SessionEnd):
                 self.outbox.acknowledge(posted.number)
 
     def _send_again(self, now_ms: int) -> None:
-        """Send commands again that the host should have acknowledged by now, in order."""
+        """Resend the unacknowledged commands in order, once they are due."""
         self.outbox.expire(now_ms)
         posted = self.outbox.posted
         pause_ms = max(RESEND_MS, 2 * (self.clock.rtt_ms or 0))
@@ -296,14 +296,14 @@ class DeviceSession(SessionEnd):
                 self._deliver(item, now_ms)
 
     def _deliver(self, posted: PendingCommand, now_ms: int) -> None:
-        """Send a command, for the first time or again."""
+        """Send a command for the first time, or resend it."""
         posted.sent_ms = now_ms
         done = posted.number - 1 if self.granted else self.outbox.done
         message = _numbered(posted.command, posted.number, done, posted.put_ms & 0xFFFFFFFF)
         self._send(message, posted.t_ms, now_ms)
 
     def _send(self, message: Message, t_ms: int, now_ms: int) -> None:
-        """Put a packet behind the others that are to be sent, if a host is there and keeps up."""
+        """Append a packet to the output, if a session is live and the host reads fast enough."""
         if not self.live or len(self.output) > (GRANTED_BACKLOG if self.granted else BACKLOG):
             self.dropped += 1
             return
@@ -318,8 +318,8 @@ def _numbered(command: Command, number: int, done: int, sent_ms: int) -> Numbere
 
 
 def _update(hello: Hello) -> str:
-    """Return which side to update, for a host that speaks other versions only."""
+    """Return the reason to refuse a host that has other versions only."""
     low, high = hello.version_min, hello.version_max
     versions = f"version {low}" if low == high else f"versions {low} to {high}"
     side = "host" if high < VERSION else "orb's controller"
-    return f"the orb speaks protocol version {VERSION}, the host {versions}; update the {side}"
+    return f"the orb has protocol version {VERSION}, the host {versions}; update the {side}"

@@ -1,8 +1,8 @@
 """Session at the host's end: bytes in, link events out.
 
-Sans-IO: time comes in as an argument, bytes to send gather in `output`. One HostSession is one
-attempt on one open link; the next attempt is a new one, and `SessionHistory` carries what it needs
-of those before. Its states are the table `controller.protocol.states.HOST`.
+Sans-IO: time is an argument, bytes to send gather in `output`. One HostSession is one attempt on
+one open link; the next attempt is a new one, and `SessionHistory` carries the record of those
+before. Its states are the table `controller.protocol.states.HOST`.
 """
 
 from controller.protocol.auth import NONCE, seals
@@ -51,10 +51,10 @@ class HostSession(SessionEnd):
     Attributes:
         state: "greeting" until Offer, "joining" until Welcome, then "live" or "stale"; "over"
             after Lost or Refused, or when the owner has ended it.
-        welcomed: Whether it ever was live.
-        pressed: What is held, as far as we know; nothing after 300 ms of silence.
+        welcomed: Whether the session was ever live.
+        pressed: Held commands as last reported; none after 300 ms of silence.
         past: Record for the next session; kept up to date.
-        late: Commands that came, but too late.
+        late: Commands received too late.
     """
 
     def __init__(
@@ -72,15 +72,15 @@ class HostSession(SessionEnd):
         """Begin with Hello.
 
         Args:
-            name: What the user calls the link.
+            name: Of the link, for sentences.
             sequence: Number of the first packet, best a random u16.
             now_ms: The clock, as in every method.
-            token: What the device expects in Join.
-            granted: Whether we shall own the device's clock.
-            key: What both sides know; b"": nothing.
-            nonce: 16 random bytes, drawn for this session; b"" will do where there is neither a
-                key nor a line that may double what is said.
-            past: What sessions before this one have left; None: there was none.
+            token: The token that the device expects in Join.
+            granted: Whether this host grants time.
+            key: Pre-shared key; b"": none.
+            nonce: 16 random bytes for this session; b"" suffices without a key, on a link that
+                never duplicates packets.
+            past: Record of earlier sessions; None: there was none.
 
         Raises:
             ValueError: There is a key, and no nonce.
@@ -97,13 +97,13 @@ class HostSession(SessionEnd):
         self._sequence, self._taken = sequence - 1, sequence  # Hello is the first packet
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
         self._joined_ms = now_ms  # when Join was sent
-        self._skew_ms = 0  # from the device's link clock to the one that its messages carry
+        self._skew_ms = 0  # from the device's link clock to that of its messages
         self._pressed: tuple[str, ...] | None = None  # None: to be reported again
-        self._owes = False  # a command came that is not acknowledged
-        self._owed = 0  # Grants that are not answered yet
-        self._foreign = 0  # version of a peer that we do not understand
-        self._mute = True  # no byte has come
-        self.output += b"\0"  # ends what an earlier host may have left half
+        self._owes = False  # a command is to be acknowledged
+        self._owed = 0  # unanswered Grants
+        self._foreign = 0  # protocol version of a peer, if it is another
+        self._mute = True  # no byte was received
+        self.output += b"\0"  # ends an incomplete frame of an earlier host
         self._put(Hello(VERSION, VERSION, self._nonce, "", False), 0)
 
     @property
@@ -113,31 +113,31 @@ class HostSession(SessionEnd):
 
     @property
     def pressed(self) -> tuple[str, ...]:
-        """What is held, as far as we know."""
+        """Held commands as last reported."""
         return self._pressed or ()
 
     @property
     def clock_offset_ms(self) -> int | None:
-        """The device's time, as its messages carry it, minus ours; None: not known yet."""
+        """The device's message time minus our clock; None: not known yet."""
         offset_ms = self.clock.offset_ms
         return None if offset_ms is None else signed(offset_ms + self._skew_ms)
 
     def receive(self, data: bytes, now_ms: int) -> list[Received]:
         """Return the events in these bytes."""
-        news = self.tick(now_ms)  # what comes too late cannot undo that it was late
+        events = self.tick(now_ms)  # a timeout comes before the bytes that were late
         self._mute = self._mute and not data
         if self.over:
-            return news
+            return events
         stalled = self.state == "stale"
         for packet in self._decoder.feed(data):
             if not self.welcomed:
-                news += self._greeting(packet, now_ms)
+                events += self._greeting(packet, now_ms)
             elif (
                 packet.session == self.number
                 and isinstance(packet.message, Report | Bye)
                 and is_ahead(packet.sequence, self._taken)
             ):
-                news += self._take(packet, now_ms, stalled)
+                events += self._take(packet, now_ms, stalled)
             else:
                 self.ignored += 1
             if self.over:
@@ -145,10 +145,10 @@ class HostSession(SessionEnd):
         if self._owes and not self.over:
             self._owes = False
             self._beat(now_ms)
-        return news
+        return events
 
     def tick(self, now_ms: int) -> list[Received]:
-        """Let time pass: heartbeats go out, and silence has its consequences."""
+        """Advance to `now_ms`: send a heartbeat if due; return the events of a silent device."""
         silent_ms = now_ms - self._heard_ms
         if self.over:
             return []
@@ -174,7 +174,7 @@ class HostSession(SessionEnd):
         return []
 
     def wait_ms(self, now_ms: int) -> int:
-        """Return how long `tick` can wait, if nothing comes."""
+        """Return how long `tick` can wait without a received byte, milliseconds."""
         if self.state in ("greeting", "joining"):
             return max(self._start_ms + SILENCE_MS - now_ms, 0)
         if self._owed:
@@ -195,18 +195,18 @@ class HostSession(SessionEnd):
         self._send(message, now_ms)
         if isinstance(message, Grant):
             if not self._owed:
-                self._heard_ms = now_ms  # the 2 s begin now; before, silence was allowed
+                self._heard_ms = now_ms  # the 2 s begin now; silence was allowed before
             self._owed += 1
         return True
 
     def cut(self, reason: str) -> list[Received]:
-        """End the session because the port has gone; return its events."""
+        """End the session because the port was lost; return its events."""
         early = f"{reason} before an OrbTouch answered; name the orb's own port with --link"
         last = Lost(reason) if self.welcomed else Refused(early)
         return [] if self.over else self._end("cut", last)
 
     def close(self, reason: str, now_ms: int) -> None:
-        """End the session because our own program ends; send Bye if it is live."""
+        """End the session because the host program ends; send Bye if it is live."""
         if not self.over:
             self.send(Bye(reason), now_ms)
             self._go("close")
@@ -230,7 +230,7 @@ class HostSession(SessionEnd):
     # --- the handshake ---
 
     def _greeting(self, packet: Packet, now_ms: int) -> list[Received]:
-        """Take the answer to Hello or Join; ignore what is left of other sessions."""
+        """Take the answer to Hello or Join; ignore packets of other sessions."""
         message = packet.message
         first = self.state == "greeting"
         answers = packet.sequence == self._taken if first else packet.session == self.number
@@ -242,7 +242,7 @@ class HostSession(SessionEnd):
             if isinstance(message, Welcome) and message.version == VERSION:
                 return self._meet(packet, message, now_ms)
             if message is None and packet.version == VERSION:
-                reason = f"{self._name} does not know our key; give both the same --key FILE"
+                reason = f"{self._name} has another key; give both the same --key FILE"
                 return self._end("forged", Refused(reason))
         if message is None and packet.version != VERSION:
             self._foreign = packet.version
@@ -272,11 +272,11 @@ class HostSession(SessionEnd):
         return []
 
     def _meet(self, packet: Packet, welcome: Welcome, now_ms: int) -> list[Received]:
-        """Begin with a device, or go on."""
+        """Begin a session, or resume the one before."""
         self._go("welcome")
         self.welcomed = True
         self._take_number(packet, now_ms)
-        # The first command may be on our heels, and its age has to be known.
+        # The first command may follow at once, and its age has to be known.
         self.clock.take(packet.t_ms, self._joined_ms & 0xFFFFFFFF, 0, now_ms)
         past = self.past
         if not (welcome.resumed and welcome.boot_nonce == past.boot_nonce):
@@ -310,38 +310,38 @@ class HostSession(SessionEnd):
     def _command(
         self, message: NumberedCommand, t_ms: int, now_ms: int, stalled: bool
     ) -> list[Received]:
-        """Deliver a command if it is the next one, and not too late."""
+        """Return a command's event if it is the next one: Delivered, or Missed if too late."""
         self._owes = not self._granted
-        news = self._give_up(message.done)
+        events = self._give_up(message.done)
         if message.number != self.past.done + 1:
-            return news  # we have it already; or one before it is missing, and both will come again
+            return events  # a duplicate, or one before it is missing and both will be resent
         self.past.done += 1
         age_ms = self.clock.age_ms(message.sent_ms, now_ms) or 0
         if stalled or (age_ms > LATE_MS and not self._granted):
             self.past.missed += 1
             self.late += 1
-            return [*news, Missed(1)]
+            return [*events, Missed(1)]
         m = message
         command = Command(m.name, m.label, m.probability, m.touch, m.frame)
-        return [*news, Delivered(command, t_ms)]
+        return [*events, Delivered(command, t_ms)]
 
     def _give_up(self, done: int) -> list[Received]:
-        """Take note that the commands up to `done` will not be sent again."""
+        """Count commands up to `done` that were not received as missed."""
         count = self.past.give_up(done)
         return [Missed(count)] if count else []
 
     def _hold(self, pressed: tuple[str, ...], t_ms: int) -> list[Received]:
-        """Take a snapshot of what is held; return it if it is new."""
+        """Take a snapshot of the held commands; return its event if it is new."""
         if pressed == self._pressed:
             return []
         self._pressed = pressed
         return [Delivered(State(pressed), t_ms)]
 
 
-# By whether the orb asks for a key: the sentence for the user, and the one for the orb.
+# By whether the orb needs a key: the sentence for the user, and the one for the orb.
 _OBJECTION = {
-    True: "the orb wants a key; add --key FILE, with the file that it was started with",
-    False: "the orb asks for no key, so nothing proves that it is ours; start it with the same "
+    True: "the orb needs a key; add --key FILE, with the file that it was started with",
+    False: "the orb has no key, so it cannot be authenticated; start it with the same "
     "--key FILE, or leave --key out here",
 }
-_WITHOUT = {True: "the host has no key", False: "the host wants a key, and the orb has none"}
+_WITHOUT = {True: "the host has no key", False: "the host needs a key, and the orb has none"}

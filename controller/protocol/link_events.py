@@ -1,27 +1,24 @@
-"""Events of a link for the program that uses it: connection, troubles, and the orb's messages.
-
-And when a host that has lost its link tries again.
-"""
+"""Events of a link for the host program, and the pause before a host reconnects."""
 
 from dataclasses import dataclass
 from typing import Final
 
 from controller.protocol.messages import VERSION, Message, Welcome
 
-BACKOFF_S: Final = (0.25, 0.5, 1.0, 2.0)  # before the next attempt; the last one again and again
-JITTER: Final = 0.25  # of a pause, more or less, so that many hosts do not knock in step
+BACKOFF_S: Final = (0.25, 0.5, 1.0, 2.0)  # before the next attempts; the last one repeats
+JITTER: Final = 0.25  # relative variation of a pause, so that many hosts do not connect at once
 
 
 @dataclass(frozen=True, slots=True)
 class Connected:
-    """A device has welcomed us; everything before is over."""
+    """A session with a device has begun; every earlier one is over."""
 
     welcome: Welcome
 
 
 @dataclass(frozen=True, slots=True)
 class Delivered:
-    """A message of the device, in order, each once."""
+    """A message of the device; in order, each once."""
 
     message: Message  # Command, State, Telemetry, GroundTruth or Granted
     t_ms: int  # the device's time
@@ -29,7 +26,7 @@ class Delivered:
 
 @dataclass(frozen=True, slots=True)
 class Stale:
-    """Nothing has come for 300 ms: release everything and pause. The next message revives."""
+    """No packet for 300 ms: release everything and pause. The next message ends this state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,14 +38,14 @@ class Lost:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """There is no connection, and this is why, in one sentence; we keep trying."""
+    """An attempt to connect failed, for a reason in one sentence; the next one follows."""
 
     reason: str
 
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """So many commands never came, or too late to be obeyed; they will not be sent again."""
+    """Number of commands that were lost or came too late; they will not be sent again."""
 
     count: int
 
@@ -57,7 +54,7 @@ Received = Connected | Delivered | Stale | Lost | Refused | Missed
 
 
 def pause_s(failures: int, jitter: float) -> float:
-    """Return how long to wait before the next attempt.
+    """Return the pause before the next attempt, seconds.
 
     Args:
         failures: Attempts that failed since the last connection.
@@ -67,22 +64,21 @@ def pause_s(failures: int, jitter: float) -> float:
 
 
 def no_answer(name: str, foreign: int, *, mute: bool) -> str:
-    """Return the sentence for the user after 2 s without Welcome.
+    """Return the error sentence after 2 s without Welcome.
 
     Args:
         name: Of the link.
-        foreign: Version of a peer that could not be understood; 0: none.
-        mute: No byte came at all.
+        foreign: Protocol version of the peer if it is another than ours; 0: none.
+        mute: No byte was received.
     """
     if foreign:
         side = "host" if foreign > VERSION else "orb's controller"
         return (
-            f"{name} speaks protocol version {foreign}, this host version {VERSION}; "
-            f"update the {side}"
+            f"{name} has protocol version {foreign}, this host version {VERSION}; update the {side}"
         )
     if not mute:
         return (
-            f"{name} says something, but not what an OrbTouch says; "
+            f"{name} sends bytes, but not the OrbTouch protocol; "
             "name the orb's own port with --link"
         )
     return (

@@ -16,8 +16,8 @@ COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", 
 HEARTBEAT_MS = 100  # between two heartbeats, each way
 DEADMAN_MS = 300  # without a valid packet: release everything, pause
 LOST_MS = 1000  # without a valid packet: close, and connect again
-SILENCE_MS = 2000  # a device forgets a host, a host gives up on an answer
-LATE_MS = 250  # a command that is older is not obeyed any more
+SILENCE_MS = 2000  # a device drops a silent host; a host gives up waiting
+LATE_MS = 250  # an older command is not carried out
 PIECE = 1000  # bytes of a bundle in one packet
 MAX_TEXT, MAX_SENTENCE = 64, 500  # bytes of UTF-8: `controller.protocol.codec.fitted`
 WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
@@ -30,23 +30,23 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Request(Message):
-    """What a host sends in a session."""
+    """A message from a host in a session."""
 
 
 @dataclass(frozen=True, slots=True)
 class Report(Message):
-    """What a device sends in a session."""
+    """A message from a device in a session."""
 
 
 M = TypeVar("M", bound=type[Message])
-TYPES: Final[dict[type[Message], tuple[int, codec.WireRecord]]] = {}  # numbers and codecs
+TYPES: Final[dict[type[Message], tuple[int, codec.Codec]]] = {}  # numbers and codecs
 
 
 def message(number: int) -> Callable[[M], M]:
     """Return the decorator that gives a message its type number."""
 
     def register(kind: M) -> M:
-        TYPES[kind] = number, codec.WireRecord(kind)
+        TYPES[kind] = number, codec.record(kind)
         return kind
 
     return register
@@ -55,17 +55,17 @@ def message(number: int) -> Callable[[M], M]:
 @message(1)
 @dataclass(frozen=True, slots=True)
 class Hello(Message):
-    """Host to device, first: the start of a session, at any time.
+    """Host to device: the start of a session, at any time.
 
-    On the wire all but the versions is empty, and token a number drawn for the session; what the
-    device's program gets has these fields from Join.
+    On the wire only the versions and `token`, a random number for the session, are set. The
+    Hello that a device session returns has the other fields from Join.
     """
 
     version_min: codec.U8
     version_max: codec.U8
     token: codec.Text64  # "" when none
     host: codec.Text64  # a name for the log
-    granted: codec.Bool  # "I shall grant time": virtual devices only
+    granted: codec.Bool  # the host grants time: virtual devices only
 
 
 @message(6)
@@ -75,13 +75,13 @@ class Offer(Message):
 
     version: codec.U8  # the one chosen
     nonce: codec.Octets32  # drawn for the session
-    keyed: codec.Bool  # every frame from here on is to be sealed
+    keyed: codec.Bool  # every later frame carries an authentication tag
 
 
 @message(48)
 @dataclass(frozen=True, slots=True)
 class UploadOffer(Request):
-    """Host to device: there is a bundle for you."""
+    """Host to device: announcement of a bundle."""
 
     digest: codec.Octets32  # SHA-256 of the file
     size: codec.U32  # bytes
@@ -91,7 +91,7 @@ class UploadOffer(Request):
 @message(49)
 @dataclass(frozen=True, slots=True)
 class UploadChunk(Request):
-    """Host to device: some bytes of the bundle."""
+    """Host to device: a part of the bundle."""
 
     offset: codec.U32  # of the first
     data: Annotated[bytes, codec.octets(PIECE)]  # at most PIECE of them
@@ -102,26 +102,26 @@ class UploadChunk(Request):
 class Correction(Request):
     """Host to device: the label of the latest touch, given by the player, to learn."""
 
-    label: codec.Text40  # of Welcome.labels; "": take the last correction back
+    label: codec.Text40  # of Welcome.labels; "": undo the last correction
 
 
 @message(35)
 @dataclass(frozen=True, slots=True)
 class Join(Message):
-    """Host to device: its identity, and how far it is with the device's commands."""
+    """Host to device: its identity, and the last command that it received."""
 
     token: codec.Text64  # "" when none
     host: codec.Text64  # a name for the log
-    granted: codec.Bool  # "I shall grant time": virtual devices only
+    granted: codec.Bool  # the host grants time: virtual devices only
     host_nonce: codec.Nonce32  # u32, not 0, drawn at each start of the host
-    boot_nonce: codec.U32  # of the device that it was connected to before
-    done: codec.U32  # number of the last command that it knows of that one
+    boot_nonce: codec.U32  # of the device of its last session
+    done: codec.U32  # number of the last command received from that device
 
 
 @message(2)
 @dataclass(frozen=True, slots=True)
 class Welcome(Message):
-    """Device to host: the answer to Join, and what the device is and can do."""
+    """Device to host: the answer to Join, with the description of the device."""
 
     version: codec.U8  # the one chosen
     boot_nonce: codec.U32  # u32, drawn at each start of the device
@@ -136,14 +136,14 @@ class Welcome(Message):
     deadman_ms: codec.Span
     labels: codec.Names
     commands: codec.Names
-    resumed: codec.Bool = False  # commands go on where this host is, else behind `done`
+    resumed: codec.Bool = False  # commands continue after Join.done, else after `done`
     done: codec.U32 = 0  # number of the newest command that will not be sent (again)
 
 
 @message(3)
 @dataclass(frozen=True, slots=True)
 class Refuse(Message):
-    """Device to host, in place of Offer or Welcome: why not, in one sentence."""
+    """Device to host, in place of Offer or Welcome: the reason, in one sentence."""
 
     reason: codec.Text500
 
@@ -151,7 +151,7 @@ class Refuse(Message):
 @message(4)
 @dataclass(frozen=True, slots=True)
 class Bye(Message):
-    """Either side, before it closes: why."""
+    """Either side, before it closes: the reason."""
 
     reason: codec.Text500
 
@@ -159,7 +159,7 @@ class Bye(Message):
 @message(5)
 @dataclass(frozen=True, slots=True)
 class Heartbeat(Report):
-    """Device to host, ten times a second: alive; clocks as in `clock_sync`; what is held."""
+    """Device to host, ten times a second: clocks as in `clock_sync`, and the held commands."""
 
     sent_ms: codec.U32
     echo_ms: codec.U32
@@ -171,21 +171,21 @@ class Heartbeat(Report):
 @message(36)
 @dataclass(frozen=True, slots=True)
 class HostHeartbeat(Request):
-    """Host to device, ten times a second and after commands: alive, and what has been taken."""
+    """Host to device, ten times a second and after commands: clocks and acknowledgements."""
 
     sent_ms: codec.U32
     echo_ms: codec.U32
     held_ms: codec.U32
-    done: codec.U32  # number of the newest command that was taken, or missed
-    missed: codec.U32  # how many were missed, since this host first met this device
+    done: codec.U32  # number of the newest command received or missed
+    missed: codec.U32  # missed since the first session of this host and device
 
 
 @dataclass(frozen=True, slots=True)
 class Command(Report):
-    """The player asked for something. Delivered once, or reported as missed."""
+    """A recognised command. Delivered once, or reported as missed."""
 
     name: codec.Text40
-    label: codec.Text40  # the gesture that it was
+    label: codec.Text40  # the gesture
     probability: codec.Share
     touch: codec.Point  # (x, y), grid units
     frame: codec.U32
@@ -194,7 +194,7 @@ class Command(Report):
 @message(16)
 @dataclass(frozen=True, slots=True)
 class NumberedCommand(Command):
-    """Device to host: a command as it travels."""
+    """Device to host: a command with its number, as encoded on the wire."""
 
     number: codec.U32  # counted from the device's start
     done: codec.U32  # number of the newest command that will not be sent again
@@ -204,7 +204,7 @@ class NumberedCommand(Command):
 @message(17)
 @dataclass(frozen=True, slots=True)
 class State(Report):
-    """Device to host: everything that is held now; () right after Welcome."""
+    """Device to host: all commands held now; () right after Welcome."""
 
     pressed: codec.Names
 
@@ -219,14 +219,14 @@ class Telemetry(Report):
     probabilities: codec.Shares  # in the order of Welcome.labels; steps of 1/255
     touch: codec.Point  # (x, y), grid units
     gesture: codec.Text40  # the label held by the debouncer; "" if none
-    ready: codec.Bool  # False while the rest image is being taken
+    ready: codec.Bool  # False until there is a baseline
     rate_hz: codec.F32  # measured
 
 
 @message(19)
 @dataclass(frozen=True, slots=True)
 class GroundTruth(Report):
-    """Virtual device to host, when a performance has ended: what its hand really did, and when."""
+    """Virtual device to host, at the end of a performance: its true label and times."""
 
     number: codec.U32
     label: codec.Text40
@@ -237,7 +237,7 @@ class GroundTruth(Report):
 @message(20)
 @dataclass(frozen=True, slots=True)
 class Granted(Report):
-    """Virtual device to host: every packet up to here has been sent before this one."""
+    """Virtual device to host: every packet up to this time was sent before this one."""
 
     until_ms: codec.U32
 
@@ -245,7 +245,7 @@ class Granted(Report):
 @message(21)
 @dataclass(frozen=True, slots=True)
 class Health(Report):
-    """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
+    """Device to host: faults of the sensor with their remedies; () if there are none.
 
     A snapshot, sent when it changes and once to every new host if there is a fault.
     """
@@ -256,16 +256,16 @@ class Health(Report):
 @message(22)
 @dataclass(frozen=True, slots=True)
 class UploadStatus(Report):
-    """Device to host: how it stands with the bundle that the host sends."""
+    """Device to host: state of the upload of a bundle."""
 
     state: codec.U8  # WANTED, PROVING, IN_USE, DECLINED
-    offset: codec.U32  # bytes that are here
-    told: codec.Text500  # a sentence, or ""
+    offset: codec.U32  # bytes received
+    text: codec.Text500  # a sentence, or ""
 
 
 @dataclass(frozen=True, slots=True)
 class StageTime:
-    """One part of a frame's way through the device, and how long it took, milliseconds."""
+    """Latency percentiles of one stage of the device, milliseconds."""
 
     name: codec.Text40
     p50_ms: codec.F32
@@ -276,27 +276,27 @@ class StageTime:
 @message(23)
 @dataclass(frozen=True, slots=True)
 class LatencyReport(Report):
-    """Device to host, every second: where the time of the latest frames went, milliseconds.
+    """Device to host, every second: latency of the latest frames by stage, milliseconds.
 
-    The last hop is all of them together.
+    The last entry is the whole.
     """
 
-    period_ms: codec.F32  # from frame to frame: what there is to spend
-    missed: codec.U32  # frames that could not be read in their time, since the start
-    hops: Annotated[tuple[StageTime, ...], codec.many(codec.WireRecord(StageTime), 16)]
+    period_ms: codec.F32  # between two frames
+    missed: codec.U32  # frames skipped because they were late, since the start
+    hops: Annotated[tuple[StageTime, ...], codec.many(codec.record(StageTime), 16)]
 
 
 @message(24)
 @dataclass(frozen=True, slots=True)
 class UserIdentified(Report):
-    """Device to host: the identified user; a convenience, never a proof.
+    """Device to host: the identified user. It is no authentication.
 
     A snapshot, sent when it changes and once to every new host. A device without users sends
     none.
     """
 
-    user: codec.Text40  # "": none that is enrolled
-    confidence: codec.Share  # how probable that is; without a user, of the most probable one
+    user: codec.Text40  # "": no enrolled user
+    confidence: codec.Share  # probability of that user; without one, of the most probable
 
 
 @message(25)
@@ -305,12 +305,12 @@ class PositionUncertainty(Report):
     """Device to host, before the other messages of a frame: uncertainty of its touch's position."""
 
     frame: codec.U32
-    sigma: codec.Deviation  # deviation from where it truly is, of each axis, grid units
+    sigma: codec.Deviation  # standard deviation of each axis, grid units
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
+    """One finger on the membrane: position (grid units), depth and radius (mm)."""
 
     id: codec.U16
     x: codec.F32
@@ -322,15 +322,15 @@ class Contact:
 @message(32)
 @dataclass(frozen=True, slots=True)
 class Contacts(Request):
-    """Host to virtual device: all fingers that touch now; () lifts them all."""
+    """Host to virtual device: all fingers on the membrane; () lifts them all."""
 
-    contacts: Annotated[tuple[Contact, ...], codec.many(codec.WireRecord(Contact), 16)]
+    contacts: Annotated[tuple[Contact, ...], codec.many(codec.record(Contact), 16)]
 
 
 @message(33)
 @dataclass(frozen=True, slots=True)
 class Perform(Request):
-    """Host to virtual device: let your own hand do this gesture, or "brush" or "rest", now."""
+    """Host to virtual device: perform this gesture, "brush" or "rest" by the simulated hand now."""
 
     number: codec.U32
     label: codec.Text40
@@ -341,6 +341,6 @@ class Perform(Request):
 @message(34)
 @dataclass(frozen=True, slots=True)
 class Grant(Request):
-    """Host to virtual device: step exactly to here."""
+    """Host to virtual device: advance exactly to this time."""
 
     until_ms: codec.U32

@@ -19,8 +19,7 @@ _CODECS: Final = dict(TYPES.values())
 class Packet(NamedTuple):
     """One message with its header.
 
-    message is None where a foreign version hides it; or, in our own, where a key is needed and does
-    not confirm it.
+    message is None if the version is another than ours, or if its authentication fails.
     """
 
     session: int
@@ -41,14 +40,14 @@ def encode(
     """Return a message as one frame, the closing zero included.
 
     Args:
-        message: What to send; a Command travels as NumberedCommand.
+        message: The message; a Command is sent as NumberedCommand.
         session: The session's number, u16.
         sequence: The packet's number, u16.
         t_ms: The sender's time in milliseconds; it wraps at 2**32.
-        seal: What proves that we know the key, if one is needed.
+        seal: Authentication of the frame, if there is a key.
 
     Raises:
-        ProtocolError: A field has no place on the wire: too long, too large, not finite.
+        ProtocolError: A field does not fit the wire format: too long, too large, not finite.
     """
     try:
         kind, record = TYPES[type(message)]
@@ -56,7 +55,7 @@ def encode(
         head = _HEADER.pack(first, kind, session, sequence, t_ms & 0xFFFFFFFF)
         body = head + record.write(message)
     except KeyError:
-        raise ProtocolError(f"{type(message).__name__} does not travel by itself") from None
+        raise ProtocolError(f"{type(message).__name__} is never sent by itself") from None
     except (struct.error, ValueError, OverflowError, TypeError) as error:
         raise ProtocolError(f"cannot send {type(message).__name__}: {error}") from None
     if len(body) > _HEADER.size + MAX_PAYLOAD:
@@ -70,13 +69,13 @@ def encode(
 
 
 class Decoder:
-    """From bytes, cut anywhere and with noise in between, to packets.
+    """Decoding of a noisy byte stream to packets.
 
     Attributes:
         noise_bytes: Bytes dropped because they were part of no valid frame.
         bad_frames: Runs of bytes between two zeros that were no valid frame.
         unknown: Valid frames whose type this version does not know.
-        seal: What frames have to be sealed with from now on, but Hello and Refuse; None: none is.
+        seal: Authentication that frames other than Hello and Refuse need from now on; None: none.
     """
 
     def __init__(self) -> None:
@@ -85,7 +84,7 @@ class Decoder:
         self.unknown = 0
         self.seal: FrameAuthenticator | None = None
         self._tail = b""
-        self._skipping = False  # the present run is too long to become a frame
+        self._skipping = False  # the present run is too long for a frame
 
     def feed(self, data: bytes) -> list[Packet]:
         """Return the packets that these bytes complete. Takes any bytes, never raises."""
@@ -117,7 +116,7 @@ class Decoder:
                     packets.append(packet)
 
     def _keep(self, tail: bytes) -> None:
-        """Remember the beginning of a frame, but never more than a frame can have."""
+        """Keep the beginning of a frame, up to the longest frame."""
         self._tail += tail
         if self._skipping or len(self._tail) > MAX_FRAME:
             self.bad_frames += not self._skipping
@@ -129,17 +128,17 @@ class SessionEnd:
     """Common parts of both ends of a session: state, packet numbers, authentication, output.
 
     Attributes:
-        state: Where it is in its table of `controller.protocol.states`.
+        state: The state, of its table in `controller.protocol.states`.
         number: The session's number.
         output: Bytes to send; the owner of the link takes them from the front.
         clock: Round trip and clock offset.
-        ignored: Valid packets that had no business here.
+        ignored: Valid packets that do not belong to the session or its state.
     """
 
     def __init__(
         self, next_states: Mapping[tuple[str, str], str], state: str, number: int, key: bytes
     ) -> None:
-        """Begin in a state, without a packet sent or taken."""
+        """Begin in a state, before the first packet."""
         self.state = state
         self.number = number
         self.output = bytearray()
@@ -150,7 +149,7 @@ class SessionEnd:
         self._seal: FrameAuthenticator | None = None  # of what is sent
         self._sequence = 0  # of the newest packet sent
         self._taken = 0  # sequence of the newest packet taken
-        self._heard_ms = 0  # when that came
+        self._heard_ms = 0  # time of that
         self._beat_ms = 0  # when the last heartbeat was sent
 
     def _go(self, event: str) -> None:
@@ -161,7 +160,7 @@ class SessionEnd:
         self._taken, self._heard_ms = packet.sequence, now_ms
 
     def _put(self, message: Message, t_ms: int) -> None:
-        """Put a message behind the others that are to be sent, as the next packet."""
+        """Append a message to the output as the next packet."""
         sequence = (self._sequence + 1) & 0xFFFF
         self.output += encode(
             message, session=self.number, sequence=sequence, t_ms=t_ms, seal=self._seal
@@ -170,19 +169,19 @@ class SessionEnd:
 
 
 def is_ahead(sequence: int, last: int) -> bool:
-    """Return whether a packet is newer than the last one taken, across the wrap at 65536."""
+    """Return whether a packet is newer than the last one, across the wrap at 65536."""
     return 0 < (sequence - last) & 0xFFFF < 0x8000
 
 
 _HEADER = struct.Struct("<BBHHI")  # version and flags, type, session, sequence, t_ms
 SEALED = 0b0100  # the flag of a frame with a tag
-_INCOMPATIBLE = 0b1100  # flags that may not be ignored
+_INCOMPATIBLE = 0b1100  # flags that a receiver may not ignore
 _LARGEST = _HEADER.size + MAX_PAYLOAD + TAG + 4
 MAX_FRAME = _LARGEST + -(-_LARGEST // 254)  # bytes, without the closing zero
 
 
 def _parse(run: bytes, seal: FrameAuthenticator | None) -> Packet | None:
-    """Return the packet of one frame, or None if its type is unknown; raise if it is none."""
+    """Return the packet of one frame, None if its type is unknown; raise if it is invalid."""
     if len(run) > MAX_FRAME:
         raise ProtocolError("too long for a frame")
     frame = codec.cobs_decode(run)

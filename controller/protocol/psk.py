@@ -1,4 +1,4 @@
-"""Files of the key that an orb and its host share: hexadecimal digits, closed to other users."""
+"""Pre-shared key files: hexadecimal digits, readable by their owner only."""
 
 import os
 import secrets
@@ -9,20 +9,20 @@ from typing import Final
 from controller.errors import TroubleError, UserError, reason
 from controller.files import atomic_write, open_regular
 
-SIZE: Final = 32  # bytes that are drawn; SHA-256 takes no more strength from a longer key
-LEAST: Final = 16  # bytes of a key that was made otherwise
-_LONGEST: Final = 4096  # bytes of a file that can be a key
+SIZE: Final = 32  # bytes of a new key; a longer one adds no strength to SHA-256
+LEAST: Final = 16  # least bytes of a key from elsewhere
+_LONGEST: Final = 4096  # bytes of a key file
 
 
 class KeyFileError(UserError, ValueError):
-    """A key file cannot be used or made; the message is one sentence for the user."""
+    """A key file cannot be used or made; the message is one sentence."""
 
 
 def read(path: Path) -> bytes:
     """Return the key in a file.
 
     Raises:
-        KeyFileError: It is missing, no key, or others may read it.
+        KeyFileError: It is missing, invalid, or readable by other users.
     """
     try:
         with open_regular(path) as file:

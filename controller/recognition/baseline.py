@@ -1,11 +1,10 @@
-"""Baseline tracking: the rest image C0, what the untouched sensor reads.
+"""Baseline tracking: the rest image C0, the reading of the untouched sensor.
 
-It is taken from the first quiet second, or from a calibration; refined and followed while nothing
-touches, more slowly where something light might; and frozen under a touch, so that a long press is
-never absorbed and slow drift never looks like a hand. A finger that was there from the start is
-noticed when it leaves. After long unrest the level to which the sensor settles several times in a
-row between touches is its baseline too: in a busy minute what the rubber remembers may grow beyond
-the gate.
+The baseline comes from the first quiet second, or from a calibration. It follows the sensor while
+nothing touches, more slowly where a light touch is possible, and is frozen under a touch. So a long
+press is never absorbed, and slow drift is never taken for a touch. A finger present from the start
+is detected when it leaves. In a busy minute the hysteresis of the rubber may exceed the gate; then
+the level to which the sensor settles repeatedly between touches is the new baseline.
 """
 
 from collections import deque
@@ -20,23 +19,23 @@ from controller.recognition import drift
 from controller.recognition.dead_taxels import NO_LEAD
 from controller.recognition.frames import Frame, Image, PreprocessSettings, State, z_image
 
-# Fewer frames than this do not show how much a noisy sensor scatters at rest.
+# Fewer frames do not show the noise of a sensor at rest.
 _LEAST: Final = 6
 
-# A light finger on a noisy skin stays below the gate, and so its touches take rest along: at a
-# press every 1.3 s, two of five frames that rest follows are touched. But noise cancels over the
-# skin, and a finger only takes away: where the mean of a quiet frame is this low, rest follows it
-# more slowly. A quarter of the pace, or none, helps light hands more, but loses fast drift. Where
-# noise is not most of the gate, it hides no finger, and rest follows as fast as ever.
+# A light finger on a noisy skin stays below the gate, so the baseline would follow its touches: at
+# a press every 1.3 s, two of five followed frames are touched. But noise cancels in the mean over
+# the skin, and a finger only lowers it: where the mean of a quiet frame is this low, the baseline
+# follows more slowly. A quarter of the rate, or none, helps light hands more, but loses fast drift.
+# Where noise is not most of the gate, it hides no finger, and the rate is the usual one.
 _LOW: Final = 0.4  # of the gate
-_WARY: Final = 0.5  # of the usual pace
+_WARY: Final = 0.5  # of the usual rate
 
-STILL_S: Final = 0.3  # so long a busy sensor must stay at a level
+STILL_S: Final = 0.3  # time for which a busy sensor must stay at a level
 _BUSY: Final = 1 / 3  # of `adopt_s`
 _RETURNS: Final = 3
-_PEAK: Final = 2.0  # times the deviation there: what a touch between two returns has at least
-# ... and it is the whole dome that is left deep by then: uneven by 0.2 in simulated sessions, where
-# half of all presses are by 0.57 and more. So one hand's press outlasts the other hand's taps.
+_PEAK: Final = 2.0  # times the deviation there: least peak of a touch between two returns
+# Hysteresis lowers the whole dome: its unevenness is 0.2 in simulated sessions, that of half of all
+# presses 0.57 and more. So a long press is not absorbed while another finger taps.
 _LOCAL: Final = 0.45
 
 Reading = NDArray[np.float64]  # (rows, columns), picofarads
@@ -44,7 +43,7 @@ Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
 @dataclass(frozen=True, slots=True)
 class StoredBaseline:
-    """What an earlier calibration found.
+    """Result of an earlier calibration.
 
     Attributes:
         rest: The untouched sensor, (rows, columns), picofarads.
@@ -56,12 +55,12 @@ class StoredBaseline:
 
 
 class BaselineTracker:
-    """The rest image, and what is remembered to keep it true.
+    """The rest image, and the state of its tracking.
 
     Attributes:
         image: The untouched sensor, (rows, columns), picofarads; None until it is found.
-        idle: The deviation that is usual while nothing touches; 0 until it is known.
-        seen: Quiet frames that made the image; 0: it is a calibration's, still on trial.
+        idle: Mean deviation while nothing touches; 0 until it is known.
+        seen: Quiet frames in the image; 0: it is a calibration that is not confirmed yet.
     """
 
     def __init__(
@@ -75,7 +74,7 @@ class BaselineTracker:
         Args:
             settings: Time constants and gate.
             shape: Rows and columns of the sensor.
-            known: Of an earlier calibration of this sensor.
+            known: An earlier calibration of this sensor.
         """
         self.settings = settings
         self.image: Reading | None = None
@@ -87,9 +86,9 @@ class BaselineTracker:
         self._follow = 1.0 / max(1.0, settings.follow_s * settings.rate_hz)
         self._still_frames = _still_frames(settings)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
-        # The first second while there is no rest; then the latest second of unrest.
+        # The first second until there is a baseline; then the latest busy second.
         self._frames: deque[Reading] = deque(maxlen=self._start)
-        self._recent = np.ones(shape)  # slow mean of the frames, to find a steady deviation
+        self._recent = np.ones(shape)  # slow mean of the frames, to detect a steady deviation
         self._quiet_run = 0
         self._steady_run = 0
         self._returns = Rebaseline(settings)
@@ -102,11 +101,11 @@ class BaselineTracker:
         return self.settings.gate + self.settings.gate_noise * self.idle
 
     def begin(self, values: Reading) -> NDArray[np.float64]:
-        """Gather the first quiet second; a touch or a motion restarts it.
+        """Collect the first quiet second; a touch or a motion restarts it.
 
         Returns:
-            Images of the frames so far by their own mean, (n, rows, columns). Once they are quiet
-            that mean is the rest image.
+            Images of the frames so far relative to their mean, (n, rows, columns). Once they are
+            quiet that mean is the rest image.
         """
         self._frames.append(values)
         stack = np.array(self._frames)
@@ -121,11 +120,11 @@ class BaselineTracker:
         return images
 
     def try_known(self, values: Reading) -> list[Reading]:
-        """Hold the first frames against a calibration: it may hold still, or be touched already.
+        """Compare the first frames, (rows, columns), with a calibration; the sensor may be touched.
 
         Returns:
-            The frames so far once the calibration holds, else none. Where it does not hold there is
-            no image afterwards.
+            The frames so far once the calibration is confirmed, else none. If it is refused there
+            is no image afterwards.
         """
         known = self.image
         assert known is not None
@@ -133,13 +132,13 @@ class BaselineTracker:
         if len(self._frames) < self._still_frames:
             return []
         here = np.mean(self._frames, axis=0)
-        # What all taxels have in common is air or warmth: that may well have changed since.
+        # A factor common to all taxels is pressure or temperature, which may have changed.
         z = z_image(here, known, self.settings)
         common = float(np.median(z)) if self._soft else 1.0
         rest = known * common
         still = _difference(here, rest, self.settings) < self.gate
         if not still and (not self._soft or drift.shape(z - 1.0) != "touch"):
-            self.image, self.idle = None, 0.0  # another sensor, or much has changed
+            self.image, self.idle = None, 0.0  # another sensor, or too great a change
             return []
         self.image, self._recent = rest, here.copy()
         self.seen = self._start if still else 1
@@ -148,9 +147,9 @@ class BaselineTracker:
         return frames
 
     def without(self, lost: NDArray[np.bool_], values: Reading) -> Reading:
-        """Return values, (rows, columns), that leave rest as it was where leads are off.
+        """Return values, (rows, columns), with the baseline in place of taxels without a lead.
 
-        Where a lead is there now that was not there at rest, its first reading becomes its rest.
+        If a lead is connected that was open at rest, its first reading becomes its baseline.
         """
         rest = self.image
         assert rest is not None
@@ -163,9 +162,9 @@ class BaselineTracker:
         """Follow the sensor while it is quiet; freeze under a touch.
 
         Args:
-            values: The frame.
-            image: What it became.
-            deviation: Mean |z - 1| of that.
+            values: The frame, (rows, columns).
+            image: Its image z, (rows, columns).
+            deviation: Mean |z - 1| of the image.
             gate: Deviation below which nothing touches.
         """
         rest = self.image
@@ -195,10 +194,10 @@ class BaselineTracker:
         if found is not None:
             rest = self._take(found)
         if self._soft:
-            self._notice_leaving(rest, values, image)
+            self._detect_leaving(rest, values, image)
 
     def state(self) -> State:
-        """Return everything remembered, for an exact continuation elsewhere."""
+        """Return the whole state, for an exact continuation elsewhere."""
         returns, empty = self._returns, np.empty((0, *self._recent.shape))
         scalars = (self.idle, self.seen, self._quiet_run, self._steady_run)
         return {
@@ -221,15 +220,15 @@ class BaselineTracker:
         self._returns.restore(state["spell"], state["returns"], peak, int(busy_run))
 
     def _still(self, images: NDArray[np.float64], half: int, noise: float) -> bool:
-        """Whether the second half of images, (n, rows, columns), equals the first but for noise."""
+        """Return whether both halves of images, (n, rows, columns), differ only by noise."""
         change = np.abs(images[:half].mean(axis=0) - images[half:].mean(axis=0)).mean()
         limit = self.settings.gate + noise / float(np.sqrt(half))
         return bool(change < limit)
 
-    def _notice_leaving(self, rest: Reading, values: Reading, image: Image) -> None:
-        """Take the sensor for rest once a finger has left that had been taken into it.
+    def _detect_leaving(self, rest: Reading, values: Reading, image: Image) -> None:
+        """Take a new baseline once a finger has left that was part of the old one.
 
-        After long unrest rest is old, and whatever stands still and is no touch will do as well.
+        After a long busy time any steady level that is no touch is a baseline, too.
         """
         self._frames.append(values)
         old = self._returns.old
@@ -246,12 +245,12 @@ class BaselineTracker:
             self._take(np.mean(self._frames, axis=0))
 
     def _looks_touched(self, rest: Reading) -> bool:
-        """Whether a steady deviation, however old, is a hand's or a thing's that lies there."""
+        """Return whether a steady deviation from rest, (rows, columns), looks like a touch."""
         change = z_image(self._recent, rest, self.settings) - 1.0
         return self._soft and drift.shape(change) == "touch"
 
     def _take(self, values: Reading) -> Reading:
-        """Take what the sensor reads for its rest, and return that."""
+        """Make a reading, (rows, columns), the baseline, and return it."""
         self.image = values.copy()
         self._frames.clear()
         self._returns.forget()
@@ -259,13 +258,13 @@ class BaselineTracker:
 
 
 class Rebaseline:
-    """The levels at which a busy sensor stayed for a moment, since it was last quiet.
+    """Re-baselining: levels to which a busy sensor settled since it was last quiet.
 
     Attributes:
-        spell: Its latest frames.
-        places: Where it stayed, oldest first, mean frames.
-        peak: Greatest deviation since it last stayed.
-        busy_run: Frames since it was quiet.
+        spell: The latest frames.
+        places: Mean frames of these levels, oldest first.
+        peak: Greatest deviation since the latest level.
+        busy_run: Frames since the sensor was quiet.
     """
 
     def __init__(self, settings: PreprocessSettings) -> None:
@@ -280,13 +279,13 @@ class Rebaseline:
 
     @property
     def old(self) -> bool:
-        """Whether the sensor has been busy for so long that its rest cannot be relied on."""
+        """Whether the sensor has been busy too long for its baseline to be reliable."""
         return self.busy_run >= self._busy
 
     def restore(
         self, spell: Iterable[Reading], places: Iterable[Reading], peak: float, busy_run: int
     ) -> None:
-        """Continue with what another one remembered."""
+        """Continue with the state of another one; frames are (rows, columns)."""
         self.spell.clear()
         self.places.clear()
         self.spell.extend(spell)
@@ -294,19 +293,19 @@ class Rebaseline:
         self.peak, self.busy_run = peak, busy_run
 
     def forget(self) -> None:
-        """The sensor is quiet."""
+        """Reset: the sensor is quiet."""
         self.spell.clear()
         self.places.clear()
         self.peak, self.busy_run = 0.0, 0
 
     def step(self, values: Reading, deviation: float, rest: Reading, gate: float) -> Reading | None:
-        """Take a frame of a busy sensor; return what it comes back to if that is its rest now.
+        """Take a frame of a busy sensor; return the new baseline, (rows, columns), if there is one.
 
         Args:
-            values: The frame.
+            values: The frame, (rows, columns).
             deviation: Its mean |z - 1|.
-            rest: What was rest so far.
-            gate: By so much two frames of an untouched sensor differ at most.
+            rest: The baseline so far, same shape.
+            gate: Greatest difference of two frames of an untouched sensor.
         """
         self.busy_run += 1
         self.spell.append(values)
@@ -316,29 +315,29 @@ class Rebaseline:
         here = np.mean(self.spell, axis=0)
         if self.peak < _PEAK * _difference(here, rest, self._settings):
             return None
-        if not self._alike(self.spell, here, gate):
+        if not self._steady(self.spell, here, gate):
             return None
         self.spell.clear()
         self.peak = 0.0
         self.places.append(here)
         if len(self.places) < _RETURNS or not self.old:
             return None
-        if not self._alike(self.places, here, gate):
+        if not self._steady(self.places, here, gate):
             return None
         found = np.mean(self.places, axis=0)
         change = z_image(found, rest, self._settings) - 1.0
         return found if not self._soft or drift.unevenness(change) < _LOCAL else None
 
-    def _alike(self, frames: Iterable[Reading], here: Reading, gate: float) -> bool:
-        """Whether no frame differs from the present level by more than noise does."""
+    def _steady(self, frames: Iterable[Reading], here: Reading, gate: float) -> bool:
+        """Return whether frames differ from a level, (rows, columns), only by noise."""
         return all(_difference(frame, here, self._settings) < gate for frame in frames)
 
 
 def _difference(one: Reading, other: Reading, settings: PreprocessSettings) -> float:
-    """Return by how much two frames differ: the mean of |z - 1| of one by the other."""
+    """Return the difference of two frames, (rows, columns): mean |z - 1| of one by the other."""
     return float(np.abs(z_image(one, other, settings) - 1.0).mean())
 
 
 def _still_frames(settings: PreprocessSettings) -> int:
-    """Return how many frames in a row are a sensor's that stays where it is."""
+    """Return the length of a steady run, frames."""
     return max(2, round(STILL_S * settings.rate_hz))

@@ -1,8 +1,8 @@
 """Dead taxels: thresholds, detection, and interpolation from their neighbours.
 
-The skin is smooth, so a taxel is estimated from its neighbours: the best guess for a field that is
-smooth over `SMOOTH` taxels (Gaussian-process regression; a matrix for each set of broken taxels).
-An electrode whose lead is off, 5 of 25 taxels, is filled in the same way.
+The skin is smooth, so a taxel is estimated from its neighbours by Gaussian-process regression with
+a length of `SMOOTH` taxels; each set of dead taxels has its matrix of weights. The 5 of 25 taxels
+of an electrode with an open lead are estimated in the same way.
 """
 
 from typing import Final
@@ -15,24 +15,24 @@ from controller.recognition.drift import TOUCHED, tone
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Mask = NDArray[np.bool_]  # (rows, columns)
 
-# A taxel that reads less than this share of what the others read at rest has no lead: an open one
-# reads some 1 of 41 pF, a pressed one never so little.
+# A taxel below this share of the others' baseline has an open lead: it reads about 1 of 41 pF, and
+# a pressed taxel never so little.
 NO_LEAD: Final = 0.2
 
-# Of kernels 1 to 2 taxels wide with floors of 0 to 1, these err least on simulated touches: single
-# taxels by 45 % of their change, inner electrodes by 35 %, those at the rim by 55 %.
+# Least error on simulated touches among lengths of 1 to 2 taxels and floors of 0 to 1: 45 % of the
+# change for single taxels, 35 % for inner electrodes, 55 % at the rim.
 SMOOTH: Final = 1.3  # taxels
-FLOOR: Final = 0.3  # of the variance is common to all: the dome gives way as a whole
+FLOOR: Final = 0.3  # of the variance is common to all taxels: the dome moves as a whole
 NOISE: Final = 0.2  # of the variance
 
 # In 48 simulated sessions of both presets, over any 100 frames under touches, dead taxels follow
 # their surroundings with -.51 to .06, leaky ones with .22 to .83, sound ones with .17 to 1.7.
 DEAD: Final = 0.12
 ALIVE: Final = 0.3
-MEMORY: Final = 100  # touched frames over which this is judged
-MOST: Final = 0.2  # of the taxels: where more seem dead, something else is wrong
-TOUCH_S: Final = 2.0  # of each touch count: a long one adds no evidence
-_FELT: Final = 0.1  # of what the middle taxel's surroundings feel
+MEMORY: Final = 100  # touched frames in the running sums
+MOST: Final = 0.2  # of the taxels; more than that is another fault
+TOUCH_S: Final = 2.0  # of each touch are used: a longer one adds no evidence
+_FELT: Final = 0.1  # of the median power of the surroundings
 
 
 def without_lead(level: NDArray[np.floating]) -> Mask:
@@ -51,7 +51,7 @@ def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray
 
 
 class TaxelInterpolator:
-    """Estimates what broken taxels would have felt."""
+    """Estimates of dead taxels from the others."""
 
     def __init__(self, rows: int, columns: int) -> None:
         """Prepare for a grid."""
@@ -60,8 +60,8 @@ class TaxelInterpolator:
         square = np.square(grid[:, None] - grid[None]).sum(axis=2)
         self._kernel = np.exp(-square / (2.0 * SMOOTH**2)) + FLOOR
         self._known: dict[bytes, NDArray[np.float64]] = {}
-        # What `_solve` gives for each taxel alone, of one inverse (Rasmussen and Williams, Gaussian
-        # Processes for Machine Learning, equation 5.12): at once, not in the step that needs it.
+        # The weights of `_solve` for each taxel alone, by one inverse (Rasmussen and Williams,
+        # Gaussian Processes for Machine Learning, equation 5.12), before the first frame.
         inverse = np.linalg.inv(self._kernel + NOISE * np.eye(rows * columns))
         self._others = -inverse / np.diag(inverse)[:, None]
         np.fill_diagonal(self._others, 0.0)
@@ -82,28 +82,28 @@ class TaxelInterpolator:
         """Return the weights of the other taxels, (broken, others)."""
         key = broken.tobytes()
         if key not in self._known:
-            if len(self._known) > 64:  # a loose contact makes many masks; they are cheap to redo
+            if len(self._known) > 64:  # a loose contact makes many masks; they are cheap to compute
                 self._known.clear()
             self._known[key] = self._solve(broken.ravel())
         return self._known[key]
 
     def _solve(self, broken: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """Return the guess for broken taxels as weights of the others, (broken, others)."""
+        """Return the estimate of broken taxels, a flat mask, as weights, (broken, others)."""
         among = self._kernel[np.ix_(~broken, ~broken)]
         across = self._kernel[np.ix_(~broken, broken)]
         return np.asarray(np.linalg.solve(among + NOISE * np.eye(len(among)), across).T)
 
 
 class ResponseMonitor:
-    """Finds taxels that do not answer to touch, while people play.
+    """Detection of taxels that do not respond to touch, during play.
 
-    Pure but for what it remembers, which `restore` takes, for an exact continuation elsewhere.
+    Its state is `evidence` and `counts`; `restore` continues exactly with them.
 
     Attributes:
-        evidence: How much each taxel goes along with its surroundings, how much those feel, and
-            whether it counts as dead, (3, rows, columns).
-        counts: Touched frames that count, and frames of the present touch, (2,).
-        dead: Taxels that do not answer; None: none, or so many that something else is wrong.
+        evidence: Covariance of each taxel with its surroundings, power of those, and 1 for a dead
+            taxel, (3, rows, columns).
+        counts: Touched frames in the sums, and frames of the present touch, (2,).
+        dead: Dead taxels, (rows, columns); None: none, or so many that it is another fault.
     """
 
     def __init__(self, rows: int, columns: int, rate_hz: float) -> None:
@@ -118,7 +118,7 @@ class ResponseMonitor:
         self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
 
-    def learn(self, change: Change, filler: TaxelInterpolator, *, quiet: bool) -> None:
+    def learn(self, change: Change, interpolator: TaxelInterpolator, *, quiet: bool) -> None:
         """Take the next frame's change, (rows, columns), as it was read."""
         if quiet:
             self.counts[1] = 0.0
@@ -126,8 +126,8 @@ class ResponseMonitor:
         self.counts[1] += 1.0
         if self.counts[1] > self._longest or tone(change) > TOUCHED:
             return
-        whole = change if self.dead is None else filler.fill(change, self.dead)
-        around = filler.around(whole)
+        whole = change if self.dead is None else interpolator.fill(change, self.dead)
+        around = interpolator.around(whole)
         keep = 1.0 - 1.0 / MEMORY
         along, felt, dead = self.evidence
         along *= keep
@@ -147,7 +147,7 @@ class ResponseMonitor:
 
 
 def response_slope(along: NDArray[np.float64], felt: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how each taxel follows its surroundings under touch; below `DEAD` it is dead.
+    """Return the response of each taxel relative to its surroundings; below `DEAD` it is dead.
 
     Args:
         along: Sum of its change times that of its surroundings, (rows, columns).

@@ -1,11 +1,11 @@
 """Debouncing of gesture probabilities: smoothing, hysteresis, and a latch; one gesture per touch.
 
-A gesture fires when its smoothed probability rises above `on`; nothing more fires until
-the smoothed probability of any gesture has fallen below `off`, which only rest brings about.
+A gesture fires when its smoothed probability rises above `on`; no other fires until the smoothed
+probability of all gestures together has fallen below `off`, which happens only at rest.
 The paper names a debouncing filter (section 5) without describing it.
 
 `Debouncer` takes one frame at a time, as the device does. `smooth` and `fire` are the same for a
-whole recording, so that many settings can be compared; a test holds them together.
+whole recording, so that many settings can be compared; a test compares both.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.preprocess import State
+from controller.recognition.frames import State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
@@ -24,7 +24,7 @@ NULL = 0  # the class "null" comes first in every bundle
 
 @dataclass(frozen=True, slots=True)
 class DebounceSettings:
-    """When a gesture counts; chosen on development streams, kept in the bundle.
+    """Settings of the debouncer; tuned on development streams, stored in the bundle.
 
     Attributes:
         smoothing: Weight of the newest probabilities in the running mean, above 0, at most 1.
@@ -38,7 +38,7 @@ class DebounceSettings:
 
 
 class Debouncer:
-    """One gesture per touch."""
+    """Debouncer of a session: one gesture per touch."""
 
     def __init__(self, labels: Sequence[str], settings: DebounceSettings) -> None:
         self.labels = tuple(labels)

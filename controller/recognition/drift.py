@@ -1,8 +1,8 @@
 """Classification of changes of the skin: a touch, or one of the causes of drift.
 
-They are air or warmth (all taxels alike), an electrode (one row or column), the film (one taxel);
-and a finger that was taken into rest and has left. A finger squeezes the skin under it, so it takes
-capacitance from few taxels and much; nothing that drifts does that.
+The causes are pressure or temperature (all taxels), an electrode (one row or column), the film (one
+taxel), and a finger that was part of the baseline and has left. A finger lowers the capacitance of
+few taxels by much; no drift does that.
 """
 
 from dataclasses import dataclass
@@ -17,36 +17,36 @@ Shape = Literal["touch", "lifted", "common", "electrode", "film", "scattered"]
 
 # Third moment of the change by the 3/2 power of the second. Steady touches of 24 simulated sessions
 # of both presets have -2.3 ... -1.0 (99 of 100 below -1.04); the same touches taken for rest and
-# then lifted, 1.05 and more. What drifts at random lies between.
+# then lifted, 1.05 and more. Random drift lies between.
 LIFTED: Final = 0.7
 TOUCHED: Final = -LIFTED
-# How alike neighbours are: the dome carries a touch along. The same touches have .42 and more (99
-# of 100 above .58), taxels that change each by itself below .35 (99 of 100).
+# Correlation of neighbours, as the dome spreads a touch: the same touches have .42 and more (99 of
+# 100 above .58), independent taxels below .35 (99 of 100).
 _SMOOTH: Final = 0.4
-# What is left of the change, as a share of it, once its cause is taken away. Of all touches, what
-# lies off their middle value is 0.18 of them and more (1 of 100 less), off the middle value and the
-# strongest electrode 0.12, off the middle value and the strongest taxel 0.16.
+# Remaining share of the change without its cause. Of touches, the share off their median is 0.18
+# and more (1 of 100 less), off the median and the strongest electrode 0.12, off the median and the
+# strongest taxel 0.16.
 _COMMON: Final = 0.15
 _ELECTRODE: Final = 0.08
 _FILM: Final = 0.1
-_ROUNDS: Final = 4  # of the median polish: more change nothing
+_ROUNDS: Final = 4  # of the median polish; it has converged by then
 
 
 def tone(change: NDArray[np.floating]) -> float:
-    """Return how lopsided a change of any shape is: < 0: few lose much, > 0: few gain much."""
+    """Return the skewness of a change of any shape: < 0: few taxels fall far, > 0: few rise far."""
     square = np.square(change)
     power = float(square.mean())
     return float((square * change).mean()) / power**1.5 if power > 0.0 else 0.0
 
 
 def unevenness(change: Change) -> float:
-    """Return which share of a change, (rows, columns), is not common to all, 0 ... 1 and beyond."""
+    """Return the share of a change, (rows, columns), not common to all taxels: 0 ... 1 and more."""
     size = float(np.abs(change).sum())
     return float(np.abs(change - np.median(change)).sum()) / size if size > 0.0 else 0.0
 
 
 def smoothness(change: Change) -> float:
-    """Return how alike neighbours in a change, (rows, columns), are: from about 0 to 1."""
+    """Return the correlation of neighbours in a change, (rows, columns): about 0 to 1."""
     power = float(np.square(change).sum())
     across, down = change[:, 1:] * change[:, :-1], change[1:] * change[:-1]
     pairs = across.size + down.size
@@ -56,10 +56,10 @@ def smoothness(change: Change) -> float:
 
 
 def shape(change: Change) -> Shape:
-    """Return what a steady change looks like.
+    """Return the class of a steady change.
 
     Args:
-        change: z - 1, (rows, columns), averaged over so many frames that noise does not matter.
+        change: z - 1, (rows, columns), averaged over enough frames to cancel noise.
     """
     size = np.abs(change).sum()
     off = np.abs(change - np.median(change))
@@ -78,10 +78,10 @@ def shape(change: Change) -> Shape:
 
 @dataclass(frozen=True, slots=True)
 class DriftCauses:
-    """A drift of rest taken apart: ln C' / C = common + row + column + film, taxel by taxel.
+    """Decomposition of a baseline drift: ln C' / C = common + row + column + film, taxel by taxel.
 
     Attributes:
-        common: Of all taxels: air or temperature.
+        common: Of all taxels: pressure or temperature.
         rows: Of each row's electrode, (rows,), 0 for most.
         columns: Of each column's, (columns,).
         film: Of each taxel by itself, (rows, columns).
@@ -94,11 +94,11 @@ class DriftCauses:
 
 
 def causes(before: NDArray[np.floating], now: NDArray[np.floating]) -> DriftCauses:
-    """Return why rest has drifted, by a median polish: one bad line or taxel pulls no other along.
+    """Return the causes of a drift of the baseline, by a median polish, robust to single lines.
 
     Args:
-        before: Rest as it was, (rows, columns), any unit, above zero.
-        now: Rest as it is, same shape and unit.
+        before: Earlier baseline, (rows, columns), any unit, above zero.
+        now: Present baseline, same shape and unit.
     """
     film = np.log(now.astype(np.float64)) - np.log(before.astype(np.float64))
     rows, columns = np.zeros(film.shape[0]), np.zeros(film.shape[1])

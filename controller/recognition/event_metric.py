@@ -1,20 +1,21 @@
-"""The event metric: which commands answer which gestures, and how late.
+"""Event metric: assignment of commands to true gestures, and their latency.
 
 A stream has true events; a command attaches to the last event that began before it and had
-not ended more than `TAIL_S` ago (after the next onset, to the next). Right, and the first of
-its kind: a hit. Right again: a duplicate. Another: wrong. Attached to nothing: a false alarm.
+not ended more than `TAIL_S` ago (after the next onset, to the next). The
+first right one is a hit, a further right one a duplicate, another class wrong. A command attached
+to no event is a false alarm.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-TAIL_S: Final = 0.5  # a command may come this long after the last finger has left
+TAIL_S: Final = 0.5  # a command may come until this time after the release
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """What truly happened.
+    """A true event.
 
     Attributes:
         onset_s: The first finger passes 40 % of its plateau depth.
@@ -29,7 +30,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What was recognised: the time of the newest frame used, and the class."""
+    """A recognised command or gesture: time of the newest frame used, and class."""
 
     time_s: float
     kind: str

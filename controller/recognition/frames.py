@@ -11,28 +11,28 @@ from controller.recognition.dead_taxels import leadless
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
 Window = NDArray[np.float32]  # (images, rows, columns), oldest first
-State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
+State = dict[str, NDArray[np.float64]]  # state of a stage, by name
 Normalise = Literal["ratio", "difference"]
 
 
 @dataclass(frozen=True, slots=True)
 class PreprocessSettings:
-    """Settings of images, windows and baseline; they travel inside the bundle.
+    """Settings of images, windows and baseline; stored in the bundle.
 
     Attributes:
         normalise: "ratio": z = C / C0, for capacitances; "difference": z = 1 + (C - C0) / scale,
             for sensors that read about 0 untouched.
-        scale: What makes a firm touch as strong as on the orb (mean |z - 1| about .08), in the
-            frame's unit; "ratio" has none.
+        scale: Unit of "difference", in the frame's unit: a firm touch shall be as strong as on
+            the orb (mean |z - 1| about .08).
         rate_hz: Frames per second.
         window: Images in a window; paper, section 4.1: 10 at 10 Hz.
-        start_s: Quiet time from which the first rest image is taken.
-        follow_s: Time constant with which rest follows quiet frames.
-        settle_s: Quiet time after a touch before rest is followed again.
+        start_s: Quiet time for the first rest image.
+        follow_s: Time constant of baseline tracking.
+        settle_s: Quiet time after a touch before tracking continues.
         gate: Deviation (mean of |z - 1|) below which a noiseless sensor is quiet.
-        gate_noise: How many times the measured idle deviation is added to the gate.
-        adopt_s: A steady deviation of this age is taken for a changed sensor, unless it looks like
-            a hand, which it never does to "difference" (`controller.recognition.drift`).
+        gate_noise: Multiple of the measured idle deviation that is added to the gate.
+        adopt_s: Age at which a steady deviation becomes the baseline, unless it has the shape of
+            a touch, which "difference" never has (`controller.recognition.drift`).
     """
 
     normalise: str = field(default="ratio", metadata={"choices": get_args(Normalise)})
@@ -64,7 +64,7 @@ def z_image(
     Args:
         frame: One scan or several, (..., rows, columns), picofarads.
         rest: The untouched sensor, (rows, columns), same unit.
-        settings: How z is made.
+        settings: Normalisation and scale.
 
     Raises:
         ValueError: The two arrays differ in shape.

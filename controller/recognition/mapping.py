@@ -1,10 +1,10 @@
-"""The table gesture -> command, read from TOML: a label, or a label and a region, to a command.
+"""Mapping of gestures to commands, from TOML: a label, or a label and a region, to a command.
 
-docs/mapping.md explains the format to players. In short:
+docs/mapping.md describes the format for users. In short:
 
     pinch = "drop"            # wherever the gesture is made
 
-    [[press]]                 # rules in order: the first that fits counts
+    [[press]]                 # rules in order: the first one that fits
     command = "down"
     below = 1.3334            # y < 1.3334, grid units; also above, left_of, right_of
 
@@ -23,19 +23,19 @@ from typing import Any
 from controller.errors import UserError
 from controller.protocol.messages import COMMANDS
 
-NONE = "none"  # the command that does nothing
-ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them
-USERS = "users"  # what people's own rules stand under in a file
+NONE = "none"  # the command without an effect
+ALWAYS = COMMANDS[:6]  # announced even if the mapping does not use them
+USERS = "users"  # the table of single users' rules in a file
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
 _REGION = ("left_of", "right_of", "below", "above")
 
 
 class MappingError(UserError, ValueError):
-    """The table cannot be used; the message names the place, and what belongs there.
+    """The mapping cannot be used; the message names the entry and the expected value.
 
     Attributes:
         label: The gesture whose entry is wrong.
-        rule: Which of its rules, from 1; 0: the entry as a whole.
+        rule: Number of its wrong rule, from 1; 0: the entry as a whole.
     """
 
     def __init__(self, message: str, label: str = "", rule: int = 0) -> None:
@@ -45,10 +45,10 @@ class MappingError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A command, and the region of the touch in which it is meant; grid units.
+    """A command, and the region of touches that it applies to; grid units.
 
     Attributes:
-        command: What is sent; "none": nothing.
+        command: Its name; "none": no command.
         left_of: x is less than this.
         right_of: x is this or more.
         below: y is less than this.
@@ -76,7 +76,7 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """What each gesture asks for. Labels without rules ask for nothing."""
+    """Rules by gesture. A label without rules has no command."""
 
     rules: dict[str, tuple[Rule, ...]] = field(default_factory=dict)
 
@@ -94,7 +94,7 @@ class Mapping:
         return tuple(dict.fromkeys([*ALWAYS, *(name for name in used if name != NONE)]))
 
     def overridden(self, other: "Mapping") -> "Mapping":
-        """Return this table with the labels of another put in place of its own."""
+        """Return this mapping with the labels of another in place of its own."""
         return Mapping({**self.rules, **other.rules})
 
 
@@ -117,7 +117,7 @@ def parse(table: dict[str, Any], labels: Sequence[str]) -> Mapping:
 
 
 def _rules(label: str, value: Any) -> tuple[Rule, ...]:
-    """Return the rules of one label: those of a list, or the one of a lone command."""
+    """Return the rules of one label: those of a list, or one for a single command."""
     if not isinstance(value, list):
         return (Rule(_command(label, value, label)),)
     if not value:
@@ -158,7 +158,7 @@ def _rule(label: str, number: int, entry: Any) -> Rule:
 
 
 def _command(where: str, name: Any, label: str, number: int = 0) -> str:
-    """Return the name of a command, checked. The set is open: a program may know its own."""
+    """Return the name of a command, checked. Programs may have further commands."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise MappingError(
             f"{where}: {name!r} is no command; it is a name in small letters, such as "

@@ -1,4 +1,4 @@
-"""Pipeline from frame to command: the pure stages joined."""
+"""Pipeline of the pure stages, from frame to command."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ from controller.recognition.mapping import Mapping
 from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.sensor_health import HealthMonitor
 from controller.recognition.touch_position import PositionSpread, TouchImage
-from controller.recognition.user_id import NOBODY, UserIdentifier, Users
+from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
 
 Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
-# What older recordings do not have in their state; they go on as if it were new.
+# Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
-_TOUCH_WINDOWS: Final = 3  # a touch is judged by this many windows of its latest frames
+_TOUCH_WINDOWS: Final = 3  # windows of frames in a touch image
 
 
 @dataclass(frozen=True, slots=True)
 class CommandRecord:
-    """A recognised command, and what it was recognised from.
+    """A recognised command with its evidence.
 
     Attributes:
-        t_s: Time of the frame that decided.
+        t_s: Time of the deciding frame.
         frame: Its number.
         gesture: The label.
-        probability: Of that label, in that frame.
+        probability: Of that label in that frame.
         touch: (x, y) in grid units; None if nothing was touched.
         command: Its name.
     """
@@ -55,15 +55,15 @@ class Step:
         image: z, (rows, columns).
         ready: The rest image exists.
         quiet: The deviation is within the gate: nothing touches.
-        probabilities: One per label, (classes,); certainly "null" until the window is full.
-        touch: (x, y) of the present touch, grid units, by all of its frames so far; None at rest.
+        probabilities: One per label, (classes,); 1 for "null" until the window is full.
+        touch: (x, y) of the present touch, grid units, by all its frames so far; None at rest.
         gesture: The label that fired in this frame.
         held: The label whose touch still lasts, "" if none.
-        command: What the gesture asks for, if anything.
-        sigma: Standard deviation of the touch, of each axis, grid units; None where there is no
-            touch, or it was not measured.
-        user: The user who touched last, "" if that is not known.
-        confidence: How probable that is; 0 where the bundle identifies nobody.
+        command: The command of the gesture, if it has one.
+        sigma: Standard deviation of the touch, of each axis, grid units; None without a touch, or
+            if the bundle has no position spread.
+        user: The identified user, "" if none.
+        confidence: Probability of that user; 0 if the bundle has no user network.
     """
 
     frame: int
@@ -83,17 +83,17 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class PipelineSettings:
-    """Settings of all stages; a bundle holds them.
+    """Settings of all stages; stored in a bundle.
 
     Attributes:
         labels: The gestures, "null" first.
         rows: Taxel rows.
         columns: Taxel columns.
-        preprocess: How windows are made.
-        debounce: When a gesture counts.
-        spread: Standard deviation of touch positions; None if it was not measured.
+        preprocess: Of images, windows and baseline.
+        debounce: Of the debouncer.
+        spread: Uncertainty of touch positions; None if it was not measured.
         users: Enrolled users.
-        identifies: Whether there is a network that identifies users.
+        identifies: Whether there is a user network.
     """
 
     labels: tuple[str, ...]
@@ -102,7 +102,7 @@ class PipelineSettings:
     preprocess: PreprocessSettings
     debounce: DebounceSettings
     spread: PositionSpread | None = None
-    users: Users = NOBODY
+    users: Users = NO_USERS
     identifies: bool = False
 
 
@@ -110,11 +110,11 @@ class Networks:
     """Base of the networks of a pipeline: `controller.bundles.inference.networks.Recognizer`."""
 
     def probabilities(self, window: Window, user: str = "") -> Probabilities:
-        """Return the probability of each label, (classes,), by a user's own network if any."""
+        """Return the probability of each label, (classes,), by the user's own network if any."""
         raise NotImplementedError
 
     def people(self, window: Window) -> Probabilities | None:
-        """Return the probability of each user, (1 + users,); None: there is no such network."""
+        """Return the probability of each user, (1 + users,); None without a user network."""
         return None
 
     def touch(self, image: Image) -> Touch | None:
@@ -123,11 +123,11 @@ class Networks:
 
 
 class Pipeline:
-    """The stages of one session, and what they remember of it.
+    """The stages of one session and their state.
 
     Attributes:
-        user: The user who touched last, "" if that is not known.
-        confidence: How probable that is.
+        user: The identified user, "" if none.
+        confidence: Probability of that user.
         mark: Called at the end of each hop of `controller.runtime.latency`, if not None.
     """
 
@@ -146,8 +146,7 @@ class Pipeline:
             networks: Of the same bundle.
             mapping: The bundle's, or an override of it.
             known: An earlier calibration of the sensor.
-            player: The user who plays, named by the options; "" or a user who is not enrolled:
-                unknown.
+            player: The user, named by the options; "" or not enrolled: to be identified.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -171,11 +170,11 @@ class Pipeline:
         self._certain[NULL] = 1.0
         self._number = 0
         self._held = ""
-        self._dead: NDArray[np.bool_] | None = None  # taxels that do not answer, (rows, columns)
+        self._dead: NDArray[np.bool_] | None = None  # dead taxels, (rows, columns)
         self.mark: Callable[[], None] | None = None
 
     def step(self, frame: Frame, t_s: float, number: int | None = None) -> Step:
-        """Take one frame the whole way.
+        """Process one frame.
 
         Args:
             frame: One scan, (rows, columns), picofarads.
@@ -186,7 +185,7 @@ class Pipeline:
             ValueError: The frame has another shape than the bundle's sensor.
         """
         self._number = self._number + 1 if number is None else number
-        self._preprocessor.learn()  # from the last frame, if `look` was not called since
+        self._preprocessor.learn()  # of the last frame, if `check_health` did not call it
         prepared = self._preprocessor.measure(frame)
         window = self._preprocessor.window() if prepared.ready else None
         if self.mark is not None:
@@ -206,18 +205,18 @@ class Pipeline:
             self.mark()
         return step
 
-    def look(self) -> tuple[str, ...]:
-        """Return the sensor's faults, worst first, after learning what only the next frame needs.
+    def check_health(self) -> tuple[str, ...]:
+        """Return the sensor's faults, worst first; apply the deferred baseline update before.
 
-        Call it after a frame, when its messages were sent. The faults are looked for once a second.
+        Call it after a frame's messages were sent. The faults are searched once a second.
         """
         self._preprocessor.learn()
         if self._health.due:
-            self._health.look(self._dead, self._preprocessor.resting)
+            self._health.check(self._dead, self._preprocessor.resting)
         return self._health.found
 
     def exchange(self, networks: Networks) -> None:
-        """Use other networks from the next frame on, of a bundle with the same settings."""
+        """Use the networks of another bundle with the same settings from the next frame on."""
         self._networks = networks
 
     @property
@@ -227,7 +226,7 @@ class Pipeline:
         return self._preprocessor.rest
 
     def state(self) -> State:
-        """Return everything remembered, by stage and name, for an exact continuation."""
+        """Return the state of all stages, by stage and name, for an exact continuation."""
         self._preprocessor.learn()
         stages = {
             "preprocess": self._preprocessor.state(),
@@ -250,11 +249,11 @@ class Pipeline:
         state = {**{key: own[key] for key in LATER if key in own}, **state}
         if set(state) != set(own) or any(_unlike(state[key], own[key]) for key in own):
             raise ValueError("the state is of another bundle or sensor")
-        remembered = [state[f"preprocess.{name}"] for name in ("rest", "recent")]
-        if self._ratio and not all((array > 0.0).all() for array in remembered):
+        images = [state[f"preprocess.{name}"] for name in ("rest", "recent")]
+        if self._ratio and not all((array > 0.0).all() for array in images):
             raise ValueError("the state has a rest image that is not above zero")
         if not 0 <= state["debounce.held"][0] < len(self.labels):
-            raise ValueError("the state holds a gesture that the bundle does not know")
+            raise ValueError("the state holds a gesture that the bundle does not have")
         stages: dict[str, State] = {"preprocess": {}, "debounce": {}, "touch": {}, "users": {}}
         for key, array in state.items():
             stage, _, name = key.partition(".")
@@ -304,11 +303,11 @@ class Pipeline:
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
     def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:
-        """Gather evidence of the user while something is made; a gesture makes it count."""
-        people = None
+        """Collect evidence of the user during a touch; only a gesture makes it count."""
+        probabilities = None
         if window is not None and (self._held or busy):
-            people = self._networks.people(window)
-        identifier.step(people, counts=self._held in self._users.gestures)
+            probabilities = self._networks.people(window)
+        identifier.step(probabilities, counts=self._held in self._users.gestures)
         self.user, self.confidence = identifier.name, identifier.confidence
 
 

@@ -1,7 +1,7 @@
-"""Preprocessing of frames to images and windows, in training as on the device.
+"""Preprocessing of frames to images and windows, the same in training and on the device.
 
-Every frame is divided by the rest image, which `controller.recognition.baseline` keeps true; taxels
-that feel nothing are filled in; and the latest images queue for the network.
+Every frame is divided by the rest image of `controller.recognition.baseline`, dead taxels are
+interpolated, and the latest images form the window of the network.
 """
 
 from collections import deque
@@ -22,33 +22,21 @@ from controller.recognition.frames import (
     z_image,
 )
 
-__all__ = [
-    "Frame",
-    "Image",
-    "Prepared",
-    "PreprocessSettings",
-    "Preprocessor",
-    "State",
-    "StoredBaseline",
-    "Window",
-    "z_image",
-]
-
 Reading = NDArray[np.float64]  # (rows, columns), picofarads, or relative to rest
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What one frame became.
+    """Result of one frame.
 
     Attributes:
         image: z = C / C0, (rows, columns).
         ready: The rest image exists; before that the image is a provisional one.
         deviation: Mean of |z - 1| over the taxels.
         quiet: The deviation is below the gate: nothing touches.
-        idle: The deviation that is usual while nothing touches; 0 until it is known.
-        lost: Taxels without a lead; the image has estimates in their place; None: none.
-        dead: Taxels that do not answer to touch, treated the same way.
+        idle: Mean deviation while nothing touches; 0 until it is known.
+        lost: Taxels with an open lead, (rows, columns), interpolated in the image; None: none.
+        dead: Dead taxels, interpolated in the same way.
     """
 
     image: Image
@@ -61,19 +49,19 @@ class Prepared:
 
 
 class _Measured(NamedTuple):
-    """One frame, until the stage has learned from it; rows of taxels each."""
+    """One frame before `learn`; arrays are (rows, columns)."""
 
     values: Reading
-    felt: Reading  # z before dead taxels were filled in
+    felt: Reading  # z before dead taxels were interpolated
     gate: float
     prepared: Prepared
 
 
 class Preprocessor:
-    """Frame by frame: divide by rest, keep rest true, queue the window.
+    """Preprocessing frame by frame, with its state.
 
-    Pure but for what it remembers, which `state` and `restore` carry exactly. `step` is `measure`
-    and `learn`; a caller in a hurry calls these two itself, in turns.
+    `state` and `restore` carry the state exactly. `step` is `measure` and `learn`; a caller that
+    needs the result early calls these two in turn.
     """
 
     def __init__(
@@ -88,13 +76,13 @@ class Preprocessor:
         """Begin before the first frame.
 
         Args:
-            settings: How images and windows are made.
+            settings: Of images, windows and baseline.
             rows: Rows of taxels.
             columns: Columns of taxels.
-            known: Calibration of this sensor; play begins sooner with it, and a finger that lies
-                there from the start is noticed.
-            mend: Fill in taxels that feel nothing; else the image shows them as they are, and
-                those without a lead as untouched.
+            known: Calibration of this sensor: the first window comes sooner, and a finger present
+                from the start is detected.
+            mend: Interpolate dead taxels; else the image shows them as measured, and those
+                with an open lead as untouched.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -110,12 +98,12 @@ class Preprocessor:
         self._rest = BaselineTracker(settings, self.shape, known)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
         self._mend = mend and self._soft
-        self._filler = TaxelInterpolator(rows, columns)
-        self._answers = ResponseMonitor(rows, columns, settings.rate_hz)
-        self._measured: _Measured | None = None  # what `learn` learns from
+        self._interpolator = TaxelInterpolator(rows, columns)
+        self._responses = ResponseMonitor(rows, columns, settings.rate_hz)
+        self._measured: _Measured | None = None  # for `learn`
 
     def step(self, frame: Frame) -> Prepared:
-        """Take the next frame, (rows, columns) in picofarads, and return what it became.
+        """Process the next frame, (rows, columns) in picofarads.
 
         Raises:
             ValueError: The frame has another shape.
@@ -125,7 +113,7 @@ class Preprocessor:
         return prepared
 
     def measure(self, frame: Frame) -> Prepared:
-        """Return what the next frame becomes, without learning from it; else as `step`."""
+        """Process the next frame, (rows, columns), without `learn`; else as `step`."""
         if frame.shape != self.shape:
             raise ValueError(f"the frame is {frame.shape}, the sensor {self.shape}; check --sensor")
         values = frame.astype(np.float64)
@@ -136,12 +124,12 @@ class Preprocessor:
         return self._go_on(frame, values, self._rest.image)
 
     def learn(self) -> None:
-        """Learn from the latest frame what the next one needs: rest, and which taxels answer."""
+        """Update baseline and dead taxels by the latest frame."""
         if self._measured is None:
             return
         (values, felt, gate, prepared), self._measured = self._measured, None
         if self._mend:
-            self._answers.learn(felt - 1.0, self._filler, quiet=prepared.quiet)
+            self._responses.learn(felt - 1.0, self._interpolator, quiet=prepared.quiet)
         if prepared.lost is not None:
             values = self._rest.without(prepared.lost, values)
         self._rest.step(values, prepared.image, prepared.deviation, gate)
@@ -153,7 +141,7 @@ class Preprocessor:
 
     @property
     def resting(self) -> Reading | None:
-        """The same as it is kept, not to be changed."""
+        """The same array as it is tracked, (rows, columns); not to be changed."""
         return self._rest.image if self._rest.seen else None
 
     def window(self) -> Window | None:
@@ -168,8 +156,8 @@ class Preprocessor:
         return {
             **self._rest.state(),
             "images": images,
-            "answers": self._answers.evidence.copy(),
-            "answered": self._answers.counts.copy(),
+            "answers": self._responses.evidence.copy(),
+            "answered": self._responses.counts.copy(),
         }
 
     def restore(self, state: State) -> None:
@@ -184,10 +172,10 @@ class Preprocessor:
         self._rest.restore(state)
         images = (image.astype(np.float32) for image in state["images"])
         self._images = deque(images, maxlen=self.settings.window)
-        self._answers.restore(state["answers"], state["answered"])
+        self._responses.restore(state["answers"], state["answered"])
 
     def _begin(self, values: Reading) -> Prepared:
-        """Take a frame of a sensor whose rest is not known."""
+        """Process a frame, (rows, columns), before there is a baseline."""
         images = self._rest.begin(values)
         found = self._rest.image is not None
         if found:
@@ -196,7 +184,7 @@ class Preprocessor:
         return Prepared(images[-1].astype(np.float32), found, deviation, found)
 
     def _try(self, values: Reading, known: Reading) -> Prepared:
-        """Take one of the first frames of a sensor that was calibrated."""
+        """Process one of the first frames of a calibrated sensor, (rows, columns)."""
         image = z_image(values, known, self.settings).astype(np.float32)
         prepared = Prepared(image, False, float(np.abs(image - 1.0).mean()), False)
         frames = self._rest.try_known(values)
@@ -210,7 +198,7 @@ class Preprocessor:
         return prepared
 
     def _go_on(self, frame: Frame, values: Reading, rest: Reading) -> Prepared:
-        """Take a frame of a sensor whose rest is known."""
+        """Process a frame, (rows, columns), with a baseline."""
         lost = dead = None
         if self._soft and (off := leadless(frame, rest)).any():
             lost = off
@@ -219,10 +207,10 @@ class Preprocessor:
         else:
             felt = z_image(frame, rest, self.settings)
         if lost is not None and self._mend:
-            felt = 1.0 + self._filler.fill(felt - 1.0, lost)
+            felt = 1.0 + self._interpolator.fill(felt - 1.0, lost)
         z = felt
-        if self._soft and (dead := self._answers.dead) is not None:
-            z = 1.0 + self._filler.fill(felt - 1.0, dead if lost is None else dead | lost)
+        if self._soft and (dead := self._responses.dead) is not None:
+            z = 1.0 + self._interpolator.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
         deviation, gate = float(np.abs(image - 1.0).mean()), self._rest.gate
         quiet = deviation < gate

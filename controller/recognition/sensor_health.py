@@ -1,7 +1,7 @@
-"""Runtime health monitor of the sensor: faults in sentences with what to do.
+"""Runtime health monitor of the sensor: faults in sentences with their remedies.
 
-Frame by frame: taxels that have no lead or feel nothing, rest that drifts and why, a hand that
-never leaves. It only reports; what keeps play going is `controller.recognition.preprocess`. Pure.
+It detects open leads, dead taxels, drift of the baseline with its cause, and touches that never
+end. It only reports; `controller.recognition.preprocess` compensates. Pure.
 """
 
 from collections.abc import Iterable
@@ -20,26 +20,26 @@ MOST: Final = 8  # sentences at once
 LETTERS: Final = 120  # of each
 
 _EVERY_S: Final = 1.0
-_LOST_S: Final = 1.0  # a lead that is off for less crackles
-_CRACKLES: Final = 3  # losses within `_CRACKLING_S` that are reported as well
+_LOST_S: Final = 1.0  # least duration of an open lead; a shorter one is intermittent
+_CRACKLES: Final = 3  # losses within `_CRACKLING_S` that are reported, too
 _CRACKLING_S: Final = 30.0
 _UNREADY_S: Final = 10.0
-_TOUCHED_S: Final = 60.0  # no gesture lasts so long
-# The drift that is reported, as ln C / C0. Sound orbs of both presets wander by 1 % together and by
-# 3 % each (SD), so a line's mean by 1.3 % against the others.
+_TOUCHED_S: Final = 60.0  # longer than any gesture
+# Least reported drift, ln C / C0. Sound orbs of both presets drift by 1 % in common, by 3 % a taxel
+# (SD), so the mean of a line by 1.3 % against the others.
 _COMMON: Final = 0.08
 _LINE: Final = 0.12
 _FILM: Final = 0.3
 _NAMED: Final = 6  # more taxels than that are counted, not listed
-_LESS: Final = 0.7  # a drift stays reported until it is so much less
+_LESS: Final = 0.7  # a drift stays reported down to this share of its limit
 
 
 class HealthMonitor:
-    """Watches one session.
+    """Health monitor of one session.
 
     Attributes:
-        found: Faults in sentences, worst first; () while all is well.
-        due: Whether `look` looks for them after this frame.
+        found: Faults in sentences, worst first; () if there are none.
+        due: Whether `check` searches for faults after this frame.
     """
 
     def __init__(self, rate_hz: float, *, ratio: bool, before: Map | None = None) -> None:
@@ -47,8 +47,8 @@ class HealthMonitor:
 
         Args:
             rate_hz: Frames per second.
-            ratio: Frames are capacitances, so that they can drift by a factor.
-            before: Rest as it was calibrated, (rows, columns); None: the session's first one.
+            ratio: Whether frames are capacitances, which drift by a factor.
+            before: Calibrated baseline, (rows, columns); None: the first one of the session.
         """
         self.found: tuple[str, ...] = ()
         self.due = False
@@ -64,7 +64,7 @@ class HealthMonitor:
         self._ready = False
 
     def notice(self, prepared: Prepared) -> None:
-        """Take the next frame as it was prepared: count how long leads have been off, how often."""
+        """Take the next preprocessed frame: count frames and losses of open leads."""
         self._frame += 1
         self.due = self._frame % self._every == 0
         self._ready |= prepared.ready
@@ -80,16 +80,16 @@ class HealthMonitor:
             self._lost_run[:] = 0
         self._was_lost = lost is not None
 
-    def look(self, dead: Mask | None, rest: Map | None) -> tuple[str, ...]:
-        """Return the faults found; they are looked for once a second.
+    def check(self, dead: Mask | None, rest: Map | None) -> tuple[str, ...]:
+        """Return the faults found; they are searched once a second.
 
         Args:
-            dead: Taxels that do not answer to touch, (rows, columns).
-            rest: The preprocessor's rest image, (rows, columns); None: not known yet.
+            dead: Dead taxels, (rows, columns).
+            rest: The baseline, (rows, columns); None: not known yet.
         """
         if self.due:
-            told = [*self._leads(), *self._silent(dead), *self._hands(), *self._drift(rest)]
-            self.found = tuple(line[:LETTERS] for line in told[:MOST])
+            lines = [*self._leads(), *self._silent(dead), *self._hands(), *self._drift(rest)]
+            self.found = tuple(line[:LETTERS] for line in lines[:MOST])
         return self.found
 
     def _leads(self) -> list[str]:
@@ -104,7 +104,7 @@ class HealthMonitor:
         return []
 
     def _silent(self, dead: Mask | None) -> list[str]:
-        """Return the sentence about dead taxels, (rows, columns)."""
+        """Return the line about dead taxels, (rows, columns)."""
         if dead is None:
             return []
         return [f"{taxel_names(dead)}: no answer to touch, filled in; run: controller doctor"]
@@ -118,40 +118,40 @@ class HealthMonitor:
         return []
 
     def _drift(self, rest: Map | None) -> list[str]:
-        """Return sentences about the drift of rest, (rows, columns), by cause."""
+        """Return lines about the drift of the baseline, (rows, columns), by cause."""
         if rest is None or not self._ratio:
             return []
         if self._before is None:
             self._before = rest.copy()
             return []
         least = 1e-3
-        why = drift.causes(np.maximum(self._before, least), np.maximum(rest, least))
+        found = drift.causes(np.maximum(self._before, least), np.maximum(rest, least))
         before, self._drifted = self._drifted, set()
 
         def drifted(what: object, size: float, limit: float) -> bool:
-            """Return whether a drift is reported, and note it: it stays so a little below."""
+            """Return whether a drift is reported, with hysteresis, and record it."""
             far = abs(size) > limit * (_LESS if what in before else 1.0)
             if far:
                 self._drifted.add(what)
             return far
 
-        lines = [_air(why.common)] if drifted("all", why.common, _COMMON) else []
-        for word, sizes in (("row", why.rows), ("column", why.columns)):
+        lines = [_air(found.common)] if drifted("all", found.common, _COMMON) else []
+        for word, sizes in (("row", found.rows), ("column", found.columns)):
             for i, size in enumerate(sizes.tolist()):
                 if drifted((word, i), size, _LINE):
                     percent = 100 * np.expm1(size)
                     lines.append(f"{word} {i} has drifted by {percent:+.0f} %; look at its lead")
-        flat = why.film.ravel()
+        flat = found.film.ravel()
         far = np.array([drifted(i, size, _FILM) for i, size in enumerate(flat.tolist())])
         if far.any():
             percent = 100 * np.expm1(np.median(flat[far]))
-            where = taxel_names(far.reshape(why.film.shape))
+            where = taxel_names(far.reshape(found.film.shape))
             lines.append(f"{where}: drifted by {percent:+.0f} %; the film may be cracking")
         return lines
 
 
 def _air(common: float) -> str:
-    """Return the sentence for a drift of all taxels; C goes with the square of the pressure."""
+    """Return the line for a drift of all taxels; C varies with the square of the pressure."""
     pressure = 100 * np.expm1(common / 2.0)
     if common < 0.0:
         return f"pressure down {-pressure:.0f} %: pump (or the orb has cooled)"
@@ -159,7 +159,7 @@ def _air(common: float) -> str:
 
 
 def taxel_names(mask: NDArray[np.bool_]) -> str:
-    """Return the taxels of a mask, (rows, columns), in words: whole lines, single ones, a count."""
+    """Return names of the taxels of a mask, (rows, columns): lines, single taxels, or a count."""
     if mask.all():
         return "all taxels"
     for word, lines in (("row", mask), ("column", mask.T)):

@@ -1,9 +1,8 @@
-"""Touch image: the frames of one touch stacked, so that its position is estimated once.
+"""Touch image: the stacked frames of one touch, from which its position is estimated.
 
-A noisy sensor locates a finger poorly in one frame, and the median of many poor positions
-keeps their common error. So the frames of a touch are laid over each other before the network
-sees them, each weighted by how strongly it shows the touch, and what the rubber still remembers
-of the touch before is taken away.
+One frame of a noisy sensor gives a poor position, and the median of many poor positions keeps
+their common error. So the frames of a touch are averaged before the network, each weighted by its
+signal, and the residue of the touch before is subtracted.
 
 The noise of the stacked image, as a share of its strength, determines the uncertainty of the
 position: `PositionSpread` converts it to a standard deviation in grid units.
@@ -17,14 +16,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.preprocess import Image, State
+from controller.recognition.frames import Image, State
 
-_LEAD: Final = 1  # image just before the networks notice: the finger arrives in it
-_BEFORE: Final = 4  # images before that, of the sensor untouched
-_GRACE: Final = 2  # images without a gesture that do not end a touch: the networks blink
-_RESIDUE: Final = 0.01  # deviation that a touch leaves behind, with memory and drift: measured
-_ROUNDS: Final = 3  # until the weights agree with the image that they make
-_TINY: Final = 1e-12  # of an image that shows nothing at all
+_LEAD: Final = 1  # images before the first gesture frame in which the finger arrives
+_BEFORE: Final = 4  # untouched images before that
+_GRACE: Final = 2  # images without a gesture that do not end a touch
+_RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
+_ROUNDS: Final = 3  # of the weights; they have converged by then
+_TINY: Final = 1e-12  # power of an image without a signal
 _TO_SIGMA: Final = float(np.sqrt(np.pi / 2.0))  # of a normal deviate's mean magnitude
 
 Signal = NDArray[np.float64]  # z - 1, (rows, columns)
@@ -35,42 +34,39 @@ class PositionSpread:
     """Uncertainty of the positions that a network estimates, measured by `models tune`.
 
     Attributes:
-        floor: Deviation of a place, of each axis, where the sensor has no noise, grid units.
-        noise: What the image's noise, as a share of its strength, adds to it, grid units.
+        floor: Standard deviation of each axis without sensor noise, grid units.
+        noise: Further standard deviation per unit of the image's relative noise, grid units.
     """
 
     floor: float
     noise: float
 
     def sigma(self, blur: float) -> float:
-        """Return the deviation of a place, of each axis, grid units.
+        """Return the standard deviation of each axis of a position, grid units.
 
         Args:
-            blur: `TouchImage.blur` of the image that it was told from.
+            blur: `TouchImage.blur` of its image.
         """
         return math.hypot(self.floor, self.noise * blur)
 
 
 class TouchImage:
-    """Lays the images of a touch over each other, as they come.
-
-    Pure but for what it remembers, which `state` and `restore` carry exactly.
+    """Weighted mean of the images of a touch; `state` and `restore` carry its state exactly.
 
     Attributes:
-        blur: Of the image that `image` made last: its noise, what was left before the touch
-            included, as a share of its strength.
+        blur: Relative noise of the last result of `image`, the residue before the touch included.
     """
 
     def __init__(self, frames: int, rows: int, columns: int) -> None:
-        """Remember at most `frames` of a touch."""
+        """Keep at most `frames` images, (rows, columns), of a touch."""
         self._shape = (rows, columns)
         self._untouched: deque[Signal] = deque(maxlen=_LEAD + _BEFORE)  # since the last touch
         self._signals: deque[Signal] = deque(maxlen=frames)  # of the present touch
-        self._gap: list[Signal] = []  # those since the networks last saw a gesture
-        self._left: Signal = np.zeros(self._shape)  # what was there before the touch
+        self._gap: list[Signal] = []  # those since the last gesture frame
+        self._left: Signal = np.zeros(self._shape)  # residue before the touch
         self._touched = False
-        self._noise = 0.0  # variance of a reading while nothing touched
-        self._doubt = 0.0  # variance of what was there before the touch
+        self._noise = 0.0  # variance of a taxel while nothing touched
+        self._residue = 0.0  # variance of the residue before the touch
         self.blur = 0.0
 
     def step(self, image: Image, idle: float, *, null: bool, released: bool = False) -> None:
@@ -78,9 +74,9 @@ class TouchImage:
 
         Args:
             image: z, (rows, columns).
-            idle: Mean of |z - 1| while nothing touches: how noisy the sensor is.
-            null: The networks see no gesture.
-            released: The gesture that was held is over: what comes next is another touch.
+            idle: Mean of |z - 1| while nothing touches.
+            null: The label is "null".
+            released: The held gesture has ended: the next image begins another touch.
         """
         signal = image.astype(np.float64) - 1.0
         if null:
@@ -98,14 +94,14 @@ class TouchImage:
             return None
         signals = np.array(self._signals).reshape(len(self._signals), -1)
         mean, shares = signals.mean(axis=0), np.full(len(signals), 1.0 / len(signals))
-        for _ in range(_ROUNDS):  # a matched filter: a frame counts as far as it is like the whole
+        for _ in range(_ROUNDS):  # a matched filter: weights by similarity to the mean
             weights = np.maximum(signals @ mean, 0.0)
             total = float(weights.sum())
             if total <= 0.0:
                 break
             shares = weights / total
             mean = shares @ signals
-        noise = self._noise * float(shares @ shares) + self._doubt
+        noise = self._noise * float(shares @ shares) + self._residue
         self.blur = math.sqrt(noise / max(float(mean @ mean), noise, _TINY))
         return np.asarray(1.0 + mean, dtype=np.float32).reshape(self._shape)
 
@@ -117,7 +113,7 @@ class TouchImage:
             "gap": self._stack(self._gap),
             "left": self._left.copy(),
             "touched": np.array([float(self._touched)]),
-            "noise": np.array([self._noise, self._doubt]),
+            "noise": np.array([self._noise, self._residue]),
         }
 
     def restore(self, state: State) -> None:
@@ -129,10 +125,10 @@ class TouchImage:
         self._gap = list(state["gap"])
         self._left = state["left"].copy()
         self._touched = bool(state["touched"][0]) and bool(self._signals)
-        self._noise, self._doubt = state["noise"].tolist()
+        self._noise, self._residue = state["noise"].tolist()
 
     def _rest(self, signal: Signal, *, released: bool) -> None:
-        """Take an image, (rows, columns), without a gesture: after several the touch has ended."""
+        """Take an image, (rows, columns), without a gesture; several of them end the touch."""
         if not self._touched:
             self._untouched.append(signal)
             return
@@ -145,15 +141,15 @@ class TouchImage:
             self._gap.clear()
 
     def _begin(self, idle: float) -> None:
-        """Begin a touch: what was there before it, and the images in which the finger arrived."""
+        """Begin a touch: its residue, and the images in which the finger arrived."""
         recent = list(self._untouched)
         before = recent[:-_LEAD]
         self._left = np.zeros(self._shape)
-        self._noise, self._doubt = (_TO_SIGMA * idle) ** 2, _RESIDUE**2
-        if before:  # the noisier the sensor, the less its latest images show of what was left
+        self._noise, self._residue = (_TO_SIGMA * idle) ** 2, _RESIDUE**2
+        if before:  # shrinkage: the noisier the sensor, the less its images show the residue
             noise = self._noise / _RESIDUE**2 / len(before)
             self._left = np.mean(before, axis=0) / (1.0 + noise)
-            self._doubt *= noise / (1.0 + noise)
+            self._residue *= noise / (1.0 + noise)
         self._signals.clear()
         self._signals.extend(signal - self._left for signal in recent[-_LEAD:])
         self._touched = True

@@ -1,10 +1,10 @@
 """Bayesian user identification over successive gestures, and the enrolled users.
 
-While something is made, the user network sees every window; the first ones are the best evidence,
-so it does not wait until the gesture is known. If one was, the mean of the log probabilities, over
-a temperature, is its evidence when it ends: windows share most of their frames, so many of them are
-hardly more evidence than a few. Before the next gesture another user may have sat down, so the
-belief fades a little each time, and is forgotten after a long time without touch.
+The user network runs on every window of a touch; the first ones are the best evidence, so it does
+not wait for the label. At the end of a gesture the mean of the log probabilities, over a
+temperature, is its evidence: windows share most of their frames, so many of them are hardly more
+evidence than a few. The user may change between gestures, so the posterior is mixed with a uniform
+one each time, and reset after a long time without touch.
 """
 
 import math
@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from controller.recognition.frames import State
 from controller.recognition.mapping import Mapping, MappingError
 
-ANYBODY: Final = 0  # the network's output for people who are not enrolled
-LEAST: Final = 1e-6  # no window makes anybody less probable than that
+NOT_ENROLLED: Final = 0  # the network's output for users who are not enrolled
+MIN_PROBABILITY: Final = 1e-6  # of each user in one window
 
-Belief = NDArray[np.float64]  # (1 + users,), anybody else first, sums to 1
+Belief = NDArray[np.float64]  # (1 + users,), not enrolled first, sums to 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,17 +32,17 @@ class Users:
         names: In the order of the network's outputs from 1 on.
         gestures: Labels whose windows are evidence.
         temperature: Divides the evidence of a gesture, which is a mean of log probabilities.
-        accept: Probability from which on a person is named.
-        stay: Probability that one gesture and the next are the same person's.
-        forget_s: Time without touch after which the belief is forgotten, seconds.
+        accept: Least probability at which a user is identified.
+        stay: Probability that one gesture and the next are by the same user.
+        forget_s: Time without touch after which the posterior is reset, seconds.
         heads: Users with a gesture network of their own.
-        mappings: Rules of single users, in place of the bundle's own.
+        mappings: Rules of single users, in place of those of the bundle.
     """
 
     names: tuple[str, ...] = field(
         default=(),
         metadata={
-            "pattern": "[A-Za-z0-9]{1,40}",  # as recordings name users, and fits a packet
+            "pattern": "[A-Za-z0-9]{1,40}",  # as in recordings; fits a packet
             "count": (1, 32),
             "expected": "1 to 32 different names of letters and digits",
         },
@@ -57,111 +57,114 @@ class Users:
         default_factory=dict, metadata={"key": "mapping"}
     )
 
-    def mapping(self, user: str, of_all: Mapping) -> Mapping:
-        """Return what a user's gestures mean; "" and people without rules have those of all."""
+    def mapping(self, user: str, common: Mapping) -> Mapping:
+        """Return the mapping of a user: the common one, overridden by rules of the user."""
         own = self.mappings.get(user)
-        return of_all if own is None else of_all.overridden(own)
+        return common if own is None else common.overridden(own)
 
-    def overridden(self, other: Mapping, people: AbstractMapping[str, Mapping]) -> "Users":
-        """Return these people with other rules.
+    def overridden(self, other: Mapping, single: AbstractMapping[str, Mapping]) -> "Users":
+        """Return these users with other rules.
 
         Args:
-            other: Goes over everybody's own rules.
-            people: Goes over that, for single people.
+            other: Overrides the rules of all users.
+            single: Overrides both, for single users.
 
         Raises:
-            MappingError: One of them is not among these.
+            MappingError: A user is not enrolled.
         """
         made = {name: mapping.overridden(other) for name, mapping in self.mappings.items()}
-        for name, own in people.items():
+        for name, own in single.items():
             if name not in self.names:
-                known = ", ".join(self.names) or "nobody (docs/users.md)"
-                raise MappingError(f"[users] has rules for {name!r}, but the bundle knows {known}")
+                known = ", ".join(self.names) or "none (docs/users.md)"
+                raise MappingError(f"[users] has rules for {name!r}; enrolled are {known}")
             made[name] = made.get(name, Mapping()).overridden(own)
         return replace(self, mappings=made)
 
-    def commands(self, of_all: Mapping) -> tuple[str, ...]:
-        """Return the commands to announce: what anybody's gestures may ask for."""
-        tables = [of_all, *(self.mapping(name, of_all) for name in self.names)]
+    def commands(self, common: Mapping) -> tuple[str, ...]:
+        """Return the commands to announce: those of all users."""
+        tables = [common, *(self.mapping(name, common) for name in self.names)]
         return tuple(dict.fromkeys(name for table in tables for name in table.commands))
 
 
-NOBODY: Final = Users()
+NO_USERS: Final = Users()
 
 
-def evidence(people: NDArray[np.floating]) -> NDArray[np.float64]:
+def evidence(probabilities: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return outputs of the user network as log probabilities, (..., 1 + users)."""
-    return np.asarray(np.log(np.maximum(people, LEAST)), dtype=np.float64)
+    return np.asarray(np.log(np.maximum(probabilities, MIN_PROBABILITY)), dtype=np.float64)
 
 
-def believe(belief: Belief, said: NDArray[np.float64], users: Users) -> Belief:
-    """Return the belief after one more gesture, (1 + users,).
+def update_belief(belief: Belief, mean: NDArray[np.float64], users: Users) -> Belief:
+    """Return the posterior after one more gesture, (1 + users,).
 
     Args:
-        belief: About the gesture before, (1 + users,).
-        said: The mean of its windows' `evidence`, (1 + users,).
-        users: Temperature, and how probably the same person goes on.
+        belief: Posterior before it, (1 + users,).
+        mean: Mean `evidence` of its windows, (1 + users,).
+        users: Temperature and transition probability.
     """
     prior = users.stay * belief + (1.0 - users.stay) / len(belief)
-    log = np.log(np.maximum(prior, 1e-300)) + said / users.temperature
+    log = np.log(np.maximum(prior, 1e-300)) + mean / users.temperature
     power = np.exp(log - log.max())
     return np.asarray(power / power.sum())
 
 
-def nothing(users: Users) -> Belief:
-    """Return the belief before any gesture, (1 + users,): all are equally probable."""
+def uniform_belief(users: Users) -> Belief:
+    """Return the prior, (1 + users,): all are equally probable."""
     count = 1 + len(users.names)
     return np.full(count, 1.0 / count)
 
 
-def named(belief: Belief, users: Users, before: int = ANYBODY) -> int:
-    """Return the output of the user to name; `ANYBODY` if none is probable enough.
+def identify(belief: Belief, users: Users, before: int = NOT_ENROLLED) -> int:
+    """Return the number of the identified user for a posterior, (1 + users,).
 
-    The user named before stays so while no other is more probable.
+    It is `NOT_ENROLLED` if none is probable enough. The user `before` needs only to be the most
+    probable one.
     """
     best = int(np.argmax(belief))
-    return best if best in (ANYBODY, before) or belief[best] >= users.accept else ANYBODY
+    return best if best in (NOT_ENROLLED, before) or belief[best] >= users.accept else NOT_ENROLLED
 
 
 class UserIdentifier:
     """Identification of the user over one session.
 
     Attributes:
-        name: The user who touched last, "" if that is not known.
-        confidence: How probable that is; without a name, of the most probable user.
+        name: The identified user, "" if none.
+        confidence: Probability of that user; without one, of the most probable user.
     """
 
     def __init__(self, users: Users, rate_hz: float) -> None:
-        """Know nothing yet."""
+        """Begin with the prior."""
         self._users = users
-        self._patience = math.ceil(users.forget_s * rate_hz)
-        self._belief = nothing(users)
+        self._forget_frames = math.ceil(users.forget_s * rate_hz)
+        self._belief = uniform_belief(users)
         self._sum = np.zeros(1 + len(users.names))
         self._windows = 0
         self._counts = False
         self._idle = 0
-        self._number = ANYBODY
+        self._number = NOT_ENROLLED
         self._name()
 
-    def step(self, people: NDArray[np.floating] | None, *, counts: bool = True) -> None:
+    def step(self, probabilities: NDArray[np.floating] | None, *, counts: bool = True) -> None:
         """Take one frame.
 
         Args:
-            people: Output of the user network for its window, (1 + users,), while something is
-                made; None between gestures.
-            counts: It is known to be a gesture that is evidence; a brush or a resting hand is none.
+            probabilities: Output of the user network for its window, (1 + users,), during a touch;
+                None between touches.
+            counts: The label is one of `Users.gestures`.
         """
-        if people is not None:
-            self._sum += evidence(people)
+        if probabilities is not None:
+            self._sum += evidence(probabilities)
             self._windows += 1
             self._counts |= counts
             self._idle = 0
             return
         if self._windows:
             self._end()
-        self._idle = min(self._idle + 1, self._patience)
-        if self._idle == self._patience and not np.array_equal(self._belief, nothing(self._users)):
-            self._belief = nothing(self._users)
+        self._idle = min(self._idle + 1, self._forget_frames)
+        if self._idle == self._forget_frames and not np.array_equal(
+            self._belief, uniform_belief(self._users)
+        ):
+            self._belief = uniform_belief(self._users)
             self._name()
 
     def state(self) -> State:
@@ -180,26 +183,26 @@ class UserIdentifier:
         Raises:
             ValueError: It is damaged.
         """
-        belief, said = state["belief"], state["sum"]
+        belief, total = state["belief"], state["sum"]
         sound = np.isfinite(belief).all() and (belief >= 0.0).all() and belief.sum() > 0.0
         counts = state["counts"]
         sound &= bool((counts >= 0.0).all() and counts[3] < len(belief))
-        if not sound or not all(np.isfinite(array).all() for array in (said, counts)):
-            raise ValueError("the state holds a belief that is none")
-        self._belief, self._sum = belief.copy(), said.copy()
+        if not sound or not all(np.isfinite(array).all() for array in (total, counts)):
+            raise ValueError("the state of user identification is damaged")
+        self._belief, self._sum = belief.copy(), total.copy()
         self._windows, self._idle, self._number = (int(counts[i]) for i in (0, 2, 3))
         self._counts = bool(counts[1])
         self._name()
 
     def _name(self) -> None:
-        self._number = number = named(self._belief, self._users, self._number)
-        self.name = self._users.names[number - 1] if number != ANYBODY else ""
+        self._number = number = identify(self._belief, self._users, self._number)
+        self.name = self._users.names[number - 1] if number != NOT_ENROLLED else ""
         self.confidence = float(self._belief[1:].max())
 
     def _end(self) -> None:
-        """Take what was said of the gesture that has ended."""
+        """Add the evidence of the touch that has ended, if it was a gesture."""
         if self._counts:
-            self._belief = believe(self._belief, self._sum / self._windows, self._users)
+            self._belief = update_belief(self._belief, self._sum / self._windows, self._users)
             self._name()
         self._sum[:] = 0.0
         self._windows, self._counts = 0, False

@@ -18,8 +18,8 @@ from time import monotonic
 from typing import Final
 
 from controller.errors import reason
+from controller.recognition.frames import Frame, State
 from controller.recognition.pipeline import CommandRecord, Touch
-from controller.recognition.preprocess import Frame, State
 from controller.recordings import journal, naming
 from controller.recordings.journal import Journal
 from controller.recordings.journal_file import JournalFile

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from controller import __version__
 from controller.errors import UserError
 from controller.recognition.event_metric import Event
+from controller.recognition.frames import State
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
-from controller.recognition.preprocess import State
 
 SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
 # Form 1 had no truth and no user; form 2 had no keys, cues, marks and rest.

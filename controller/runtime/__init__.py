@@ -1,4 +1,4 @@
-"""The running device: assembly of its parts, the paced loop, latency, shutdown.
+"""The running device: composition root, paced loop, latency, service notifications.
 
-For `cli` and `teach`.
+Imported by `cli` and `teach`.
 """

@@ -1,7 +1,7 @@
 """Composition root of a run: its parts, built from the options and checked before the first frame.
 
-At the top is imported what every run needs; what only some need (recording, corrections, the
-virtual orb's own hand), in the function that builds it.
+Modules that only some runs need (recording, corrections, the simulated hand) are imported in the
+function that builds them.
 """
 
 from __future__ import annotations
@@ -41,26 +41,26 @@ if TYPE_CHECKING:
     from controller.capture.run_files import RunFiles
     from controller.keymap.terminal import Keyboard
 
-TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must name to the orb it started
+TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 
 _log = logging.getLogger("controller")
 
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """Everything that a run needs, checked.
+    """Checked parts of a run.
 
     Attributes:
-        options: As the user gave them.
+        options: Of the command line.
         bundle: The one in use.
         recognizer: Its networks.
-        mapping: Its table, or an override of it.
-        sensor: At its first frame, for the first session.
-        link: Where messages go.
-        owned: By the host that started this process.
-        runs: Where recordings go; None: nowhere.
-        plan: What shall be recorded; None: whatever happens.
-        collector: Collects garbage between frames; None: Python does, at any time.
+        mapping: Its mapping, or an override of it.
+        sensor: The sensor of the first session, before its first frame.
+        link: The link for messages.
+        owned: Whether a host started this process.
+        runs: Files for recordings; None: no recording.
+        plan: Cues of a recording; None: without cues.
+        collector: Garbage collection between frames; None: Python's own.
     """
 
     options: Namespace
@@ -79,7 +79,11 @@ class Parts:
 
 
 def prepare(options: Namespace) -> Parts:
-    """Return all parts, or raise one of our errors."""
+    """Return all parts of a run.
+
+    Raises:
+        UserError: A part cannot be built.
+    """
     bundle, mapping, recognizer = _deployed(options)
     _check_user(options, bundle)
     plan = runs = None
@@ -89,7 +93,7 @@ def prepare(options: Namespace) -> Parts:
 
         plan = recording_session.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
-    _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
+    _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tested, too
     if options.record is not None:
         runs = RunFiles(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
@@ -100,7 +104,7 @@ def prepare(options: Namespace) -> Parts:
         key=b"" if options.key is None else psk.read(options.key),
         exposed=options.unprotected,
     )
-    # Not `platform.platform`, which looks for the C library as well.
+    # Not `platform.platform`, which searches for the C library, too.
     system = f"{platform.system()} {platform.release()} {platform.machine()}"
     _log.info(
         "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
@@ -111,10 +115,10 @@ def prepare(options: Namespace) -> Parts:
 
 
 def renew(parts: Parts) -> Parts:
-    """Return the parts with bundle and mapping read again; the link stays, and informs its host.
+    """Return the parts with bundle and mapping read again; the link stays, and its host reconnects.
 
     Raises:
-        BundleError, MappingError, ...: One of our errors; the old parts are as they were.
+        UserError: They cannot be used; the old parts are unchanged.
     """
     bundle, mapping, recognizer = _deployed(parts.options)
     sensor = _sensor(parts.options, bundle)
@@ -122,7 +126,7 @@ def renew(parts: Parts) -> Parts:
         parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
     except ProtocolError as error:
         raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
-    _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
+    _log.info("now running bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 
 
@@ -130,7 +134,7 @@ def refreshed(parts: Parts) -> Parts | None:
     """Return the parts with the networks now in use; None: the bundle differs in more than these.
 
     Raises:
-        BundleError, MappingError, ...: One of our errors; the old parts are as they were.
+        UserError: They cannot be used; the old parts are unchanged.
     """
     bundle, mapping, recognizer = _deployed(parts.options)
     before = parts.bundle.settings, parts.bundle.pitch_mm, parts.mapping
@@ -140,10 +144,10 @@ def refreshed(parts: Parts) -> Parts | None:
 
 
 def exchange(parts: Parts, device: Device) -> None:
-    """Give a running device the networks of `refreshed` parts; host and rest stay as they are.
+    """Replace the networks of a running device by those of `refreshed` parts.
 
     Raises:
-        RecordingError: What follows cannot be recorded.
+        RecordingError: The next file of a recording cannot be begun.
     """
     device.pipeline.exchange(parts.recognizer)
     if device.recorder is not None and parts.runs is not None:
@@ -152,15 +156,15 @@ def exchange(parts: Parts, device: Device) -> None:
         device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
     if device.latency is not None:
         device.latency.about |= _about(parts)
-    _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
+    _log.info("now running bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
 
 
 def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
-    They run in the engine that is fastest here. All golden questions are asked, unless these very
-    bytes were asked before: by `controller install`, or before the release of the bundle that
-    ships.
+    They run in the engine that is fastest here. All golden vectors are tested, unless this very
+    file was tested before: by `controller install`, or before the release if it is the shipped
+    bundle.
     """
     if options.bundle is not None:
         path, engine, proved = options.bundle, "", False
@@ -172,8 +176,8 @@ def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
         try:
             bundle = bundles.read(path)
         except bundles.BundleError as error:
-            way_out = "; `controller rollback` goes back to the one before" if installed else ""
-            raise bundles.BundleError(f"{error}{way_out}") from None
+            remedy = "; `controller rollback` goes back to the one before" if installed else ""
+            raise bundles.BundleError(f"{error}{remedy}") from None
         proved = not installed or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
@@ -184,17 +188,17 @@ def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
-    """Refuse a player who is not enrolled; a recording may be of anybody."""
+    """Raise UserError for a player who is not enrolled, unless this is a recording."""
     if options.user and options.record is None and options.user not in bundle.users.names:
-        known = ", ".join(bundle.users.names) or "nobody (docs/users.md)"
+        known = ", ".join(bundle.users.names) or "none (docs/users.md)"
         raise UserError(
-            f"--user {options.user} is for recordings, and for people whom the bundle knows; "
-            f"the bundle knows {known}; add --record"
+            f"--user {options.user} is for recordings, and for users enrolled in the bundle; "
+            f"enrolled are {known}; add --record"
         )
 
 
 def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
-    """Return the sensor of the options; the bundle must have been trained for its like."""
+    """Return the sensor of the options; its grid and rate must be those of the bundle."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
     if abs(wanted_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
         raise SensorError(
@@ -233,7 +237,7 @@ def _day(name: str, day: str) -> str:
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:
-    """Return files of gestures that the virtual orb's own hand can do beside those that ship.
+    """Return files of gestures for the simulated hand, besides the shipped ones.
 
     Raises:
         VocabularyError: The file that names them is no vocabulary.
@@ -268,7 +272,7 @@ def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
 
 
 def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) -> Device:
-    """Return a device at its first frame; the first one takes the sensor that was checked."""
+    """Return a device before its first frame; the first one has the sensor already checked."""
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else _sensor(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
@@ -291,7 +295,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
 
 
 def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
-    """Return the virtual orb's own hand; None where a host touches the orb, or a person."""
+    """Return the simulated hand; None if a host touches the orb, or if it is real."""
     options = parts.options
     if parts.link.touchable or not sensor.virtual:
         return None
@@ -300,12 +304,12 @@ def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
 
     gestures = _gestures(options)
     if parts.plan is None:
-        told = "shows every gesture; Ctrl-C ends it"
+        script = "shows every gesture; Ctrl-C ends it"
         hand = VirtualHand(show(parts.bundle.labels, sensor.geometry, options.seed, gestures))
     else:
-        told = "does what the cues ask for"
-        hand = VirtualHand(obey=CuedHand(sensor.geometry, options.seed, gestures).obey)
-    _log.info("nothing touches this orb, so its own hand %s", told)
+        script = "follows the cues"
+        hand = VirtualHand(respond=CuedHand(sensor.geometry, options.seed, gestures).obey)
+    _log.info("no host touches this orb, so the simulated hand %s", script)
     return hand
 
 
@@ -326,7 +330,9 @@ def _pipeline(
         return Pipeline(settings, recognizer, mapping, None, user)
     pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user)
     if set(source.state) | set(LATER) != set(pipeline.state()):
-        _log.warning("another version of this program recorded this: it is replayed from rest")
+        _log.warning(
+            "another program version made this recording: it is replayed without its initial state"
+        )
         return pipeline
     try:
         pipeline.restore(source.state)

@@ -1,4 +1,4 @@
-"""Bundle updates and corrections while the orb is played: taken by the loop, proved on a thread."""
+"""Bundle updates and corrections during a run: received by the loop, tested on a thread."""
 
 import logging
 import threading
@@ -28,60 +28,60 @@ from controller.protocol.messages import (
 from controller.recognition.frames import Image
 from controller.runtime.assemble import Parts
 
-Install = Callable[[Path], str]  # proves a file and takes it into use; returns a sentence
-# Learns what the latest images, (rows, columns) each, were and takes that into use.
+Install = Callable[[Path], str]  # tests a file and takes it into use; returns a sentence
+# Learns the label of the latest images, (rows, columns) each, and takes the result into use.
 Learn = Callable[[str, list[Image]], str]
 
 _log = logging.getLogger("controller")
 
 
 class BundleUpdater:
-    """Takes bundles and corrections without keeping the loop waiting.
+    """Handler of bundles and corrections that never blocks the loop.
 
     Attributes:
-        switched: Whether a new bundle is in use; the loop starts again with it.
+        switched: Whether a new bundle is in use, with which the loop has to start again.
     """
 
     def __init__(
-        self, intake: UploadReceiver, install: Install, learn: Learn | None = None
+        self, upload: UploadReceiver, install: Install, learn: Learn | None = None
     ) -> None:
         """Take uploads and corrections.
 
         Args:
-            intake: Takes the chunks of an upload.
-            install: Raises BundleError or OSError if it does not go through.
-            learn: Raises the same, or ValueError; None: nothing can be learned here.
+            upload: Receives the chunks of an upload.
+            install: Raises BundleError or OSError if the bundle is refused.
+            learn: Raises the same, or ValueError; None: no corrections.
         """
         self.switched = False
-        self._intake, self._install, self._learn = intake, install, learn
+        self._upload, self._install, self._learn = upload, install, learn
         self._thread: threading.Thread | None = None
         self._outcome: UploadStatus | None = None
 
     def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
         """Return the answer to a part of an upload."""
-        answer = self._intake.take(message)
-        if self._intake.whole is not None and self._thread is None:
-            self._begin(partial(self._install, self._intake.whole))
+        answer = self._upload.take(message)
+        if self._upload.whole is not None and self._thread is None:
+            self._begin(partial(self._install, self._upload.whole))
         return answer
 
     def correct(self, message: Correction, images: list[Image]) -> UploadStatus:
-        """Begin to learn what the latest images, (rows, columns) each, were; return the answer."""
-        if self._intake.objection or self._learn is None:
-            reason = self._intake.objection or "nothing can be learned here"
+        """Begin to learn the label of the latest images, (rows, columns) each; return a status."""
+        if self._upload.objection or self._learn is None:
+            reason = self._upload.objection or "corrections are not possible here"
             return UploadStatus(DECLINED, 0, reason)
         if self._thread is not None:
-            reason = "still busy with the last one; say it again in a moment"
+            reason = "the last one is not finished; try again in a moment"
             return UploadStatus(DECLINED, 0, reason)
         self._begin(partial(self._learn, message.label, images))
         return UploadStatus(PROVING, 0, "learning")
 
     def poll(self) -> UploadStatus | None:
-        """Return how a proof went, once, without waiting."""
+        """Return the outcome of an upload or correction, once, without waiting."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread = None
-        if self._intake.whole is not None:  # else it was a correction
-            self._intake.remove()
+        if self._upload.whole is not None:  # else it was a correction
+            self._upload.remove()
         outcome, self._outcome = self._outcome, None
         self.switched = outcome is not None and outcome.state == IN_USE
         return outcome
@@ -92,26 +92,26 @@ class BundleUpdater:
 
     def _do(self, work: Callable[[], str]) -> None:
         try:
-            state, told = IN_USE, work()
+            state, text = IN_USE, work()
         except OSError as error:
-            state, told = DECLINED, f"the orb cannot keep it: {error.strerror or error}"
+            state, text = DECLINED, f"the orb cannot keep it: {error.strerror or error}"
         except ValueError as error:  # BundleError is one
-            state, told = DECLINED, str(error)
-        except Exception as error:  # the host waits for an answer, whatever went wrong
+            state, text = DECLINED, str(error)
+        except Exception as error:  # the host needs an answer in any case
             _log.exception("a bundle could not be taken into use")
-            state, told = DECLINED, f"{type(error).__name__} on the orb; its log says more"
-        self._outcome = UploadStatus(state, 0, fitted(told, MAX_SENTENCE))
+            state, text = DECLINED, f"{type(error).__name__} on the orb; see its log"
+        self._outcome = UploadStatus(state, 0, fitted(text, MAX_SENTENCE))
 
 
 def updater(parts: Parts) -> BundleUpdater | None:
-    """Return the handler of bundles and corrections, or None if the link cannot carry any."""
+    """Return the handler of bundles and corrections; None for a link without them."""
     if parts.options.link == PRINT or parts.options.replay is not None:
         return None
     objection = ""
     if not parts.link.authenticated:
         objection = (
-            "this link does not prove who is there; give orb and host the same --key FILE, or copy "
-            "the bundle to the orb and run `controller install` there"
+            "this link does not authenticate its hosts; give orb and host the same --key FILE, or "
+            "copy the bundle to the orb and run `controller install` there"
         )
     elif parts.options.bundle is not None:
         objection = "this orb was started with a --bundle of its own"

@@ -1,4 +1,4 @@
-"""One session of sensing, frame by frame; `controller.runtime.loop` owns the clock."""
+"""One sensing session, frame by frame; `controller.runtime.loop` has the clock."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import logging
 from collections import deque
 from collections.abc import Iterator
 from itertools import count
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final
 
+from controller.links.base import Link
 from controller.log_limit import LogLimit
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     Command,
     Contacts,
     Health,
-    Message,
     Perform,
     PositionUncertainty,
     State,
@@ -32,7 +32,7 @@ from controller.sensors.base import Sensor, SensorAwayError, SensorError
 if TYPE_CHECKING:
     from controller.capture.session_recorder import SessionRecorder
 
-RECENT_S: Final = 4.0  # of images are kept: what a correction may be about
+RECENT_S: Final = 4.0  # of images are kept for corrections
 _TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
 
 _log = logging.getLogger("controller")
@@ -40,47 +40,22 @@ _log = logging.getLogger("controller")
 Schedule = Iterator[tuple[int, float]]  # (number, seconds) of each frame
 
 
-class Outlet(Protocol):
-    """The side of a link that the loop needs; `controller.links.Link` has it."""
-
-    def send(self, message: Message, t_ms: int) -> None:
-        """Take a message for the host, without waiting."""
-
-    def poll(self) -> list[Message]:
-        """Return the host's requests, oldest first, without waiting."""
-
-    def wait(self, timeout_s: float) -> None:
-        """Return when something may be polled, or after the time."""
-
-    @property
-    def connected(self) -> bool:
-        """Whether a host is there."""
-
-
-@runtime_checkable
-class Pairable(Protocol):
-    """A link that new hosts can be let into."""
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-
-
 class Device:
-    """One session of sensing: a sensor and a pipeline from their first frame on.
+    """One sensing session: a sensor and a pipeline from their first frame on.
 
     Attributes:
-        live: Frames that are late are skipped, as their time is over; a recording's are not.
-        due: The frame that comes next, (number, seconds); None: the schedule has ended.
-        now_s: The latest time that the sensor has seen.
-        recent: The latest images, (rows, columns) each: what a correction may be about.
-        log_limit: Limits what is logged of a peer's requests; the loop's devices share one.
+        live: Whether late frames are skipped; those of a recording are not.
+        due: The next frame, (number, seconds); None: the schedule has ended.
+        now_s: The latest time of the sensor.
+        recent: The latest images, (rows, columns) each, for corrections.
+        log_limit: Limits log lines about a peer's requests; the loop's devices share one.
     """
 
     def __init__(
         self,
         sensor: Sensor,
         pipeline: Pipeline,
-        link: Outlet,
+        link: Link,
         *,
         schedule: Schedule | None = None,
         recorder: SessionRecorder | None = None,
@@ -91,12 +66,12 @@ class Device:
 
         Args:
             sensor: Source of the frames.
-            pipeline: What they go through.
-            link: Where messages go.
-            schedule: When the frames of a recording are due; None: those of a live sensor, frame
-                k at k / rate.
-            recorder: Keeps the session.
-            hand: The virtual orb's own.
+            pipeline: Recognition of the frames.
+            link: The link for messages.
+            schedule: Times of the frames of a recording; None: frame k of a live sensor is due
+                at k / rate.
+            recorder: Recorder of the session.
+            hand: The simulated hand.
             latency: Records the latency of each stage.
         """
         self.sensor, self.pipeline, self.link = sensor, pipeline, link
@@ -110,27 +85,26 @@ class Device:
         self.due = next(self._schedule, None)
         self.now_s = 0.0
         self.log_limit = LogLimit()
-        pairs = self.live and self._virtual is None and recorder is None
-        self._pairing = link if pairs and isinstance(link, Pairable) else None
+        self._pairs = self.live and self._virtual is None and recorder is None
         self._button = LongPress()
-        self._pressed: tuple[str, ...] = ()  # as the host knows it
-        self._faults: tuple[str, ...] = ()  # of the sensor, as the host knows them
-        self._user: UserIdentified | None = None  # as the host knows it
-        self._away_s: float | None = None  # since when the sensor gives no frames
+        self._pressed: tuple[str, ...] = ()  # as last sent
+        self._faults: tuple[str, ...] = ()  # of the sensor, as last sent
+        self._user: UserIdentified | None = None  # as last sent
+        self._away_s: float | None = None  # time since which the sensor gives no frames
         self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * sensor.rate_hz)))
 
     def greet(self, t_s: float) -> None:
-        """Begin with another host: to it, nothing is held until the next gesture."""
+        """Begin with another host: no command is held until the next gesture."""
         self._pressed = self._faults = ()
         self._user = None
         self.lift(t_s)
 
     def lift(self, t_s: float) -> None:
-        """Take the host's fingers off the orb: they never outlast their host."""
+        """Remove the host's fingers from the orb: they never outlast their host."""
         self.request(Contacts(()), t_s)
 
     def request(self, message: Contacts | Perform, t_s: float) -> None:
-        """Pass a host's request to the virtual sensor, effective at `t_s` (never in the past)."""
+        """Apply a host's request to the virtual sensor at `t_s`, or now if that is past."""
         self.now_s = max(self.now_s, t_s)
         if self._virtual is None:
             return
@@ -145,11 +119,11 @@ class Device:
                 _log.warning("performance %d ignored: %s", message.number, error)
 
     def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
-        """Scan the frame that is due, and send what it gave; None: the sensor is away.
+        """Scan the frame that is due, and send its results; None: the sensor is away.
 
         Args:
             rate_hz: The rate as measured, for the telemetry.
-            late_s: How long ago it was due.
+            late_s: Time since it was due.
 
         Raises:
             SensorError: The sensor gives no frame any more.
@@ -158,8 +132,8 @@ class Device:
         number, t_s = self.due
         self.due = next(self._schedule, None)
         if self._hand is not None:
-            for at_s, wish in self._hand.due(t_s):
-                self.request(wish, at_s)
+            for at_s, request in self._hand.due(t_s):
+                self.request(request, at_s)
         self.now_s = t_s
         if self.recorder is not None:
             self.recorder.turn()
@@ -178,31 +152,31 @@ class Device:
         self._send(step, rate_hz)
         if self.latency is not None:
             self.latency.mark()
-        faults = self.pipeline.look()  # after the messages: it may take its time
+        faults = self.pipeline.check_health()  # after the messages, as it takes longer
         if faults != self._faults:
             self._report(faults, round(t_s * 1000))
         return step
 
     def note(self, kind: str, text: str) -> None:
-        """Note in the recording what happens now, if there is one."""
+        """Mark an event in the recording, if there is one."""
         if self.recorder is not None:
             self.recorder.mark(self.now_s, kind, text)
 
     def untimed(self) -> None:
-        """Stop to measure latency: time is granted by the host."""
+        """Stop measuring latency: the host grants time."""
         if self.latency is not None:
             self.latency.close()
             self.latency = self.pipeline.mark = None
 
     def skip(self) -> None:
-        """Let the frame that is due pass unread."""
+        """Skip the frame that is due."""
         self.due = next(self._schedule, None)
 
     def close(self) -> None:
-        """Seal the recording and release the sensor.
+        """Finish the recording and release the sensor.
 
         Raises:
-            RecordingError: The recording cannot be written where it should be.
+            RecordingError: The recording cannot be written.
         """
         self.untimed()
         try:
@@ -225,12 +199,12 @@ class Device:
         if self._away_s is not None:
             _log.info("the sensor is back after %.1f s", t_s - self._away_s)
             self._away_s = None
-        if self._pairing is not None and self._button.step(self.sensor.button(t_s), t_s):
-            self._pairing.pair(WINDOW_S)
+        if self._pairs and self._button.step(self.sensor.button(t_s), t_s):
+            self.link.pair(WINDOW_S)
         return frame
 
     def _wait(self, t_s: float, why: str) -> None:
-        """Pass over a frame that the sensor does not give: nothing is held meanwhile."""
+        """Skip a frame of a sensor that is away: no command is held meanwhile."""
         if self._away_s is None:
             self._away_s = t_s
             _log.warning("%s; waiting for it", why)
@@ -238,17 +212,17 @@ class Device:
             self._press((), round(t_s * 1000))
 
     def _keep(self, recorder: SessionRecorder, frame: Frame, step: Step) -> None:
-        """Keep a frame, and let the virtual hand do what the cues ask for."""
+        """Record a frame, and pass a new cue to the simulated hand."""
         label = "" if self._virtual is None else self._virtual.label(step.t_s)
         truth = recorder.labels.index(label) if label in recorder.labels else UNKNOWN
-        said = recorder.take(frame, step, truth, self.sensor.button(step.t_s))
-        if self._hand is not None and said.asked is not None and said.fresh:
-            self._hand.heed(said.asked, step.t_s)
+        taken = recorder.take(frame, step, truth, self.sensor.button(step.t_s))
+        if self._hand is not None and taken.asked is not None and taken.fresh:
+            self._hand.take_cue(taken.asked, step.t_s)
         if recorder.done:
             self.due = None
 
     def _send(self, step: Step, rate_hz: float) -> None:
-        """Send what a frame gave: the command first, behind the uncertainty of its place."""
+        """Send the results of a frame: first the command, after the uncertainty of its position."""
         t_ms = round(step.t_s * 1000)
         if step.sigma is not None:
             self.link.send(PositionUncertainty(step.frame, step.sigma), t_ms)
@@ -267,7 +241,7 @@ class Device:
                 self.link.send(truth, t_ms)
 
     def _report(self, faults: tuple[str, ...], t_ms: int) -> None:
-        """Send the sensor's faults, which have changed."""
+        """Send and log the sensor's new faults."""
         for line in faults:
             if line not in self._faults:
                 _log.warning("sensor: %s", line)
@@ -279,12 +253,12 @@ class Device:
         if user == self._user:
             return
         if self._user is None or user.user != self._user.user:
-            _log.info("%s", f"{user.user} touches" if user.user else "nobody it knows touches")
+            _log.info("%s", f"user: {user.user}" if user.user else "user: not identified")
         self._user = user
         self.link.send(user, t_ms)
 
     def _press(self, pressed: tuple[str, ...], t_ms: int) -> None:
-        """Send what is held, when that changes."""
+        """Send the held commands, when they change."""
         if pressed != self._pressed:
             self._pressed = pressed
             self.link.send(State(pressed), t_ms)

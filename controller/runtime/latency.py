@@ -1,8 +1,8 @@
 """Latency of the control loop: a stamp at the end of each hop, percentiles, and their reports.
 
-The loop stamps the beginning of a frame, the stages the ends of their hops. Between two frames,
-when there is time, garbage is collected and the report goes to the host and to `controller status`.
-Nothing here waits, and memory does not grow.
+The loop stamps the beginning of a frame, the stages the ends of their hops. In the idle time
+between two frames garbage is collected, and the report is sent to the host and written for
+`controller status`. No function waits, and memory is bounded.
 """
 
 import contextlib
@@ -19,34 +19,34 @@ from controller.files import atomic_write, runtime_folder
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime.realtime import IdleCollector
 
-# The device's hops, in their order, named by what ends with each of them.
+# The device's hops in order, each named by the work that ends with it.
 HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")
-LINES: Final = 4096  # frames that count: seven minutes at 10 a second
-TELL_S: Final = 1.0  # between two reports
+LINES: Final = 4096  # frames in the statistics: seven minutes at 10 a second
+REPORT_S: Final = 1.0  # between two reports
 _SHARES: Final = (50.0, 95.0, 99.0)
-_SLACK_S: Final = 0.01  # nothing is done between frames that are nearer than this
+_SLACK_S: Final = 0.01  # least idle time for collection and reports
 
 
 class LatencyStatistics:
-    """The stamps of the latest frames.
+    """Time stamps of the latest frames.
 
     Attributes:
-        lines: Frames that were noted since the start.
+        lines: Frames since the start.
     """
 
     def __init__(self, hops: Sequence[str] = HOPS, lines: int = LINES) -> None:
-        """Reserve memory for so many hops and lines."""
+        """Reserve memory for the hops of the latest `lines` frames."""
         self.lines = 0
         self._hops = tuple(hops)
         self._stamps = np.zeros((lines, len(hops) + 1), dtype=np.int64)
 
     def note(self, stamps_ns: Sequence[int]) -> None:
-        """Take a frame's stamps: when it was due, then the end of each hop, nanoseconds."""
+        """Add a frame's stamps: when it was due, then the end of each hop, nanoseconds."""
         self._stamps[self.lines % len(self._stamps)] = stamps_ns
         self.lines += 1
 
     def digest(self) -> tuple[StageTime, ...]:
-        """Return each hop's percentiles, and those of all of them together; () without frames."""
+        """Return the percentiles of each hop, and of the whole; () without frames."""
         known = self._stamps[: min(self.lines, len(self._stamps))]
         if not len(known):
             return ()
@@ -79,9 +79,9 @@ class LatencyReporter:
         """Prepare for the first frame.
 
         Args:
-            period_s: From frame to frame: what there is to spend.
-            send: Takes a report for the host.
-            collector: Collects garbage between frames.
+            period_s: Time between two frames.
+            send: Sends a report to the host.
+            collector: Garbage collection between frames.
             status: A file for `controller status`, replaced with every report.
             about: Further entries of that file.
             clock_ns: Nanoseconds that never go back.
@@ -92,16 +92,16 @@ class LatencyReporter:
         self._status, self._clock_ns = status, clock_ns
         self._stamps = [0] * (len(HOPS) + 1)
         self._at = 0
-        self._told_s = 0.0
+        self._reported_s = 0.0
 
     def start(self, late_s: float) -> None:
-        """Begin a frame that was due so long ago."""
+        """Begin a frame that was due `late_s` ago."""
         now_ns = self._clock_ns()
         self._stamps[:2] = now_ns - round(late_s * 1e9), now_ns
         self._at = 2
 
     def mark(self) -> None:
-        """End a hop; after the last one the frame counts."""
+        """End a hop; the last one completes the frame."""
         if self._at < len(self._stamps):
             self._stamps[self._at] = self._clock_ns()
             self._at += 1
@@ -109,19 +109,19 @@ class LatencyReporter:
                 self.statistics.note(self._stamps)
 
     def idle(self, now_s: float, left_s: float, missed: int) -> None:
-        """Use the time until the next frame, if there is enough of it.
+        """Collect garbage and report, if the time until the next frame suffices.
 
         Args:
             now_s: The loop's clock.
             left_s: Until the next frame.
-            missed: Frames that could not be read in their time, since the start.
+            missed: Frames skipped because they were late, since the start.
         """
         if left_s < _SLACK_S:
             return
         if self._collector is not None:
             self._collector.idle(now_s, left_s)
-        if now_s - self._told_s >= TELL_S and self.statistics.lines:
-            self._told_s = now_s
+        if now_s - self._reported_s >= REPORT_S and self.statistics.lines:
+            self._reported_s = now_s
             report = LatencyReport(self._period_s * 1000, missed, self.statistics.digest())
             self._send(report)
             self._publish(report)
@@ -135,7 +135,7 @@ class LatencyReporter:
     def _publish(self, report: LatencyReport) -> None:
         if self._status is None:
             return
-        said = {
+        entries = {
             **self.about,
             "pid": os.getpid(),
             "frames": self.statistics.lines,
@@ -144,9 +144,9 @@ class LatencyReporter:
             "hops": [[hop.name, hop.p50_ms, hop.p95_ms, hop.p99_ms] for hop in report.hops],
         }
         try:
-            atomic_write(self._status, (json.dumps(said) + "\n").encode(), durable=False)
+            atomic_write(self._status, (json.dumps(entries) + "\n").encode(), durable=False)
         except OSError:
-            self._status = None  # the orb goes on without
+            self._status = None  # a run needs no status file
 
 
 def status_folders() -> list[Path]:
@@ -155,7 +155,7 @@ def status_folders() -> list[Path]:
 
 
 def status_file() -> Path | None:
-    """Return this controller's status file; None if there is no such place."""
+    """Return this controller's status file; None if its folder cannot be made."""
     service = os.environ.get("RUNTIME_DIRECTORY", "").partition(":")[0]  # systemd's
     folder = Path(service) if service else status_folders()[-1]
     try:

@@ -1,9 +1,9 @@
-"""A long press of the orb's button, which opens the pairing window without a keyboard."""
+"""Detection of a long press of the orb's button, which opens the pairing window."""
 
 from typing import Final
 
-HOLD_S: Final = 5.0  # longer than it is held for a label
-WINDOW_S: Final = 120  # how long hosts may pair then
+HOLD_S: Final = 5.0  # longer than a press that labels
+WINDOW_S: Final = 120  # duration of the pairing window
 
 
 class LongPress:
@@ -14,14 +14,14 @@ class LongPress:
         self._since_s: float | None = None
         self._done = False
 
-    def step(self, said: str | None, t_s: float) -> bool:
-        """Return whether the button has just been held for long enough.
+    def step(self, state: str | None, t_s: float) -> bool:
+        """Return whether the button has just been down for HOLD_S.
 
         Args:
-            said: State of the sensor's button: None (it has none), "null" (up), else down.
+            state: State of the sensor's button: None (it has none), "null" (up), else down.
             t_s: Now, seconds.
         """
-        if said is None or said == "null":
+        if state is None or state == "null":
             self._since_s, self._done = None, False
             return False
         if self._since_s is None:

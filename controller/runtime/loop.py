@@ -1,7 +1,7 @@
-"""The paced loop: frames at their times, requests in between, and never a wait for the link.
+"""The paced loop: frames at their times, requests in between, without blocking on the link.
 
-A `Device` does the work of one frame. `Loop` owns the time: an absolute schedule by the clock, or,
-for a virtual orb in granted time, exactly as far as time is granted.
+A `Device` does the work of one frame. `Loop` has the clock: an absolute schedule, or, for a virtual
+orb in granted time, exactly the granted time.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
+from controller.links.base import Link
 from controller.log_limit import LogLimit
 from controller.protocol.messages import (  # fmt: skip
     PROVING,
@@ -25,15 +26,15 @@ from controller.protocol.messages import (  # fmt: skip
     UploadChunk,
     UploadOffer,
 )
-from controller.runtime.device import Device, Outlet
+from controller.runtime.device import Device
 
 if TYPE_CHECKING:
     from controller.runtime.bundle_updates import BundleUpdater
 
-ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much
-GRANT_LIMIT_MS: Final = 60_000  # the farthest that one grant reaches: a host asks for 100 ms
-_IDLE_S: Final = 0.25  # longest wait without looking at signals
-_RATE_FRAMES: Final = 20  # the measured rate is the mean over so many
+ORPHAN_S: Final = 10.0  # time for which a virtual orb outlives the host that started it
+GRANT_LIMIT_MS: Final = 60_000  # limit of one grant; hosts grant 100 ms at a time
+_IDLE_S: Final = 0.25  # longest wait between two checks of signals
+_RATE_FRAMES: Final = 20  # the measured rate is the mean over these
 
 _log = logging.getLogger("controller")
 
@@ -43,7 +44,7 @@ class Loop:
 
     def __init__(
         self,
-        link: Outlet,
+        link: Link,
         open_device: Callable[[], Device],
         clock: Callable[[], float],
         *,
@@ -55,16 +56,16 @@ class Loop:
         """Prepare to run.
 
         Args:
-            link: Where requests come from, and what is waited on.
-            open_device: Makes a device at its first frame; its time starts at 0.
+            link: Source of requests; idle time is spent in its `wait`.
+            open_device: Returns a device before its first frame; its time starts at 0.
             clock: Seconds that never go back, such as `time.monotonic`.
             await_host: Begin when a host connects, instead of now.
-            orphan_s: End when no host was there for so long; None: never.
-            updater: Takes new bundles and corrections from the host.
-            exchange: Gives a device the networks of a bundle that has come into use, or returns
-                False: then the run ends.
+            orphan_s: End after this time without a host; None: never.
+            updater: Handler of bundles and corrections from the host.
+            exchange: Replaces the networks of a device by those of the bundle now in use;
+                returns False if that needs a new run.
         """
-        self.missed = 0  # frames whose time was over before they could be read
+        self.missed = 0  # frames skipped because they were late
         self.device: Device | None = None
         self._link = link
         self._open = open_device
@@ -82,7 +83,7 @@ class Loop:
 
         Raises:
             SensorError: The sensor fails.
-            RecordingError: A recording cannot be written where it should be.
+            RecordingError: A recording cannot be written.
         """
         seen_s = self._clock()
         try:
@@ -94,7 +95,7 @@ class Loop:
                 if self._link.connected:
                     seen_s = self._clock()
                 elif self._orphan_s is not None and self._clock() - seen_s > self._orphan_s:
-                    _log.info("the host has been gone for %g s, so this orb ends", self._orphan_s)
+                    _log.info("no host for %g s, so this orb ends", self._orphan_s)
                     break
                 if self._updater is not None and self._update(self._updater):
                     break
@@ -106,7 +107,7 @@ class Loop:
             self._end()
 
     def _update(self, updater: BundleUpdater) -> bool:
-        """Send the outcome of an upload; return whether to start again with its bundle."""
+        """Send the outcome of an upload; return whether its bundle needs a new run."""
         outcome = updater.poll()
         if outcome is not None:
             self._link.send(outcome, self._now_ms())
@@ -149,11 +150,11 @@ class Loop:
         elif isinstance(message, Correction):
             if self._updater is not None:
                 answer = self._updater.correct(message, list(self.device.recent))
-                if answer.state == PROVING:  # a peer that may correct nothing leaves no marks
+                if answer.state == PROVING:  # a refused correction leaves no mark
                     self.device.note("correct", message.label or "take back")
                 self._link.send(answer, self._now_ms())
         elif isinstance(message, Bye):
-            if not self._granted:  # granted time has stopped, and the next host's begins at 0
+            if not self._granted:  # granted time has stopped; that of the next host begins at 0
                 self.device.lift(self._elapsed_s())
         elif isinstance(message, Grant):
             if self._granted:
@@ -167,7 +168,7 @@ class Loop:
         until_ms = min(until_ms, round(device.now_s * 1000) + GRANT_LIMIT_MS)
         while device.due and round(device.due[1] * 1000) <= until_ms and not stopped():
             if not self._link.connected:
-                return  # of a host that has gone there may be thousands of grants left
+                return  # a host that is gone may have left thousands of grants
             device.advance(device.sensor.rate_hz)
         device.now_s = max(device.now_s, until_ms / 1000)
         now_ms = round(device.now_s * 1000)
@@ -176,7 +177,7 @@ class Loop:
     def _turn(self, device: Device) -> bool:
         """Wait for the frame that is due, or scan it; return False when the schedule has ended.
 
-        Times are multiples of the period from one origin, so a late frame makes no other late.
+        Times are multiples of the period from one origin, so a late frame delays no other.
         """
         if device.due is None:
             return False

@@ -1,11 +1,11 @@
-"""Parts of a run that is recorded."""
+"""Recorder of a run: its plan, labels, cues, display and provenance."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final
 
 from controller import __version__
 from controller.capture import cue_plan
@@ -13,7 +13,7 @@ from controller.capture.cue_plan import CuePlan
 from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
 from controller.capture.run_files import RunFiles
-from controller.capture.session_recorder import Plain, SessionRecorder
+from controller.capture.session_recorder import SessionRecorder
 from controller.capture.status_line import StatusLine
 from controller.keymap.terminal import Keyboard
 from controller.recordings.recorder import Recorder
@@ -22,27 +22,19 @@ from controller.recordings.recording import Provenance, RecordingError
 if TYPE_CHECKING:
     from argparse import Namespace
 
+    from controller.recognition.frames import State
     from controller.recognition.pipeline import Pipeline
-    from controller.recognition.preprocess import State
     from controller.runtime.assemble import Parts
     from controller.sensors.base import Sensor
 
 FREE: Final = "free"  # the protocol of a recording without cues
 
 
-@runtime_checkable
-class RecordingLink(Protocol):
-    """A link whose reader takes more than commands, such as cues."""
-
-    def say(self, plain: Plain) -> None:
-        """Take plain data, without waiting."""
-
-
 def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
-    """Return what shall be recorded; None: whatever happens.
+    """Return the cues of a recording; None: without cues.
 
     Raises:
-        RecordingError: The plan cannot be read, or asks for what the bundle does not know.
+        RecordingError: The plan cannot be read, or has labels that the bundle has not.
     """
     if options.label and options.label not in labels[1:]:
         raise RecordingError(
@@ -55,20 +47,20 @@ def recorder(
     parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
 ) -> SessionRecorder:
     """Return the recorder of a session from its first frame on."""
-    plan, link = parts.plan, parts.link
+    plan = parts.plan
     cues = None if plan is None else CueSession.of(plan)
     return SessionRecorder(
         begin(parts, runs, sensor),
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
-        on_cue=link.say if isinstance(link, RecordingLink) else lambda plain: None,
+        on_cue=parts.link.print_record,
         display=StatusLine(sys.stderr, pipeline.labels, keyboard=keyboard is not None),
     )
 
 
 def begin(parts: Parts, runs: RunFiles, sensor: Sensor) -> Callable[[State], Recorder]:
-    """Return the function that begins the next file of a session, with these parts."""
+    """Return a function that begins the next file of a session."""
     origin = _origin(parts, sensor)
     return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
 

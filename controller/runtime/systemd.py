@@ -1,7 +1,7 @@
 """Notifications to systemd (sd_notify(3)): ready, stopping, a status line, and the watchdog.
 
-The protocol is a datagram of NAME=VALUE lines to the socket that systemd names in the environment.
-Without that variable nothing is sent.
+The protocol is a datagram of NAME=VALUE lines to the socket NOTIFY_SOCKET. Without that variable
+nothing is sent.
 """
 
 import contextlib
@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Final
 
-BEATS: Final = 3  # per watchdog interval; systemd asks for two at least
+BEATS: Final = 3  # per watchdog interval; sd_notify(3) requires two
 
 
 class WatchdogHeartbeat:
-    """The service's end of sd_notify; heartbeats go out while the loop turns, and no longer."""
+    """Sender of sd_notify messages; the loop calls `beat`, so a hang ends the heartbeats."""
 
     def __init__(
         self,
@@ -35,21 +35,21 @@ class WatchdogHeartbeat:
         self._status = ""
 
     def ready(self) -> None:
-        """Notify that the service works."""
+        """Send that the service has started."""
         self._send("READY=1")
 
     def stopping(self) -> None:
-        """Notify that the service ends."""
+        """Send that the service is stopping."""
         self._send("STOPPING=1")
 
     def status(self, line: str) -> None:
-        """Set the line that `systemctl status` shows; it is sent when it changes."""
+        """Set the status line of `systemctl status`; it is sent when it changes."""
         if line != self._status:
             self._status = line
             self._send("STATUS=" + line.replace("\n", " "))
 
     def beat(self) -> None:
-        """Send a heartbeat if it is time to; call it often."""
+        """Send a heartbeat if it is due; call it often."""
         if self._every_s and self._clock() - self._beaten_s >= self._every_s:
             self._beaten_s = self._clock()
             self._send("WATCHDOG=1")
@@ -58,9 +58,9 @@ class WatchdogHeartbeat:
         if not self._address:
             return
         address = self._address
-        if address.startswith("@"):  # the kernel's abstract names begin with a zero byte
+        if address.startswith("@"):  # abstract names begin with a zero byte
             address = "\0" + address[1:]
-        # The game goes on without a supervisor.
+        # A run needs no supervisor.
         with (
             contextlib.suppress(OSError),
             socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as port,
@@ -71,7 +71,7 @@ class WatchdogHeartbeat:
 
 
 def _interval_s(environment: Mapping[str, str]) -> float:
-    """Return how long systemd waits for a beat, seconds; 0 if it does not watch this process."""
+    """Return the watchdog interval, seconds; 0 if there is none for this process."""
     microseconds = environment.get("WATCHDOG_USEC", "")
     process = environment.get("WATCHDOG_PID", str(os.getpid()))
     if process != str(os.getpid()) or not microseconds.isdecimal():

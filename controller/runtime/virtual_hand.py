@@ -1,4 +1,4 @@
-"""The virtual orb's own hand: gestures by a script, or as cues ask for."""
+"""Simulated hand of the virtual orb: gestures by a script, or by cues."""
 
 from __future__ import annotations
 
@@ -10,37 +10,37 @@ from controller.protocol.messages import Perform
 if TYPE_CHECKING:
     from controller.capture.cues import Cue
 
-Wish = tuple[float, Perform]  # seconds, and what the hand shall do then
+TimedPerform = tuple[float, Perform]  # seconds, and the gesture that begins then
 
 
 class VirtualHand:
-    """Gestures that wait for their time."""
+    """Gestures scheduled by time."""
 
     def __init__(
         self,
-        script: Iterator[Wish] | None = None,
-        obey: Callable[[Cue, float], Wish | None] | None = None,
+        script: Iterator[TimedPerform] | None = None,
+        respond: Callable[[Cue, float], TimedPerform | None] | None = None,
     ) -> None:
         """Prepare the first gesture.
 
         Args:
-            script: What the hand does unasked, in order; None: nothing.
-            obey: Returns what it does for a cue that begins at a time; None: it heeds no cues.
+            script: Gestures in order of time; None: none.
+            respond: Returns the gesture for a cue that begins at a time; None: cues are ignored.
         """
-        self._script, self._obey = script or iter(()), obey
+        self._script, self._respond = script or iter(()), respond
         self._next = next(self._script, None)
-        self._asked: Wish | None = None  # by a cue, and not due yet
+        self._cued: TimedPerform | None = None  # for a cue, and not due yet
 
-    def heed(self, cue: Cue, t_s: float) -> None:
+    def take_cue(self, cue: Cue, t_s: float) -> None:
         """Take a new cue."""
-        if self._obey is not None:
-            self._asked = self._obey(cue, t_s)
+        if self._respond is not None:
+            self._cued = self._respond(cue, t_s)
 
-    def due(self, t_s: float) -> Iterator[Wish]:
-        """Yield what begins by `t_s`, once."""
+    def due(self, t_s: float) -> Iterator[TimedPerform]:
+        """Yield each gesture that begins by `t_s`, once."""
         while self._next is not None and self._next[0] <= t_s:
             yield self._next
             self._next = next(self._script, None)
-        if self._asked is not None and self._asked[0] <= t_s:
-            yield self._asked
-            self._asked = None
+        if self._cued is not None and self._cued[0] <= t_s:
+            yield self._cued
+            self._cued = None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, GroundTruth
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from controller import files
 from controller.config import parse_json
-from controller.recognition.preprocess import Frame, StoredBaseline
+from controller.recognition.baseline import StoredBaseline
+from controller.recognition.frames import Frame
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be

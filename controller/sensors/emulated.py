@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors import virtual as virtuals
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver

@@ -4,7 +4,7 @@ import logging
 from dataclasses import dataclass
 from pathlib import Path
 
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, Sensor, SensorOptions
 from controller.sensors.hardware import HardwareError, schedule
 from controller.sensors.hardware.driver import Driver

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.event_metric import Event
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.simulator import label_button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped

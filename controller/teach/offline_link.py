@@ -4,13 +4,17 @@ import time
 from collections.abc import Callable
 from typing import Final
 
+from controller.links.base import Link
 from controller.protocol.messages import Message
 
 _TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 
-class OfflineLink:
-    """An outlet that nobody listens to, and the clock that it waits by."""
+class OfflineLink(Link):
+    """A link without a host, and the clock of its `wait`."""
+
+    connected = False
+    dropped = 0
 
     def __init__(
         self,
@@ -29,21 +33,15 @@ class OfflineLink:
         self._now_s = 0.0
         self._start_s = clock()
 
-    @property
-    def connected(self) -> bool:
-        """Nobody is there."""
-        return False
-
     def now_s(self) -> float:
         """Return the session's time, seconds."""
         return (self._clock() - self._start_s) * self._speed if self._speed else self._now_s
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Nobody hears it."""
+        """Drop the message."""
 
-    def poll(self) -> list[Message]:
-        """Nobody asks for anything."""
-        return []
+    def close(self) -> None:
+        """Nothing is open."""
 
     def wait(self, timeout_s: float) -> None:
         """Let so much of the session's time pass."""

@@ -180,7 +180,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         seed = options.seed * 2**32 + session.key
         obey = CuedHand(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
     alone = OfflineLink(options.speed)
-    device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(obey=obey))
+    device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(respond=obey))
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
     if loop.missed:

@@ -100,7 +100,7 @@ class BundleUpload:
         send(self._announced)
 
     def _answer(self, answer: UploadStatus) -> None:
-        self.told = answer.told
+        self.told = answer.text
         before = self.offset
         if answer.state == IN_USE:
             self.stage, self.offset = "in use", self.size

@@ -91,6 +91,8 @@ class KeysTarget(Target):
             self._ready()
         self._report(was_armed)
         self._send_strokes()
+        for item in received:  # for the picture, which has more time than a stroke
+            self._observe(item, now_s)
         self.orb.advance(now_s)
 
     def read_terminal(self) -> None:
@@ -121,7 +123,6 @@ class KeysTarget(Target):
 
     def _take(self, item: Received, now_s: float) -> None:
         """Process a received event."""
-        self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
                 self.keys.release()

@@ -56,9 +56,9 @@ class CorrectionKeys:
 
     def answer(self, message: UploadStatus, now_s: float) -> None:
         """Take the orb's answer."""
-        if message.told:
-            busy = message.told == "learning"
-            self._say(message.told, now_s, PATIENCE_S if busy else SHOWN_S)
+        if message.text:
+            busy = message.text == "learning"
+            self._say(message.text, now_s, PATIENCE_S if busy else SHOWN_S)
 
     def told(self, now_s: float) -> str:
         """Return what is to be shown now; "" nothing."""

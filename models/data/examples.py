@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import files
-from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.reader import Survey
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.console import count
-from controller.recognition.preprocess import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
 from controller.recordings.quality import check
 from controller.recordings.quality.duplicates import FrameIndex
 from controller.recordings.quality.response import respond

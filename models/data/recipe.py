@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final
 
-from controller.recognition.preprocess import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
 
 STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe
 NEVER_S: Final = 1e9  # thirty years: what begins after so long never does

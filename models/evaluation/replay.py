@@ -15,8 +15,9 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
 from controller.recognition.event_metric import Answer
+from controller.recognition.frames import Image, PreprocessSettings, Window
 from controller.recognition.pipeline import Networks, Pipeline, Touch
-from controller.recognition.preprocess import Image, Preprocessor, PreprocessSettings, Window
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import PICOFARAD, Recording, refuse_misfit
 from models.data.ground_truth import GroundTruth
 

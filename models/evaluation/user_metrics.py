@@ -11,7 +11,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.user_id import ANYBODY, Belief, Users, believe, nothing
+from controller.recognition.user_id import (
+    NOT_ENROLLED,
+    Belief,
+    Users,
+    uniform_belief,
+    update_belief,
+)
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
@@ -38,9 +44,9 @@ def beliefs(evidence: Evidence, session: Index, users: Users, seen: int) -> tupl
     for number in np.unique(session):
         own = np.flatnonzero(session == number)
         for start in range(0, len(own) - seen + 1, seen):
-            belief = nothing(users)
+            belief = uniform_belief(users)
             for event in own[start : start + seen]:
-                belief = believe(belief, evidence[event], users)
+                belief = update_belief(belief, evidence[event], users)
             made.append(belief)
             first.append(own[start])
     empty = np.zeros((0, 1 + len(users.names)))
@@ -85,9 +91,9 @@ def open_set(
     return OpenSetFigures(
         seen,
         auroc(sure, unsure),
-        float((_named(strange, users) != ANYBODY).mean()),
+        float((_named(strange, users) != NOT_ENROLLED).mean()),
         float((named == user).mean()),
-        float(((named != user) & (named != ANYBODY)).mean()),
+        float(((named != user) & (named != NOT_ENROLLED)).mean()),
     )
 
 
@@ -106,7 +112,7 @@ def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GR
     if not len(strange):
         return 0.9
     best = strange[:, 1:].max(axis=1)
-    alone = strange.argmax(axis=1) != ANYBODY
+    alone = strange.argmax(axis=1) != NOT_ENROLLED
     for accept in grid:
         if float((alone & (best >= accept)).mean()) <= false_accepts:
             return accept
@@ -141,7 +147,7 @@ def tuned(
 
 
 def _named(belief: Belief, users: Users) -> Index:
-    """Return the user named for each row, (rows,), or `ANYBODY`."""
+    """Return the user named for each row, (rows,), or `NOT_ENROLLED`."""
     best = belief.argmax(axis=1)
     sure = belief[np.arange(len(belief)), best] >= users.accept
-    return np.where(sure, best, ANYBODY).astype(np.int64)
+    return np.where(sure, best, NOT_ENROLLED).astype(np.int64)

@@ -24,10 +24,11 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
+from controller.links.base import Link
 from controller.protocol.messages import Bye, Command, Hello, Message
 from controller.recognition.event_metric import TAIL_S, Event
+from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline, Step
-from controller.recognition.preprocess import Frame
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.sensors.base import Geometry, Sensor
@@ -113,12 +114,14 @@ class Skin(Sensor):
         """Let go of the orb."""
 
 
-class World:
+class World(Link):
     """The clock, and a host that goes away and comes back."""
+
+    dropped = 0
+    connected = False
 
     def __init__(self) -> None:
         self.now_s = 0.0
-        self.connected = False
         self.received: set[int] = set()  # frames whose command the host has
 
     def clock(self) -> float:
@@ -128,6 +131,9 @@ class World:
     def wait(self, timeout_s: float) -> None:
         """Let time go by."""
         self.now_s += timeout_s + 1e-9
+
+    def close(self) -> None:
+        """Nothing is open."""
 
     def poll(self) -> list[Message]:
         """Return the host's coming and going."""

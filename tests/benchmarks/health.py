@@ -122,7 +122,7 @@ def play(
             continue
         step = pipeline.step(scan, t_s, frame)
         steps.append(step)
-        found = pipeline.look()
+        found = pipeline.check_health()
         if step.gesture is not None:
             answers.append(Answer(t_s, step.gesture))
     if finger is not None:

@@ -43,9 +43,13 @@ from typing import Any, Final
 PACKAGES: Final = ("controller", "host", "models", "tetris", "orbtouch")
 STROKES: Final = 12  # frames that press a key, of which the path is taken
 PATIENCE_S: Final = 120.0
+_EMULATED: Final = "controller/sensors/emulated.py"
 _HARDWARE: Final = (
-    "controller/sensors/emulated", "controller/sensors/hardware/emulated/", "controller/simulator/",
+    _EMULATED, "controller/sensors/hardware/emulated/", "controller/sensors/virtual",
+    "controller/simulator/",
 )  # fmt: skip
+_STROKE: Final = "a stroke"  # in place of a file
+_QUEUES: Final = ("/protocol/retransmit.py", "/protocol/outbox.py", "controller/outbox.py")
 _SHAPE: Final = re.compile(r"\(\s*[A-Za-z0-9_.* +/-]+\s*,[^()]*\)|shape", re.IGNORECASE)
 _ARRAY: Final = re.compile(r"\b(NDArray|ndarray|ArrayLike)\b")
 _MAPPING: Final = """
@@ -83,6 +87,12 @@ def keep():
 atexit.register(keep)
 if sys.argv[0] == "host":
     import itertools
+    write = sys.stdout.write
+    def note_stroke(text):
+        if text.startswith("press "):
+            events.append((time.monotonic_ns(), "a stroke", ""))
+        return write(text)
+    sys.stdout.write = note_stroke
     try:
         from controller.protocol.messages import Perform
         from host.connection.receiver import Receiver
@@ -283,14 +293,14 @@ def key_path(root: Path, folder: Path) -> list[str]:
             cwd=folder, env=_environment(root), stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         try:
-            strokes = _strokes(player)
+            _await_strokes(player)
         finally:
             player.terminate()
             player.communicate(timeout=PATIENCE_S)
     finally:
         orb.terminate()
         orb.communicate(timeout=PATIENCE_S)
-    return _entered(json.loads(device.read_text()), json.loads(host.read_text()), strokes)
+    return _entered(json.loads(device.read_text()), json.loads(host.read_text()))
 
 
 def _command(root: Path, out: Path, *words: str) -> list[str]:
@@ -314,32 +324,47 @@ def _port(orb: subprocess.Popen[str]) -> int:
     raise SystemExit("the device printed no port")
 
 
-def _strokes(player: subprocess.Popen[str]) -> list[int]:
-    """Return when keys went down, nanoseconds of the monotonic clock."""
+def _await_strokes(player: subprocess.Popen[str]) -> None:
+    """Return when enough keys have gone down."""
     assert player.stdout is not None
-    found: list[int] = []
+    found = 0
     end_s = time.monotonic() + PATIENCE_S
     for line in player.stdout:
-        if line.startswith("press "):
-            found.append(time.monotonic_ns())
-        if len(found) == STROKES or time.monotonic() > end_s:
+        found += line.startswith("press ")
+        if found == STROKES or time.monotonic() > end_s:
             break
-    return found
 
 
 Event = tuple[int, str, str]  # nanoseconds, file, function
 
 
-def _entered(device: list[Event], host: list[Event], strokes: list[int]) -> list[str]:
-    """Return the files in which every frame that led to a stroke entered a function."""
-    reads = [t for t, path, name in device if name == "read" and path == f"{_HARDWARE[0]}.py"]
-    presses = [t for t, path, name in host if path.endswith("/injector.py") and name == "send"]
+def _entered(device: list[Event], host: list[Event]) -> list[str]:
+    """Return the files in which every frame that led to a stroke entered a function.
+
+    A command belongs to the read before it and to the first stroke after it; without a stroke
+    before the next command, it pressed no key. The device's events count from the read to the
+    next one, the host's from the command on, both until the stroke: what a busy machine delays
+    does not enter another frame's window.
+    """
+    reads = [t for t, path, name in device if name == "read" and path == _EMULATED]
+    commands = [t for t, path, name in device if path.endswith(_QUEUES) and name == "put"]
+    strokes = [t for t, path, _ in host if path == _STROKE]
     sets = []
-    for stroke in strokes:
-        pressed = max(t for t in presses if t < stroke)
-        read = max(t for t in reads if t < pressed)
-        sets.append({path for t, path, _ in (*device, *host) if read <= t <= pressed})
-    return sorted(path for path in set.intersection(*sets) if not path.startswith(_HARDWARE))
+    for command, following in pairwise([*commands, sys.maxsize]):
+        stroke = min((t for t in strokes if command < t < following), default=None)
+        if stroke is None:
+            continue
+        read = max(t for t in reads if t < command)
+        end = min([stroke, *(t for t in reads if t > command)])
+        sets.append(
+            {path for t, path, _ in device if read <= t <= end}
+            | {path for t, path, _ in host if command <= t <= stroke}
+        )
+    if not sets:
+        raise SystemExit("no command led to a stroke")
+    return sorted(
+        path for path in set.intersection(*sets) if not path.startswith((*_HARDWARE, _STROKE))
+    )
 
 
 def _text(figures: dict[str, Any]) -> str:

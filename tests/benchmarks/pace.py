@@ -25,8 +25,8 @@ from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
 from controller.links import open_link
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.preprocess import Frame
 from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.runtime.latency import LatencyReporter, LatencyStatistics

@@ -40,8 +40,9 @@ from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
 from controller.protocol.messages import NumberedCommand
 from controller.protocol.packets import encode
+from controller.recognition.frames import Window
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.preprocess import Preprocessor, Window
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry
@@ -192,7 +193,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
         os.write(into, data)
         times[number] = time.perf_counter_ns() - begin
         os.read(out, 1 << 16)
-        pipeline.look()  # as the device does when the packet is out
+        pipeline.check_health()  # as the device does when the packet is out
         now = time.perf_counter()
         sweeper.idle(now, origin + (number + 1) / rate_hz - now)
     sweeper.close()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from controller.diagnostics import touch_checks
 from controller.protocol.messages import Contact, GroundTruth
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, Sensor
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard

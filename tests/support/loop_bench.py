@@ -11,14 +11,15 @@ from controller.bundles import bundle
 from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import Plain, SessionRecorder
+from controller.links.base import Link
 from controller.protocol.messages import Contact, Contacts, GroundTruth, Hello, Message, Perform
+from controller.recognition.frames import Frame, Image, State, Window
 from controller.recognition.pipeline import Networks, Pipeline
-from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import VirtualHand, Wish
+from controller.runtime.virtual_hand import TimedPerform, VirtualHand
 from controller.sensors.base import Geometry, Sensor, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -27,15 +28,39 @@ GRANTING = dataclasses.replace(HELLO, granted=True)
 FINGER = Contacts((Contact(1, 0.0, 3.0, 8.0, 7.0),))
 
 
-class World:
+class MessageLog(Link):
+    """A link that keeps what is sent, and has no requests."""
+
+    dropped = 0
+    connected = True
+
+    def __init__(self) -> None:
+        self.sent: list[Message] = []
+
+    def send(self, message: Message, t_ms: int) -> None:
+        self.sent.append(message)
+
+    def wait(self, timeout_s: float) -> None:
+        raise AssertionError("nothing waits for this link")
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+class World(Link):
     """A clock that only waiting moves, and a host whose requests come at their times."""
+
+    dropped = 0
+    connected = True
 
     def __init__(self, *requests: tuple[float, Message]) -> None:
         self.now_s = 100.0
         self.start_s = self.now_s
         self.requests = sorted(requests, key=lambda request: request[0])
         self.sent: list[tuple[Message, int]] = []
-        self.connected = True
+
+    def close(self) -> None:
+        """Nothing is open."""
 
     def clock(self) -> float:
         return self.now_s
@@ -150,7 +175,7 @@ class Bench:
         sensor.lost_s = self.lost_s
         self.sensors.append(sensor)
         pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
-        hand = None if self.cues is None else VirtualHand(obey=obey)
+        hand = None if self.cues is None else VirtualHand(respond=obey)
         device = Device(sensor, pipeline, self.world, hand=hand)
         if self.record is not None:
             device.recorder = self.tape(self.record, pipeline)
@@ -173,6 +198,6 @@ class Bench:
         return [message for message, _ in self.world.sent if isinstance(message, kinds)]
 
 
-def obey(cue: Cue, t_s: float) -> Wish | None:
+def obey(cue: Cue, t_s: float) -> TimedPerform | None:
     """Do at once what the cue says."""
     return (t_s, Perform(1, cue.label, 2.0, 2.0)) if cue.phase is Phase.GO else None

@@ -12,8 +12,8 @@ from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.engines import EngineError, Network
 from controller.bundles.inference.onnx_reader import GraphError
+from controller.recognition.frames import Image, Window
 from controller.recognition.pipeline import Networks
-from controller.recognition.preprocess import Image, Window
 
 TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
 A_FEW = 8  # golden inputs for each network, if all were checked before

@@ -6,7 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import PICOFARAD, Recording
 
 LEAST_PF: Final = 0.01  # least valid reading; a loose lead still couples 1 pF

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.inversion import Array, Inversion

@@ -35,7 +35,10 @@ class Scanner:
     def __init__(self, board: Board) -> None:
         """Ground all electrodes."""
         self.board = board
-        self._wiring = board.wiring
+        self._wiring = wiring = board.wiring
+        self._shape = wiring.rows, wiring.columns
+        self._slots = tuple(schedule.slots(wiring))
+        self._dark_slots = tuple(schedule.dark(wiring))
         self.ground()
 
     def ground(self) -> None:
@@ -50,9 +53,8 @@ class Scanner:
         Raises:
             HardwareAwayError: The converter does not answer.
         """
-        shape = (self._wiring.rows, self._wiring.columns)
-        counts, age_s = np.empty(shape), np.empty(shape)
-        for slot in schedule.slots(self._wiring):
+        counts, age_s = np.empty(self._shape), np.empty(self._shape)
+        for slot in self._slots:
             assert slot.column is not None
             for row, (count, age) in zip(slot.rows, self.read(slot), strict=True):
                 counts[row, slot.column], age_s[row, slot.column] = count, age
@@ -66,9 +68,9 @@ class Scanner:
         Raises:
             HardwareAwayError: The converter does not answer.
         """
-        counts = np.zeros(self._wiring.rows)
+        counts = np.zeros(self._shape[0])
         for _ in range(readings):
-            for slot in schedule.dark(self._wiring):
+            for slot in self._dark_slots:
                 for row, (count, _) in zip(slot.rows, self.read(slot), strict=True):
                     counts[row] += count / readings
         return counts

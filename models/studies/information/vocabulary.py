@@ -12,7 +12,7 @@ import numpy as np
 
 from controller.bundles.vocabulary import Entry, Vocabulary
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.preprocess import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES
 from models.data.augment import Symmetry

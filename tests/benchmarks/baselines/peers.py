@@ -28,7 +28,7 @@ from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 from sklearn.linear_model import LogisticRegression, Ridge
 from torch import nn
 
-from controller.recognition.preprocess import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
 from models.data import load, splits, touch_images
 from models.data.augment import Symmetry
 from models.data.load import Data

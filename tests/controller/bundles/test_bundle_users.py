@@ -14,7 +14,7 @@ from controller.bundles.bundle import BundleError
 from controller.bundles.deploy import selftest
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.mapping import Rule
-from controller.recognition.user_id import NOBODY
+from controller.recognition.user_id import NO_USERS
 from tests.support import user_bundles as enrolled
 
 
@@ -40,7 +40,7 @@ def test_any_zip_tool_shows_the_parts_of_people_before_the_sums(path: Path) -> N
 
 def test_a_bundle_without_people_has_no_word_about_them() -> None:
     shipped = bundle.read(enrolled.SHIPPED)
-    assert (shipped.users, shipped.identifies, shipped.heads) == (NOBODY, False, {})
+    assert (shipped.users, shipped.identifies, shipped.heads) == (NO_USERS, False, {})
     assert Recognizer(shipped).people(shipped.golden.windows[0]) is None
 
 

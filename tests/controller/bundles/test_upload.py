@@ -130,7 +130,7 @@ def test_what_is_not_what_was_announced_is_thrown_away(tmp_path: Path) -> None:
     assert intake.take(announced) == UploadStatus(WANTED, 0, "")
     answers = [intake.take(UploadChunk(i, DATA[i : i + PIECE])) for i in range(0, len(DATA), PIECE)]
     assert answers[-1].state == DECLINED
-    assert "not what was announced" in answers[-1].told
+    assert "not what was announced" in answers[-1].text
     assert intake.whole is None
     assert not list((tmp_path / FOLDER).iterdir())
 
@@ -199,7 +199,7 @@ def test_a_bundle_that_fails_its_proof_changes_nothing_and_the_host_hears_why(
     clerk = BundleUpdater(UploadReceiver(tmp_path), install)
     outcome = hand_over(clerk, b"bundle")
     assert outcome.state == DECLINED
-    assert "answers differently" in outcome.told
+    assert "answers differently" in outcome.text
     assert not clerk.switched
     assert hand_over(clerk, b"another").state == DECLINED  # and it takes the next one
 
@@ -220,7 +220,7 @@ def test_whatever_goes_wrong_on_the_orb_the_host_is_answered(
         raise error
 
     outcome = hand_over(BundleUpdater(UploadReceiver(tmp_path), install), b"bundle")
-    told = f"{type(error).__name__} on the orb; its log says more"
+    told = f"{type(error).__name__} on the orb; see its log"
     assert outcome == UploadStatus(DECLINED, 0, told)
     assert "a bundle could not be taken into use" in caplog.text
 

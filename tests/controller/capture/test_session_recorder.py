@@ -8,8 +8,8 @@ import pytest
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.protocol.messages import Command, Contacts, Grant, Message
+from controller.recognition.frames import State
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.preprocess import State
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance

@@ -121,7 +121,7 @@ def test_cues_are_printed_among_the_commands() -> None:
     out = io.StringIO()
     link = StdoutLink(out)
     link.send(PRESS, 1_200)
-    link.say({"t": 1.3, "cue": "rest", "label": "press"})
+    link.print_record({"t": 1.3, "cue": "rest", "label": "press"})
     link.close()
     lines = [json.loads(line) for line in out.getvalue().splitlines()]
     assert [line.get("cue") for line in lines] == [None, "rest"]

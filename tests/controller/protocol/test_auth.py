@@ -90,7 +90,7 @@ def test_a_host_without_the_key_is_told_to_name_it() -> None:
     both = Meeting(KEY, b"")
     [refused] = both.news
     assert isinstance(refused, Refused)
-    assert refused.reason.startswith("orb: the orb wants a key; add --key FILE")
+    assert refused.reason.startswith("orb: the orb needs a key; add --key FILE")
     assert both.device.refused == WRONG_KEY
     assert both.requests == []
 
@@ -99,8 +99,8 @@ def test_a_host_with_a_key_does_not_talk_to_an_orb_that_asks_for_none() -> None:
     both = Meeting(b"", KEY)
     [refused] = both.news
     assert isinstance(refused, Refused)
-    assert refused.reason.startswith("orb: the orb asks for no key")
-    assert both.device.refused == "the host wants a key, and the orb has none"
+    assert refused.reason.startswith("orb: the orb has no key")
+    assert both.device.refused == "the host needs a key, and the orb has none"
     assert both.requests == []
 
 
@@ -128,7 +128,7 @@ def test_an_orb_that_does_not_know_the_key_is_not_believed() -> None:
         impostor = HostSession("orb", 100, 0, key=KEY, nonce=NONCE)
         impostor.receive(offer, 0)
         [refused] = impostor.receive(answer, 0)
-        assert refused == Refused("orb does not know our key; give both the same --key FILE")
+        assert refused == Refused("orb has another key; give both the same --key FILE")
 
 
 def test_a_lower_version_than_was_offered_cannot_be_made_of_a_hello() -> None:
@@ -154,7 +154,7 @@ def test_what_one_session_said_is_nothing_to_the_next_nor_to_the_other_end() -> 
     first, second = Meeting(KEY, KEY), Meeting(KEY, KEY, nonce=bytes(16))
     assert first.device.number == second.device.number
     requests = second.device.receive(first.from_host, 0)  # Hello, and a Join of yesterday
-    assert requests == [Bye("the host started anew")]
+    assert requests == [Bye("the host started again")]
     assert second.device.state == "offered"  # it waits for a Join that fits this session
     second = Meeting(KEY, KEY, nonce=bytes(16))
     first.device.send(DROP, 0, 0)

@@ -103,6 +103,10 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
+WELCOME = Welcome(
+    1, 7, "A1", "OrbTouch", False, 5, 5, 10.0, 1.0, 100, 300, ("null", "press"), ("down",), True, 6
+)  # fmt: skip
+
 # One packet of each kind before COBS and checksum: version 2 and flags 0, type, session 1,
 # sequence 2, t_ms 3, then the payload, field by field. Read it beside the specification.
 GOLDEN: list[tuple[Message, str]] = [
@@ -111,23 +115,7 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 01 0100 0200 03000000  01 01 03 6b6579 04 686f7374 01",
     ),
     (
-        Welcome(
-            1,
-            7,
-            "A1",
-            "OrbTouch",
-            False,
-            5,
-            5,
-            10.0,
-            1.0,
-            100,
-            300,
-            ("null", "press"),
-            ("down",),
-            True,
-            6,
-        ),
+        WELCOME,
         "20 02 0100 0200 03000000  01 07000000 02 4131 08 4f7262546f756368 00 05 05 00002041"
         "0000803f 6400 2c01  02 04 6e756c6c 05 7072657373  01 04 646f776e 01 06000000",
     ),
@@ -392,20 +380,12 @@ def test_the_specification_says_how_long_every_text_and_every_list_may_be() -> N
     assert {(kind, field) for kind, field, _ in LISTS} == lists - {("NumberedCommand", "touch")}
 
 
-@pytest.mark.parametrize(("kind", "field", "width"), TEXTS)
-def test_a_text_fits_up_to_its_specified_width(kind: str, field: str, width: int) -> None:
-    message = SAMPLES[kind]
-    letter = getattr(message, field)[:1]
-    assert fits(replace(message, **{field: letter * width}))
-    assert not fits(replace(message, **{field: letter * (width + 1)}))
-
-
-@pytest.mark.parametrize(("kind", "field", "count"), LISTS)
-def test_a_list_fits_up_to_its_specified_length(kind: str, field: str, count: int) -> None:
+@pytest.mark.parametrize(("kind", "field", "size"), TEXTS + LISTS)
+def test_a_text_or_list_fits_up_to_its_specified_size(kind: str, field: str, size: int) -> None:
     message = SAMPLES[kind]
     value = getattr(message, field)[:1]
-    assert fits(replace(message, **{field: value * count}))
-    assert not fits(replace(message, **{field: value * (count + 1)}))
+    assert fits(replace(message, **{field: value * size}))
+    assert not fits(replace(message, **{field: value * (size + 1)}))
 
 
 @pytest.mark.parametrize(("kind", "field", "width"), LISTED_TEXTS)

@@ -92,7 +92,7 @@ def test_from_everywhere_a_lost_peer_leads_back_to_the_start() -> None:
 
 
 def test_two_ways_for_one_event_are_a_mistake() -> None:
-    with pytest.raises(ValueError, match="two ways from a on x"):
+    with pytest.raises(ValueError, match="two transitions from a on x"):
         next_states((Transition(("a", "b"), "x", "b", ""), Transition(("a",), "x", "a", "")))
 
 

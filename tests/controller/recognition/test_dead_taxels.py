@@ -5,7 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.recognition.dead_taxels import MEMORY, ResponseMonitor, TaxelInterpolator
-from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Preprocessor
 from controller.simulator.faults import Fault
 from controller.simulator.orb import NOMINAL
 from controller.simulator.presets import preset

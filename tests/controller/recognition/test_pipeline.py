@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.bundles import bundle
+from controller.recognition.frames import Frame, Image, State, Window
 from controller.recognition.pipeline import Networks, Pipeline, Step
-from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recognition.touch_position import PositionSpread
 
 SHIPPED = bundle.read(bundle.default_path())

@@ -9,13 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from controller.recognition import drift
-from controller.recognition.baseline import Rebaseline
-from controller.recognition.preprocess import (
-    Preprocessor,
-    PreprocessSettings,
-    StoredBaseline,
-    z_image,
-)
+from controller.recognition.baseline import Rebaseline, StoredBaseline
+from controller.recognition.frames import PreprocessSettings, z_image
+from controller.recognition.preprocess import Preprocessor
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
@@ -38,6 +34,14 @@ def pressed(seconds: float, depth: float = 0.3) -> NDArray[np.float32]:
 
 def fresh() -> Preprocessor:
     return Preprocessor(PreprocessSettings(), 5, 5)
+
+
+def rested(seconds: float) -> Preprocessor:
+    """A stage after this time of an untouched sensor."""
+    stage = fresh()
+    for frame in idle(seconds):
+        stage.step(frame)
+    return stage
 
 
 def test_an_image_is_capacitance_over_rest() -> None:
@@ -111,26 +115,8 @@ def test_a_window_holds_the_latest_images_oldest_first() -> None:
     np.testing.assert_array_equal(window, np.stack(images[-10:]))
 
 
-def test_a_long_press_is_not_absorbed_by_the_rest_image() -> None:
-    stage = fresh()
-    for frame in idle(5.0):
-        stage.step(frame)
-    deviations = [stage.step(frame).deviation for frame in pressed(20.0)]
-    assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
-
-
-def test_slow_drift_of_the_untouched_sensor_is_followed() -> None:
-    stage = fresh()
-    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]  # 10 % in two minutes
-    last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
-    assert last.quiet
-    assert abs(float(last.image.mean()) - 1.0) < 0.01
-
-
 def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
-    stage = fresh()
-    for frame in idle(5.0):
-        stage.step(frame)
+    stage = rested(5.0)
     changed = (idle(40.0) * 1.2).astype(np.float32)
     quiet = [stage.step(frame).quiet for frame in changed]
     assert not any(quiet[:290])
@@ -138,9 +124,7 @@ def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
 
 
 def test_short_touches_never_add_up_to_a_new_sensor() -> None:
-    stage = fresh()
-    for frame in idle(5.0):
-        stage.step(frame)
+    stage = rested(5.0)
     for _ in range(10):
         touched = [stage.step(frame).deviation for frame in pressed(8.0)]
         left = [stage.step(frame).quiet for frame in idle(2.0, seed=3)]
@@ -196,11 +180,12 @@ def test_rest_is_frozen_for_four_tenths_of_a_second_after_a_touch() -> None:
     assert same == [True] * 4 + [False] * 4
 
 
-def test_drift_is_followed_again_after_a_touch() -> None:
+@pytest.mark.parametrize("before", [[], [*idle(5.0), *pressed(3.0)]], ids=["start", "touch"])
+def test_slow_drift_of_the_untouched_sensor_is_followed(before: list[NDArray[np.float32]]) -> None:
     stage = fresh()
-    for frame in np.concatenate([idle(5.0), pressed(3.0)]):
+    for frame in before:
         stage.step(frame)
-    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]
+    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]  # 10 % in two minutes
     last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
     assert last.quiet
     assert abs(float(last.image.mean()) - 1.0) < 0.01
@@ -237,9 +222,7 @@ def test_learning_after_a_frame_is_as_learning_with_it() -> None:
 
 
 def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
-    stage = fresh()
-    for frame in idle(2.0):
-        stage.step(frame)
+    stage = rested(2.0)
     drifted = (idle(0.5) * 1.025).astype(np.float32)  # more than the gate, and never longer at rest
     for touch in range(12):
         for frame in (*pressed(0.6), *drifted):
@@ -266,9 +249,7 @@ def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:
 
 
 def test_one_hands_press_is_not_absorbed_while_the_other_hand_taps() -> None:
-    stage = fresh()
-    for frame in idle(2.0):
-        stage.step(frame)
+    stage = rested(2.0)
     tap = pressed(0.6)
     tap[:, :, :2] *= 0.6
     for _ in range(15):
@@ -300,9 +281,7 @@ def test_a_lasting_touch_is_judged_once_every_thirty_seconds(
 
 
 def test_a_press_of_ten_minutes_is_never_absorbed() -> None:
-    stage = fresh()
-    for frame in idle(5.0):
-        stage.step(frame)
+    stage = rested(5.0)
     deviations = [stage.step(frame).deviation for frame in pressed(600.0)]
     assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
     after = [stage.step(frame).quiet for frame in idle(2.0, seed=4)]
@@ -414,9 +393,7 @@ def test_a_calibration_of_another_shape_is_refused() -> None:
 
 
 def test_a_row_that_is_cut_off_in_a_touch_is_filled_in_and_comes_back_as_it_was() -> None:
-    stage = fresh()
-    for frame in idle(5.0):
-        stage.step(frame)
+    stage = rested(5.0)
     whole = stage.step(pressed(0.1)[0]).image
     cut = pressed(60.0)
     cut[:, 2] = 1.0

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.preprocess import Prepared, Preprocessor, PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.sensor_health import LETTERS, MOST, HealthMonitor
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
@@ -28,7 +29,7 @@ class Session:
         for frame in frames.astype(np.float32):
             prepared = self.stage.step(frame)
             self.health.notice(prepared)
-            found = self.health.look(prepared.dead, self.stage.resting)
+            found = self.health.check(prepared.dead, self.stage.resting)
         return found
 
 
@@ -111,7 +112,7 @@ def found(frames: list[Prepared], rest: NDArray[np.float64] | None = None) -> tu
     health = HealthMonitor(10.0, ratio=True)
     for prepared in frames:
         health.notice(prepared)
-        lines = health.look(prepared.dead, rest)
+        lines = health.check(prepared.dead, rest)
     return lines
 
 
@@ -170,7 +171,7 @@ def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple
     health = HealthMonitor(10.0, ratio=ratio, before=REST_PF)
     for _ in range(10):
         health.notice(FELT)
-        lines = health.look(None, REST_PF * factor)
+        lines = health.check(None, REST_PF * factor)
     return lines
 
 
@@ -201,7 +202,7 @@ def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
         for share in (0.9, 1.0, 0.9, 0.75, 0.6, 0.9):
             for _ in range(10):
                 health.notice(FELT)
-                lines = health.look(None, REST_PF * np.exp(share * change))
+                lines = health.check(None, REST_PF * np.exp(share * change))
             told.append(bool(lines))
         assert told == [False, True, True, True, False, False]
 
@@ -214,7 +215,7 @@ def test_no_more_than_eight_sentences_are_told_at_once() -> None:
     rest[:9] *= 1.2
     for _ in range(10):
         health.notice(FELT)
-        lines = health.look(None, rest)
+        lines = health.check(None, rest)
     assert [line.split(" has")[0] for line in lines] == [f"row {row}" for row in range(8)]
 
 
@@ -223,5 +224,5 @@ def test_a_sensor_that_was_never_calibrated_drifts_from_its_first_rest() -> None
     for rest, lines in ((None, 0), (REST_PF, 0), (REST_PF * 0.9, 1)):
         for _ in range(10):
             health.notice(FELT)
-            found = health.look(None, rest)
+            found = health.check(None, rest)
         assert len(found) == lines

@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.recognition.user_id import UserIdentifier, Users, believe, evidence, named, nothing
+from controller.recognition.user_id import (
+    UserIdentifier,
+    Users,
+    evidence,
+    identify,
+    uniform_belief,
+    update_belief,
+)
 
 TWO = Users(
     ("ann", "bob"), ("press",), temperature=1.0, accept=0.9, stay=0.98, forget_s=5.0
@@ -58,9 +65,9 @@ def test_successive_gestures_name_somebody() -> None:
 
 def test_who_was_named_stays_named_while_nobody_else_is_more_probable() -> None:
     unsure = np.array([0.3, 0.5, 0.2])
-    assert named(unsure, TWO) == 0
-    assert named(unsure, TWO, before=1) == 1
-    assert named(unsure, TWO, before=2) == 0
+    assert identify(unsure, TWO) == 0
+    assert identify(unsure, TWO, before=1) == 1
+    assert identify(unsure, TWO, before=2) == 0
 
 
 def test_somebody_else_is_believed_after_some_gestures() -> None:
@@ -91,8 +98,8 @@ def test_who_is_gone_for_long_is_forgotten() -> None:
 
 def test_a_temperature_makes_evidence_weaker() -> None:
     said = evidence(ANN)
-    sure = believe(nothing(TWO), said, TWO)[1]
-    less = believe(nothing(TWO), said, dataclasses.replace(TWO, temperature=3.0))[1]
+    sure = update_belief(uniform_belief(TWO), said, TWO)[1]
+    less = update_belief(uniform_belief(TWO), said, dataclasses.replace(TWO, temperature=3.0))[1]
     assert sure > less > 1 / 3
 
 
@@ -132,11 +139,11 @@ def test_a_damaged_state_is_refused() -> None:
     ):
         state = witness.state()
         state[key] = np.full_like(state[key], value)
-        with pytest.raises(ValueError, match="a belief that is none"):
+        with pytest.raises(ValueError, match="user identification is damaged"):
             witness.restore(state)
 
 
 def test_nobody_in_particular_is_never_named() -> None:
-    assert named(np.array([0.98, 0.01, 0.01]), TWO) == 0
-    assert named(np.array([0.0, 0.5, 0.5]), TWO) == 0
-    assert named(np.array([0.05, 0.9, 0.05]), TWO) == 1
+    assert identify(np.array([0.98, 0.01, 0.01]), TWO) == 0
+    assert identify(np.array([0.0, 0.5, 0.5]), TWO) == 0
+    assert identify(np.array([0.05, 0.9, 0.05]), TWO) == 1

@@ -14,10 +14,10 @@ from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.cli.run import parser
-from controller.protocol.messages import Command, Message, UserIdentified
+from controller.protocol.messages import Command, UserIdentified
+from controller.recognition.frames import Frame, Image, Window
 from controller.recognition.mapping import Mapping, Rule
 from controller.recognition.pipeline import Networks, Pipeline, Step
-from controller.recognition.preprocess import Frame, Image, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime import assemble
@@ -26,6 +26,7 @@ from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.virtual import Virtual, show
 from tests.support import user_bundles as enrolled
+from tests.support.loop_bench import MessageLog
 
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 
@@ -152,7 +153,7 @@ def test_a_mapping_file_has_rules_for_single_people(
     for text, why in (
         (
             '[users.zoe]\npinch = "drop"',
-            "for 'zoe', but the bundle knows ann, bob",
+            "for 'zoe'; enrolled are ann, bob",
         ),
         ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
         ('[users."\\u001b"]', r"rules for '\x1b'"),
@@ -177,24 +178,6 @@ def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:
             )  # fmt: skip
 
 
-class Told:
-    """A link that keeps what it is given."""
-
-    connected = True
-
-    def __init__(self) -> None:
-        self.messages: list[Message] = []
-
-    def send(self, message: Message, t_ms: int) -> None:
-        self.messages.append(message)
-
-    def poll(self) -> list[Message]:
-        return []
-
-    def wait(self, timeout_s: float) -> None:
-        """Never."""
-
-
 class Scripted:
     """A sensor with frames of its own."""
 
@@ -216,29 +199,29 @@ class Scripted:
 def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -> None:
     two = bundle.read(path)
     frames = [REST] * 20 + RIGHT * 3
-    link = Told()
+    link = MessageLog()
     pipeline = Pipeline(two.settings, Certain(), two.mapping)
     device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
     for _ in range(len(frames) - 1):
         device.advance(10.0)
-    who = [message for message in link.messages if isinstance(message, UserIdentified)]
+    who = [message for message in link.sent if isinstance(message, UserIdentified)]
     assert [one.user for one in who] == ["", "", "bob", "bob"]
     assert [one.confidence for one in who] == sorted(one.confidence for one in who)
     device.greet(100.0)
     device.advance(10.0)
-    assert link.messages.count(who[-1]) == 2
+    assert link.sent.count(who[-1]) == 2
 
 
 def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
     shipped = bundle.read(enrolled.SHIPPED)
-    link = Told()
+    link = MessageLog()
     pipeline = Pipeline(shipped.settings, Certain(), shipped.mapping)
     frames = [REST] * 20 + RIGHT
     device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
     for _ in frames:
         device.advance(10.0)
-    assert any(isinstance(message, Command) for message in link.messages)
-    assert not any(isinstance(message, UserIdentified) for message in link.messages)
+    assert any(isinstance(message, Command) for message in link.sent)
+    assert not any(isinstance(message, UserIdentified) for message in link.sent)
 
 
 @pytest.mark.slow
@@ -255,13 +238,13 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     tape = SessionRecorder(
         lambda state: Recorder(recording, origin, state), pipeline, Labeller(two.labels)
     )
-    link = Told()
+    link = MessageLog()
     script = show(two.labels, sensor.geometry, seed=3)
     device = Device(sensor, pipeline, link, recorder=tape, hand=VirtualHand(script))
     for _ in range(300):
         device.advance(10.0)
     device.close()
-    live = [message for message in link.messages if isinstance(message, UserIdentified)]
+    live = [message for message in link.sent if isinstance(message, UserIdentified)]
     assert len(live) > 3
     assert main(["--bundle", str(path), "--replay", str(recording)]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -274,6 +257,6 @@ def test_somebody_who_is_not_enrolled_cannot_be_played_as(
     path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["--bundle", str(path), "--user", "eve"]) == 2
-    assert "the bundle knows ann, bob; add --record" in capsys.readouterr().err
+    assert "enrolled are ann, bob; add --record" in capsys.readouterr().err
     assert main(["--user", "eve"]) == 2
-    assert "the bundle knows nobody" in capsys.readouterr().err
+    assert "enrolled are none" in capsys.readouterr().err

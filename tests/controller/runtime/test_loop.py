@@ -18,8 +18,8 @@ from controller.protocol.messages import (
     State,
     Telemetry,
 )
+from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.preprocess import Frame
 from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
 from controller.sensors.base import Sensor

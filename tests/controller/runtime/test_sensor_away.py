@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from controller.protocol.messages import Command, Contacts, State, Telemetry
-from controller.recognition.preprocess import Frame
+from controller.recognition.frames import Frame
 from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.sensors.base import SensorAwayError

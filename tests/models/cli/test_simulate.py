@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.recognition.preprocess import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings
 from controller.recordings import reader, recording, writer
 from controller.simulator.session import TEST_SEEDS
 from controller.simulator.user_style import person

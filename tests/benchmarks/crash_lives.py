@@ -1,0 +1,109 @@
+"""Processes that record until they are killed."""
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from controller.__main__ import main as controller
+from controller.recognition.frames import Frame
+from controller.recordings import recovery
+from controller.recordings.recorder import SYNC_S, Recorder
+from controller.recordings.recording import Provenance
+
+RATE_HZ: Final = 100.0
+AT_ONCE: Final = 10  # processes
+LABELS: Final = ("null", "press", "pinch")
+ORIGIN: Final = Provenance("benchmark", 5, 5, 10.0, RATE_HZ, LABELS, "", "", "")
+FORK: Final = multiprocessing.get_context("fork")
+
+
+def made(seed: int, number: int) -> Frame:
+    """Return a frame of a seed, made from its number alone."""
+    return np.random.default_rng((seed, number)).normal(41.2, 2.9, (5, 5)).astype(np.float32)
+
+
+@dataclass
+class Life:
+    """A process, and what it had done when it was killed."""
+
+    folder: Path
+    seed: int
+    span_s: float  # from its start, or from when it says `ready`, until it is killed
+    waits: bool = False  # for `ready`
+    added: Any = field(default_factory=lambda: FORK.Value("q", 0, lock=False))  # frames
+    ready: Any = field(default_factory=FORK.Event)
+
+
+def record(life: Life) -> None:
+    """Record on an absolute schedule until killed."""
+    recorder = Recorder(life.folder / "one.npz", ORIGIN, {})
+    start = time.monotonic()
+    for number in range(1, 1 << 40):
+        time.sleep(max(0.0, start + number / RATE_HZ - time.monotonic()))
+        _add(recorder, life.seed, number)
+        life.added.value = number
+
+
+def _add(recorder: Recorder, seed: int, number: int) -> None:
+    t_s, label = number / RATE_HZ, number % len(LABELS)
+    recorder.add(made(seed, number), t_s, number, label=label)
+
+
+def seal(life: Life) -> None:
+    """Record a lot at once and seal it; killed meanwhile."""
+    recorder = Recorder(life.folder / "one.npz", ORIGIN, {})
+    for number in range(1, 1001):
+        _add(recorder, life.seed, number)
+    time.sleep(2 * SYNC_S)  # then all is on the disk, and a crash may cost nothing
+    life.added.value = 1000
+    life.ready.set()
+    recorder.close()
+
+
+def recover(life: Life) -> None:
+    """Recover what is in the folder; killed meanwhile."""
+    life.ready.set()
+    for journal in recovery.leftovers(life.folder):
+        recovery.recover(journal)
+
+
+def control(life: Life) -> None:
+    """Run `controller` itself; count the frames that it hands over."""
+    add = Recorder.add
+
+    def counted(self: Recorder, *args: Any, **kwargs: Any) -> None:
+        add(self, *args, **kwargs)
+        life.added.value += 1
+
+    Recorder.add = counted  # type: ignore[method-assign]
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nowhere, stream)
+    path = life.folder / "one.npz"
+    controller(["--sensor", "virtual", "--seed", str(life.seed), "--record", str(path)])
+
+
+def kill(lives: list[Life], work: Callable[[Life], None], number: int = signal.SIGKILL) -> None:
+    """Run the lives, some at once, and end each at its time with a signal."""
+    step = 1 if any(life.waits for life in lives) else AT_ONCE
+    for first in range(0, len(lives), step):
+        running = []
+        for life in lives[first : first + step]:
+            process = FORK.Process(target=work, args=(life,), daemon=True)
+            process.start()
+            if life.waits:
+                life.ready.wait(60.0)
+            running.append((time.monotonic() + life.span_s, process))
+        for end, process in sorted(running, key=lambda run: run[0]):
+            time.sleep(max(0.0, end - time.monotonic()))
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process.pid or 0, number)
+            process.join()
