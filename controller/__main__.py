@@ -2,7 +2,7 @@
 
 import sys
 
-from controller.interrupt import importing
+from controller import importing
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -14,7 +14,7 @@ def main(argv: list[str] | None = None) -> int:
         from importlib import import_module
 
         from controller.cli.commands import COMMANDS, RUN
-        from controller.console import complain, run, unknown_command
+        from controller.errors import complain, run, unknown_command
 
         if name is not None and name not in COMMANDS:
             error = unknown_command("controller", name, COMMANDS)

@@ -2,7 +2,7 @@
 
 import sys
 
-from controller.interrupt import importing
+from controller import importing
 
 
 def main(argv: list[str] | None = None) -> int:

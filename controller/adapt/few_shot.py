@@ -9,7 +9,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from controller import console
+from controller import errors
 from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError
@@ -317,5 +317,5 @@ def _described(fresh: Sequence[Example]) -> str:
     for label, user in dict.fromkeys((one.label, one.user) for one in fresh):
         count = sum((one.label, one.user) == (label, user) for one in fresh)
         whose = f" of {user}" if user else ""
-        words.append(f"{label}{whose} from {console.count(count, 'example')}")
+        words.append(f"{label}{whose} from {errors.count(count, 'example')}")
     return ", ".join(words)

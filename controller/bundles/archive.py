@@ -11,7 +11,7 @@ import zipfile
 from collections.abc import Mapping
 from typing import Final
 
-from controller.zip_limits import DAMAGE, ZipError, open_zip
+from controller.npz import DAMAGE, ZipError, open_zip
 
 MAX_PARTS: Final = 64
 _UNIX: Final = 3  # system that made the file: APPNOTE.TXT, 4.4.2

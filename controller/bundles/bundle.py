@@ -18,8 +18,7 @@ from controller.bundles import archive, users_table
 from controller.bundles import golden as goldens
 from controller.bundles.golden import Golden, GoldenError
 from controller.config import ConfigError
-from controller.console import one_line
-from controller.errors import UserError, reason
+from controller.errors import UserError, one_line, reason
 from controller.files import atomic_write, read_bytes
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.frames import PreprocessSettings

@@ -9,7 +9,7 @@ from typing import Any
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
-from controller.console import TROUBLE, complain, one_line
+from controller.errors import TROUBLE, complain, one_line
 
 
 def main(argv: Sequence[str]) -> int:

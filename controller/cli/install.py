@@ -6,8 +6,7 @@ from pathlib import Path
 
 from controller.bundles.deploy.install import install
 from controller.bundles.deploy.store import BundleStore
-from controller.console import TROUBLE, complain, printable, run
-from controller.errors import reason
+from controller.errors import TROUBLE, complain, printable, reason, run
 
 
 def main(argv: Sequence[str]) -> int:

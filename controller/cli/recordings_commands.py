@@ -10,8 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from controller.console import TROUBLE, complain, count, printable
-from controller.errors import reason
+from controller.errors import TROUBLE, complain, count, printable, reason
 from controller.recordings import (
     csv_export,
     edit,

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, shown_name
-from controller.console import TROUBLE, complain
-from controller.errors import reason
+from controller.errors import TROUBLE, complain, reason
 
 
 def main(argv: Sequence[str]) -> int:

@@ -16,19 +16,18 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from controller import __version__, console
+from controller import __version__, errors
 from controller.bundles.inference import engines
 from controller.cli.commands import COMMANDS
 from controller.cli.sensor_options import add_sensor, hand_of, rate
-from controller.console import TROUBLE, complain, let_go
-from controller.errors import UserError
+from controller.errors import TROUBLE, UserError, complain, let_go
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed, renew
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
 from controller.runtime.realtime import IdleCollector, real_time, reserve
+from controller.runtime.shutdown import ShutdownSignals, signals
 from controller.runtime.systemd import WatchdogHeartbeat
-from controller.shutdown import ShutdownSignals, signals
 
 if TYPE_CHECKING:
     from controller.keymap.terminal import Keyboard
@@ -137,7 +136,7 @@ def _sessions(
 
     loop.run(over)
     if loop.missed:
-        missed = console.count(loop.missed, "frame")
+        missed = errors.count(loop.missed, "frame")
         _log.info("missed %s; is the machine too busy?", missed)
     return not shutdown and (shutdown.renew or (updater is not None and updater.switched))
 

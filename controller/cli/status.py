@@ -14,8 +14,7 @@ from typing import Any, Final
 
 from controller.cli.service import NAME
 from controller.config import MAX_BYTES, parse_json
-from controller.console import count
-from controller.errors import how_to_install
+from controller.errors import count, how_to_install
 from controller.files import read_bytes
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices

@@ -13,12 +13,20 @@ from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 from controller.cli import install
 from controller.cli.sensor_options import add_sensor, rate
-from controller.console import INTERRUPTED, TROUBLE, agreed, ask, complain
-from controller.errors import TroubleError, UserError, reason
+from controller.errors import (
+    INTERRUPTED,
+    TROUBLE,
+    TroubleError,
+    UserError,
+    agreed,
+    ask,
+    complain,
+    reason,
+)
 from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
-from controller.shutdown import signals
+from controller.runtime.shutdown import signals
 from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import TeachPlan, say

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import console
+from controller import errors
 from controller.diagnostics.skin_checks import PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
@@ -69,7 +69,7 @@ class FrameReader:
 class Finger:
     """A user at a terminal, who is asked to press."""
 
-    def __init__(self, ask: Callable[[str], str] = console.ask) -> None:
+    def __init__(self, ask: Callable[[str], str] = errors.ask) -> None:
         """Ask on the standard error stream, unless another way is given."""
         self._ask = ask
 

@@ -16,7 +16,7 @@ from functools import partial
 from typing import Protocol
 
 from controller.links.base import Access, Link, RequestQueue
-from controller.log_limit import LogLimit
+from controller.links.log_limit import LogLimit
 from controller.protocol.device_session import DeviceSession
 from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
 from controller.protocol.packets import encode

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Mapping
 from typing import TextIO
 
-from controller.console import let_go
+from controller.errors import let_go
 from controller.links.base import Access, Link, LinkError
 from controller.protocol.messages import (
     Command,

@@ -10,7 +10,7 @@ from dataclasses import fields
 from math import isfinite
 from typing import Annotated, Any, Final, NamedTuple
 
-from controller.console import one_line
+from controller.errors import one_line
 
 
 class ProtocolError(ValueError):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.console import count
+from controller.errors import count
 from controller.recordings import reader, writer
 from controller.recordings.recording import (
     LABELLERS,

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
-from controller.console import count
-from controller.errors import reason
+from controller.errors import count, reason
 from controller.files import sync_folder
 from controller.recordings import journal_file, naming
 from controller.recordings.journal import MAX_BYTES, decode

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.console import count
+from controller.errors import count
 from controller.recordings.quality import labels, timing
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels

@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link
-from controller.log_limit import LogLimit
+from controller.links.log_limit import LogLimit
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     Command,

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link
-from controller.log_limit import LogLimit
+from controller.links.log_limit import LogLimit
 from controller.protocol.messages import (  # fmt: skip
     PROVING,
     Bye,

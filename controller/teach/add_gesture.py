@@ -17,7 +17,7 @@ from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.vocabulary import SELF, Entry, Vocabulary
-from controller.console import count
+from controller.errors import count
 from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.recording import Recording

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from math import ceil
 from typing import Final, TextIO
 
-from controller import console
+from controller import errors
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.capture.labels import FrameLabels
@@ -201,7 +201,7 @@ def summary(tally: ExampleCounts) -> list[str]:
     lines = []
     for label in tally.wanted:
         have = tally.have(label)
-        line = f"  {label}: {console.count(have, 'example')}"
+        line = f"  {label}: {errors.count(have, 'example')}"
         if tally.before:
             line += f", {have + tally.before.get(label, 0)} in all"
         if (understood := tally.understood(label)) is not None and understood[1]:

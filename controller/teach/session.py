@@ -23,7 +23,7 @@ from controller.capture.run_files import RunFiles
 from controller.capture.session_recorder import SessionRecorder
 from controller.capture.simulated_hand import CuedHand
 from controller.capture.status_line import Display
-from controller.console import count
+from controller.errors import count
 from controller.keymap.terminal import Keyboard
 from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline

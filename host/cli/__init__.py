@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Final
 
-from controller.console import run, unknown_command
-from controller.interrupt import importing
+from controller import importing
+from controller.errors import run, unknown_command
 
 # Name: the module whose `main` runs it, and a line of help.
 VERBS: Final = {

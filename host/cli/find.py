@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Final
 
-from controller.console import complain, one_line
+from controller.errors import complain, one_line
 from controller.protocol import psk
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.discovery import search

@@ -10,9 +10,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from controller import console
-from controller.console import TROUBLE
-from controller.errors import UserError, reason
+from controller import errors
+from controller.errors import TROUBLE, UserError, reason
 from controller.files import read_bytes
 from controller.protocol import psk
 from controller.protocol.link_events import Received
@@ -32,7 +31,7 @@ class FileError(UserError, ValueError):
 
 def main(argv: list[str]) -> int:
     """Deliver a bundle; return 0 when it is in use, 1 if that fails, 2 for wrong usage."""
-    return console.run("host", lambda: _install(_parser().parse_args(argv)))
+    return errors.run("host", lambda: _install(_parser().parse_args(argv)))
 
 
 def _install(options: argparse.Namespace) -> int:
@@ -47,9 +46,9 @@ def _install(options: argparse.Namespace) -> int:
             receiver.close()
     except KeyboardInterrupt:
         _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
-        return console.INTERRUPTED
+        return errors.INTERRUPTED
     if upload.stage == "declined":
-        return console.complain("host", outcome(upload), TROUBLE)
+        return errors.complain("host", outcome(upload), TROUBLE)
     print(outcome(upload))
     return 0
 
@@ -153,4 +152,4 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _warn(words: str) -> None:
-    console.complain("host", words, TROUBLE)
+    errors.complain("host", words, TROUBLE)

@@ -9,8 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, Final
 
-from controller.console import TROUBLE, complain
-from controller.errors import how_to_install
+from controller.errors import TROUBLE, complain, how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
     ADAPTER,

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from controller import __version__
-from controller.console import complain
+from controller.errors import complain
 from controller.protocol import psk
 from host import taps, targets
 from host import window_loop as loop

@@ -22,7 +22,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, Protocol
 
-from controller.console import count
+from controller.errors import count
 from controller.protocol.auth import NONCE
 from controller.protocol.host_session import HostSession
 from controller.protocol.link_events import Connected as Connected

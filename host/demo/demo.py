@@ -16,8 +16,7 @@ from typing import Any, Final
 
 import pygame
 
-from controller.console import count
-from controller.errors import TroubleError
+from controller.errors import TroubleError, count
 from controller.protocol.messages import Command, Grant, Granted, GroundTruth, Perform
 from controller.recognition.event_metric import Answer, Event, judge
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from typing import cast
 
-from controller.console import count
+from controller.errors import count
 from host.taps.base import Tap, TapError, TapThread, TapUnavailableError
 
 __all__ = ["Tap", "TapError", "TapUnavailableError", "names", "open_tap", "open_taps"]

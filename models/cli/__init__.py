@@ -16,7 +16,7 @@ import importlib
 import pkgutil
 from types import ModuleType
 
-from controller.console import unknown_command
+from controller.errors import unknown_command
 
 
 def names() -> list[str]:

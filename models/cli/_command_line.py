@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from controller import __version__, console
+from controller import __version__, errors
 from controller.errors import UserError
 from models import cli as commands
 
@@ -16,7 +16,7 @@ EXAMPLE = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
 
 def main(words: Sequence[str]) -> int:
     """Run one of the commands; return the exit status."""
-    return console.run("models", lambda: _run(words))
+    return errors.run("models", lambda: _run(words))
 
 
 def _run(words: Sequence[str]) -> int:
@@ -34,13 +34,13 @@ def _run(words: Sequence[str]) -> int:
     # by the signal instead of with our status. Executing another makes it forget that.
     exec("")
     if arguments is None:
-        return console.INTERRUPTED
+        return errors.INTERRUPTED
     if sys.stderr.isatty():  # behind what shows how far it has come
         print(file=sys.stderr)
     kept = (
         "the same command goes on from here" if arguments.resumes else "every file written is whole"
     )
-    return console.complain("models", f"interrupted; {kept}", console.INTERRUPTED)
+    return errors.complain("models", f"interrupted; {kept}", errors.INTERRUPTED)
 
 
 @contextmanager

@@ -38,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Choose and write."""
-    from controller import console
+    from controller import errors
     from controller.bundles import bundle
     from models.data.examples import read_training
     from models.results import storage
@@ -52,6 +52,6 @@ def run(arguments: argparse.Namespace) -> int:
     made = rehearsal.write(arguments.out, arguments.bundle, chosen)
     options.say(
         f"{arguments.out} is written with {len(chosen.images)} frames of "
-        f"{console.count(len(recordings), 'recording')} to rehearse, SHA-256 {made.hash[:16]}…"
+        f"{errors.count(len(recordings), 'recording')} to rehearse, SHA-256 {made.hash[:16]}…"
     )
     return 0

@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from controller.bundles import bundle
-    from controller.console import count
+    from controller.errors import count
     from models.data.examples import read_training
     from models.data.ground_truth import GroundTruth
     from models.evaluation import position_error

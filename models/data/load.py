@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
-from controller.console import count
+from controller.errors import count
 from controller.recognition.frames import PreprocessSettings
 from controller.recordings.quality import check
 from controller.recordings.quality.duplicates import FrameIndex

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.console import count
+from controller.errors import count
 from models.data.load import Data
 
 Index = NDArray[np.int64]  # (n,)

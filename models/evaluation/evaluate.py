@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
-from controller.console import count
+from controller.errors import count
 from controller.recognition.debounce import NULL
 from controller.recordings.recording import Recording
 from models.data import faults

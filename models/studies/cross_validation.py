@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.console import count
+from controller.errors import count
 from controller.recordings.recording import software
 from models.data import load, splits
 from models.data.augment import Symmetry

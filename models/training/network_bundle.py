@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
-from controller.console import count
+from controller.errors import count
 from controller.recognition.debounce import DebounceSettings
 from controller.recordings.recording import software
 from models.data import splits, touch_images

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller import config, files
 from controller.bundles import bundle, mapping_file, users_table
 from controller.bundles.bundle import Bundle
-from controller.console import count
+from controller.errors import count
 from controller.recognition.mapping import USERS
 from controller.recognition.user_id import Users
 from models.data import splits, touch_images

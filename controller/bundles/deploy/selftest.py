@@ -20,7 +20,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines
 from controller.bundles.inference.networks import Recognizer
-from controller.console import one_line
+from controller.errors import one_line
 from controller.recognition.pipeline import Pipeline
 
 DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import

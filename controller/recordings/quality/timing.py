@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.console import count
+from controller.errors import count
 from controller.recordings.recording import RATE_TOLERANCE, Recording
 
 MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap

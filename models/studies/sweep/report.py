@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from controller.console import count
+from controller.errors import count
 from models.reports import markdown
 from models.reports.tables import Table
 from models.results import storage

@@ -22,8 +22,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from controller.console import count
-from controller.errors import TroubleError
+from controller.errors import TroubleError, count
 from controller.recordings.recording import software
 from models import formatting, processes
 from models.data.load import Say

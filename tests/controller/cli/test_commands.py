@@ -90,7 +90,7 @@ sys.exit(main({words!r}))
 
 @posix
 @pytest.mark.parametrize("command", [None, *COMMANDS])
-@pytest.mark.parametrize("module", ["numpy", "controller.console", None])
+@pytest.mark.parametrize("module", ["numpy", "controller.errors", None])
 def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(
     command: str | None, module: str | None
 ) -> None:

@@ -40,10 +40,10 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.assemble import TOKEN
 from controller.runtime.device import Device
+from controller.runtime.shutdown import signals
 from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.virtual import show
-from controller.shutdown import signals
 from tests.support.loop_bench import MessageLog
 
 BUNDLE = bundle.default_path()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import console
+from controller import errors
 from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import Mark
@@ -245,7 +245,7 @@ def test_what_fails_ends_the_row_with_its_own_status() -> None:
 )
 def test_yes_is_a_word(answer: str, agreed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("builtins.input", lambda: answer)
-    assert console.agreed("Train now?") is agreed
+    assert errors.agreed("Train now?") is agreed
 
 
 def test_a_question_that_nobody_answers_is_a_no(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -253,4 +253,4 @@ def test_a_question_that_nobody_answers_is_a_no(monkeypatch: pytest.MonkeyPatch)
         raise EOFError
 
     monkeypatch.setattr("builtins.input", ended)
-    assert not console.agreed("Train now?")
+    assert not errors.agreed("Train now?")

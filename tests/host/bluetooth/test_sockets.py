@@ -15,7 +15,7 @@ from tests.support.fake_device import welcome
 if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
 
-from controller import console
+from controller import errors
 from controller.cli import pair as orb_pair
 from controller.links import LinkError, open_link
 from controller.links.bluetooth import bluez
@@ -112,7 +112,7 @@ def test_without_its_package_bluetooth_says_what_to_install(
     with pytest.raises(LinkError, match=r"pip install 'orbtouch\[bluetooth\]'"):
         open_link("rfcomm:", welcome())
     for program, main in (("host", pair.main), ("controller", orb_pair.main)):
-        assert console.run(program, lambda main=main: main([])) == 1  # type: ignore[misc]
+        assert errors.run(program, lambda main=main: main([])) == 1  # type: ignore[misc]
         assert "pip install 'orbtouch[bluetooth]'" in capsys.readouterr().err
 
 

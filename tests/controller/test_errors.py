@@ -5,10 +5,10 @@ import sys
 
 import pytest
 
-from controller import console
+from controller import errors
 from controller.errors import UserError
 
-PROGRAM = "import sys; from controller import console; sys.exit(console.run('orb', lambda: {}))"
+PROGRAM = "import sys; from controller import errors; sys.exit(errors.run('orb', lambda: {}))"
 
 
 def run(body: str, output: str = "") -> subprocess.CompletedProcess[str]:
@@ -56,20 +56,20 @@ def test_errors_become_sentences(capsys: pytest.CaptureFixture[str]) -> None:
     def stopped() -> int:
         raise KeyboardInterrupt
 
-    assert [console.run("orb", command) for command in (wrong, full, stopped)] == [2, 1, 130]
+    assert [errors.run("orb", command) for command in (wrong, full, stopped)] == [2, 1, 130]
     assert capsys.readouterr().err == (
         "orb: the file \\x1b[31m is no bundle\norb: rest.json: no space left on device\n"
     )
 
 
 def test_one_thing_is_no_plural() -> None:
-    assert [console.count(n, "false alarm") for n in (0, 1, 2)] == [
+    assert [errors.count(n, "false alarm") for n in (0, 1, 2)] == [
         *("0 false alarms", "1 false alarm", "2 false alarms"),
     ]
 
 
 def test_what_a_terminal_would_obey_is_printed_as_an_escape() -> None:
-    assert console.printable("a\nb \x1b]0;title\x07 \u202e é 漢") == (
+    assert errors.printable("a\nb \x1b]0;title\x07 \u202e é 漢") == (
         "a\nb \\x1b]0;title\\x07 \\u202e é 漢"
     )
-    assert console.one_line("a\nb\x07") == "a\\nb\\x07"
+    assert errors.one_line("a\nb\x07") == "a\\nb\\x07"
