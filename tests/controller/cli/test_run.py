@@ -243,7 +243,7 @@ def test_links_that_cannot_be_opened_are_told_in_one_sentence(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert "cannot open" in complaint(capsys, "--link", "nowhere://x")
-    assert "strangers" in complaint(capsys, "--link", "listen://0.0.0.0:0")
+    assert "other machines" in complaint(capsys, "--link", "listen://0.0.0.0:0")
 
 
 @pytest.mark.parametrize(

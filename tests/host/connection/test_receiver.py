@@ -345,7 +345,7 @@ def failure(url: str, token: str = "") -> str:
 
 def test_silence_nonsense_and_our_own_echo_are_no_orb(peer: Peer, ears: Ears) -> None:
     silent, babbling = peer(lambda data: b""), peer(lambda data: b"AT+OK\r\n\0" * 3)
-    other = "says something, but not what an OrbTouch says; name the orb's own port with --link"
+    other = "sends bytes, but not the OrbTouch protocol; name the orb's own port with --link"
     sentences = {
         silent: f"opened {silent}, but no OrbTouch answered within 2 s; switch the orb on, or "
         "name its own port with --link",
@@ -375,14 +375,14 @@ def test_an_orb_of_another_version_says_so_in_its_refusal(peer: Peer) -> None:
 
 def test_an_orb_that_belongs_to_another_program_refuses() -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome(), token="secret")
-    assert "answers only to the program that started it" in failure(link.url, "guess")
+    assert "accepts only the program that started it" in failure(link.url, "guess")
     link.close()
 
 
 def test_a_key_has_to_be_the_same_at_both_ends(ears: Ears) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome(), key=bytes(32))
     for key, sentence in (
-        (b"", "the orb wants a key; add --key"),
+        (b"", "the orb needs a key; add --key"),
         (bytes(range(32)), "has another key"),
     ):
         with pytest.raises(LinkError, match=sentence):

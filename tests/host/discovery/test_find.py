@@ -100,7 +100,7 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
     os.write(device, b"$GPGSV,3,3,11,29,09,301,24\r\n\0" * 20)
     answer = probe.converse(transport, "the receiver", hurried)
     assert answer.outcome == "foreign"
-    assert "not what an OrbTouch says" in answer.why
+    assert "not the OrbTouch protocol" in answer.why
     transport.close()
     os.close(device)
     cable.close()
@@ -147,7 +147,7 @@ class Flood(Mute):
 
 
 @pytest.mark.parametrize(
-    ("transport", "words"), [(Mute(), "no OrbTouch answered"), (Flood(), "says something")]
+    ("transport", "words"), [(Mute(), "no OrbTouch answered"), (Flood(), "sends bytes")]
 )
 def test_silence_and_floods_end_after_two_seconds(transport: Mute, words: str) -> None:
     answer = probe.converse(transport, "the port", hurried)
