@@ -12,6 +12,7 @@ from pathlib import Path
 from controller import __version__
 from controller.errors import complain
 from controller.protocol import psk
+from controller.protocol.link_events import Connected
 from host import taps, targets
 from host import window_loop as loop
 from host.cli import VERBS, install
@@ -72,7 +73,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         for worker in workers:
             receiver.subscribe(worker.hear)
         if seeker is not None:
-            receiver.subscribe(seeker.on_received)
+            receiver.subscribe(seeker.on_received, Connected)
         target = targets.load(options.target, wish)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
         unseen = options.headless and options.target in _UNSEEN
@@ -80,7 +81,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         if options.link is not None or seeker is not None:
             noted = remembering.DeviceDefaults(memory, options, target, seeker)
             stack.callback(noted.close)
-            receiver.subscribe(noted.on_received)
+            receiver.subscribe(noted.on_received, Connected)
         else:
             remembering.offer(memory, _warn)
         if options.install is not None:
@@ -89,7 +90,8 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             )
             receiver.subscribe(upload.on_received)
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
-        receiver.subscribe(hops.on_received)
+        if surface is not None:  # which shows it
+            receiver.subscribe(hops.on_received)
         stack.callback(_end_undisturbed)
         receiver.start()
         if surface is None:

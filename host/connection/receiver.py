@@ -103,7 +103,7 @@ class Receiver:
         """
         self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
         self.late = self.bytes_received = self.bytes_sent = 0
-        self._listeners: list[Listener] = []
+        self._listeners: list[tuple[Listener, type]] = []
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
         self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
@@ -130,9 +130,9 @@ class Receiver:
         with self._lock:
             return None if self._session is None else self._session.clock_offset_ms
 
-    def subscribe(self, listener: Listener) -> None:
-        """Pass what `poll` returns to a listener first."""
-        self._listeners.append(listener)
+    def subscribe(self, listener: Listener, kind: type = object) -> None:
+        """Pass what `poll` returns to a listener first, if an item is of this kind."""
+        self._listeners.append((listener, kind))
 
     def start(self) -> None:
         """Begin to connect, and keep trying."""
@@ -173,8 +173,9 @@ class Receiver:
             else:
                 received.append(news)
         if received:
-            for listener in self._listeners:
-                listener(received)
+            for listener, kind in self._listeners:
+                if any(isinstance(item, kind) for item in received):
+                    listener(received)
         return received
 
     def send(self, message: Message) -> bool:

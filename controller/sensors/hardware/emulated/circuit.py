@@ -72,7 +72,7 @@ class Circuit:
         """
         self.now_s, self.supply_v = 0.0, supply_v
         self._model, self._wiring = model, wiring
-        rows, columns = wiring.rows, wiring.columns
+        rows, columns = self._rows, self._columns = wiring.rows, wiring.columns
         self._ends = columns + rows  # index of the first board end
         pins = (*wiring.electrodes.columns, *wiring.electrodes.rows)
         self._node = {pin: self._ends + i for i, pin in enumerate(pins)}
@@ -207,7 +207,7 @@ class Circuit:
     def _build(self) -> None:
         """Set up the matrices; all that was solved is void."""
         self._modes.clear()
-        ends, columns = self._ends, self._wiring.columns
+        ends, columns = self._ends, self._columns
         nodes = 2 * ends
         self._capacitance, self._conductance = np.zeros((nodes, nodes)), np.zeros((nodes, nodes))
         self._source = np.zeros(nodes)
@@ -237,7 +237,7 @@ class Circuit:
                 capacitor[fault.row] = 0.0
             elif fault.kind == "damp":
                 leak[fault.row] += fault.size * 1e-3
-        for row in range(self._wiring.rows):
+        for row in range(self._rows):
             for column in range(columns):
                 self._join(self._capacitance, columns + row, column, float(taxels[row, column]))
         for i in range(ends):
@@ -254,7 +254,7 @@ class Circuit:
 
     def _touching(self, fault: WiringFault) -> None:
         """Join what a fault lets touch."""
-        columns = self._wiring.columns
+        columns = self._columns
         r, c = columns + fault.row, fault.column
         one = r if c < 0 else c
         if fault.kind in ("short_rows", "short_columns"):
