@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import shutil
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("dbus_fast", reason="classic HID needs dbus-fast: the extra [bluetooth]")
+if shutil.which("dbus-daemon") is None:
+    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
 if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
     pytest.skip("the played radio needs local packet sockets", allow_module_level=True)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extra [bluetooth]")
+if shutil.which("dbus-daemon") is None:
+    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import gatt
