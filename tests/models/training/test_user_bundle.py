@@ -186,7 +186,7 @@ def test_people_s_own_rules_are_kept_in_the_bundle(
     assert meant == ["drop", "hold"]
     file.write_text('[users.zoe]\npinch = "hold"\n')
     error = refused(capsys, *asked(data, tmp_path / "x.orb", "--mapping", str(file)))
-    assert "for 'zoe', but the bundle knows 01, 02" in error
+    assert "for 'zoe'; enrolled are 01, 02" in error
 
 
 def test_the_same_command_makes_the_same_network(data: Path, tmp_path: Path) -> None:
