@@ -106,7 +106,7 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
     try:
         board = open_board(read(wiring))
     except SensorError:
-        return  # nobody can even open it, which has been said
+        return  # the sensor cannot be opened, which another row reports
     try:
         yield from wiring_checks.judge(measurements.measure(board), RATE_HZ)
     finally:
@@ -121,7 +121,7 @@ def _bluetooth() -> Iterator[Row]:
 
 
 def find_hand(watch: FrameReader) -> Finger | None:
-    """Return whoever can press this sensor; None: nobody."""
+    """Return what can press this sensor, or None."""
     if watch.sensor.virtual:
         return VirtualFinger(watch)
     return Finger() if sys.stdin is not None and sys.stdin.isatty() else None
@@ -189,7 +189,7 @@ def _skin(
 
 
 def _pressed(watch: FrameReader, hand: Finger, seconds: float) -> list["skin_checks.Frames"]:
-    """Return so many seconds of each press; [] where nobody presses to the end."""
+    """Return so many seconds of each press; [] if a press is missing."""
     grid = watch.sensor.geometry
     taken = []
     for place in touch_checks.places(grid.rows, grid.columns):

@@ -92,7 +92,7 @@ def blocked(folder: Path) -> Iterator[Row]:
 
 
 def version(found: str) -> Row:
-    """Judge BlueZ's version, such as "5.66"; "" if nobody knows it."""
+    """Judge BlueZ's version, such as "5.66"; "" if it is unknown."""
     try:
         numbers = tuple(int(part) for part in found.split("."))
     except ValueError:

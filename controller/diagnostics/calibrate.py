@@ -23,7 +23,7 @@ _MOVES_S: Final = 0.3  # so long something has to be felt
 # beyond the second; of 400 that a finger presses 8 mm deep 75 % and 38 % do.
 _LIKELY, _SURE = 3.5, 4.5
 _DEEP: Final = 0.5  # of a press 8 mm deep
-_LARGE: Final = 100  # taxels: beyond, nobody has tried
+_LARGE: Final = 100  # taxels: larger grids are untested
 _PITCH_MM: Final = 10.0
 _NOISY: Final = 0.09  # mean |z - 1|; a preset as noisy as the paper's figures imply has 0.05
 _MOVED: Final = 0.012  # what rest may drift meanwhile
@@ -37,7 +37,7 @@ def judge(
     """Return the rows on a calibration, its rest image (None: refused) and its noise.
 
     Args:
-        frames: Of a sensor that nobody should have touched, (n, rows, columns), pF.
+        frames: Of an untouched sensor, (n, rows, columns), pF.
         rate_hz: Frames per second.
         last: What the same sensor read when it was calibrated before.
         anyway: Keep it although something seems to lie there.

@@ -34,7 +34,7 @@ _SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurements:
-    """What was measured; counts as shares of full scale, so 0 ... 1.
+    """Measurements of a board; counts as shares of full scale, so 0 ... 1.
 
     Attributes:
         wiring: Of the board.

@@ -11,10 +11,10 @@ _GAP: Final = "  "
 
 
 class Verdict(StrEnum):
-    """How something is. Only a fault makes the exit status 1."""
+    """Verdict of a check. Only a fault makes the exit status 1."""
 
     GOOD = "good"
-    UNKNOWN = "not checked"  # nothing here to look at, or nobody there to press
+    UNKNOWN = "not checked"  # not present, or no press
     DOUBTFUL = "doubtful"  # it works, but worth a look
     FAULT = "FAULT"
 

@@ -30,7 +30,7 @@ _OTHERS: Final = 2 | 8 | 16 | 32  # alt, super, hyper, meta
 
 
 class Action(Enum):
-    """What happened to a key."""
+    """Event of a key."""
 
     TYPED = auto()  # a character, first or repeated
     PRESSED = auto()

@@ -108,7 +108,7 @@ class FingerGroup(NamedTuple):
 
     @property
     def room(self) -> Array:
-        """How free the skin is under each finger, (fingers, steps): 1 apex, 0 clamp."""
+        """Return the freedom of the skin under each finger, (fingers, steps): 1 apex, 0 clamp."""
         return np.asarray(room(*self.at), dtype=np.float64)
 
     def loads(self, relief: Array | float) -> Array:

@@ -1,4 +1,4 @@
-"""The label button beside the orb (paper, section 4.2), pressed by somebody with human timing."""
+"""The label button beside the orb (paper, section 4.2), pressed with human timing."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
 
-# A prototype's choices, which nobody has measured; with them the button agrees with the truth in
+# A prototype's choices, not measured; with them the button agrees with the truth in
 # about nine frames of ten.
 LATE_S: Final = 0.05  # people react rather than foresee
 PRESS_SD_S: Final = 0.12

@@ -25,7 +25,7 @@ _CHUNK: Final = 2048  # steps evaluated at once; bounds memory
 
 @dataclass(frozen=True, slots=True)
 class MechanicsModel:
-    """What the dome is made of.
+    """Constants of the dome's material.
 
     Attributes:
         apex_stretch: Stretch of the inflated apex.

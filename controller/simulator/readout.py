@@ -49,7 +49,7 @@ class ReadoutModel:
 
     @property
     def settled(self) -> float:
-        """How far a reading charges within its slot, 0 ... 1."""
+        """Share of the final charge that a reading reaches within its slot, 0 ... 1."""
         return float(1.0 - np.exp(-self.slot_s / self.charge_s))
 
     def fitted(self, rows: int, columns: int, rate_hz: float) -> "ReadoutModel":

@@ -14,7 +14,7 @@ _PRIVATE: Final = ("tremor", "tremor_hz", "left_handed", "aim", "pointer")
 
 @dataclass(frozen=True, slots=True)
 class UserStyle:
-    """How somebody touches; lengths in mm, angles in radians, times in seconds.
+    """Style of one person's touches; lengths in mm, angles in radians, times in seconds.
 
     Attributes:
         press_depth: Of a firm press.

@@ -92,7 +92,7 @@ class VirtualOrb:
 
     @property
     def skin(self) -> tuple[Array, Array]:
-        """What the latest scan met: true capacitances, pF, (rows, columns); fingers over rows."""
+        """State at the latest scan: true capacitances, pF, (rows, columns); fingers over rows."""
         return self._simulator.electronics.skin
 
     def switch(self, faults: Iterable[Fault], on: bool = True) -> None:

@@ -22,7 +22,7 @@ Command = list[str]  # the words after `models`
 
 @dataclass(frozen=True, slots=True)
 class NextStep:
-    """What is to be done with recordings.
+    """Next step after recording.
 
     Attributes:
         commands: The words after `models`, in order; none: there is too little yet.

@@ -46,7 +46,7 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True)
 class TeachPlan:
-    """What all sessions of one start of the program have in common, checked.
+    """Checked settings of all sessions of one run of the program.
 
     Attributes:
         options: As the user gave them.

@@ -17,7 +17,7 @@ _SHARES: Final = (50.0, 95.0, 99.0)
 
 
 class EndToEndLatency:
-    """How long frames take, stage by stage; subscribe `on_received` to a receiver.
+    """Latency of frames, stage by stage; subscribe `on_received` to a receiver.
 
     Attributes:
         pace: What the orb said last of its own hops.

@@ -38,7 +38,7 @@ class DemoError(TroubleError, RuntimeError):
 
 @dataclass(slots=True)
 class DemoRecord:
-    """What happened in a demo: the hand's truth, the commands, the game."""
+    """Record of a demo: the hand's truth, the commands, the game."""
 
     meant: dict[int, str] = field(default_factory=dict)
     truths: list[GroundTruth] = field(default_factory=list)

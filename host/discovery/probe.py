@@ -29,7 +29,7 @@ Outcome = Literal["orb", "refused", "foreign", "closed", "stuck"]
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a port said.
+    """Answer of a port.
 
     Attributes:
         url: The port.

@@ -266,7 +266,7 @@ class TetrisTarget(Target):
 
     @property
     def projection(self) -> Projection | None:
-        """Where the dome is in the window; None before the first picture."""
+        """Rectangle of the dome in the window; None before the first picture."""
         return self._scene.panel.projection if self._scene else None
 
 

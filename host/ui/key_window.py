@@ -30,7 +30,7 @@ class OrbWindow:
 
     @property
     def projection(self) -> Projection:
-        """Where the dome is in the window."""
+        """Rectangle of the dome in the window."""
         return self._panel.projection
 
     def draw(

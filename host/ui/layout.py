@@ -21,7 +21,7 @@ _MARGIN, _LEFT, _RIGHT, _GAP, _TOUCHES = 20, 358, 222, 8, 214  # design units
 
 
 class WindowLayout:
-    """Where everything is in a window of one size."""
+    """Rectangles of all parts in a window of one size."""
 
     def __init__(
         self, size: tuple[int, int], look: ThemeChoice, hints: Mapping[Phase, str]

@@ -37,7 +37,7 @@ class PauseMenu:
 
     @property
     def menu(self) -> Menu:
-        """What there is to choose now."""
+        """Items that can be chosen now."""
         return self._menu
 
     @property

@@ -46,7 +46,7 @@ _EPSILON_S = 1e-6  # ticks are sums of 1/60 s in floating point
 
 
 class Mode(Enum):
-    """What the mouse is doing on the dome."""
+    """Gesture of the mouse on the dome."""
 
     PRESS = "press"
     PINCH = "pinch"
@@ -55,7 +55,7 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DomeArea:
-    """Where the dome lies in grid units."""
+    """Area of the dome in grid units."""
 
     rows: int = 5
     columns: int = 5

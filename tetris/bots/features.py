@@ -16,7 +16,7 @@ HEADROOM_ROWS: Final = 4  # above the visible ones; a piece can lock there
 
 
 class Weights(NamedTuple):
-    """What each feature is worth; the first two belong to the move, the others to the stack.
+    """Weight of each feature; the first two belong to the move, the others to the stack.
 
     Attributes:
         landing_height: The row of the piece's middle, from 0.

@@ -25,7 +25,7 @@ _GUIDELINE: Final = Config()
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Where to put the piece, and how.
+    """Placement of the piece, and the actions to it.
 
     Attributes:
         actions: What to do from the present position, in order; the last is a hard drop.

@@ -37,18 +37,18 @@ class GravityCap:
 
 
 Input = Action | GravityCap
-"""What `Game.update` takes: what the player does, or what the pace of play asks for."""
+"""Input of `Game.update`: an action of the player, or a cap of gravity."""
 
 
 class TopOut(Enum):
-    """How a game was lost: docs/tetris.md "top_out"."""
+    """Reason for a lost game: docs/tetris.md "top_out"."""
 
     BLOCK_OUT = "block out"  # a piece entered where blocks are
     LOCK_OUT = "lock out"  # a piece locked above the visible rows
 
 
 class Finish(Enum):
-    """How a game came to its end without being lost."""
+    """Reason for the end of a game that was not lost."""
 
     GOAL = "goal reached"
     TIME = "time over"

@@ -14,7 +14,7 @@ from tetris.engine.kicks import KICKS, LAST_KICK, Kicks
 from tetris.engine.pieces import MASKS, STRIDE, Cell, Kind, Piece, piece_at
 
 TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
-"""Where a kick table's clockwise turns are in `Piece.turned`; the others come next."""
+"""Index of a kick table's clockwise turns in `Piece.turned`; the others come next."""
 
 # The corners of T's box, by turn: first the two that its point looks towards.
 _CORNERS: Final[tuple[tuple[Cell, Cell, Cell, Cell], ...]] = (
@@ -26,7 +26,7 @@ _CORNERS: Final[tuple[tuple[Cell, Cell, Cell, Cell], ...]] = (
 
 
 class Spin(Enum):
-    """How a piece came to its place, for scoring."""
+    """Spin by which a piece came to its place, for scoring."""
 
     NONE = "none"
     MINI = "mini"

@@ -70,7 +70,7 @@ _HIGHEST: Final = {
 
 
 class _Worked:
-    """What follows from a piece's position; worked out once, when it is first asked for.
+    """Attribute derived from a piece's position, computed on first access.
 
     Attributes:
         mask: The four cells as bits of the board.

@@ -24,7 +24,7 @@ _SPINS: Final[dict[Spin, str]] = {Spin.NONE: "", Spin.MINI: "mini t-spin", Spin.
 
 @dataclass(frozen=True, slots=True)
 class Clear:
-    """What one lock was worth.
+    """Score of one lock.
 
     Attributes:
         lines: Rows cleared, 0 to 4.
@@ -44,7 +44,7 @@ class Clear:
 
     @property
     def name(self) -> str:
-        """What a player calls it, such as "t-spin double"; empty for a plain lock."""
+        """Name of the clear, such as "t-spin double"; empty for a plain lock."""
         return f"{_SPINS[self.spin]} {_LINES[self.lines]}".strip()
 
     @property
@@ -55,7 +55,7 @@ class Clear:
 
 @dataclass(frozen=True, slots=True)
 class Streak:
-    """What earlier locks mean for the next one.
+    """Effect of earlier locks on the next one.
 
     Attributes:
         b2b: The last clear was a difficult one.

@@ -75,7 +75,7 @@ class Snapshot:
 
 
 class State:
-    """What can be seen of a game, and what it has to remember.
+    """State of a game, visible and internal.
 
     Attributes:
         seed: Which game.
@@ -155,7 +155,7 @@ class State:
 
     @property
     def garbage_rows(self) -> int:
-        """How many rows hold blocks that no piece left."""
+        """Number of rows that hold blocks that no piece left."""
         return sum("#" in row for row in self.board.rows)
 
     def snapshot(self) -> Snapshot:

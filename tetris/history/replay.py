@@ -51,7 +51,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a recording ended, by which a replay can be checked."""
+    """End of a recording, by which a replay can be checked."""
 
     score: int
     lines: int
@@ -215,12 +215,12 @@ class Player:
 
     @property
     def duration_s(self) -> float:
-        """How long it lasts."""
+        """Length of the replay, seconds."""
         return self.end_s - self.start_s
 
     @property
     def time_s(self) -> float:
-        """Where it has come to."""
+        """Present position, seconds."""
         return self.time_us / _US
 
     @property

@@ -142,7 +142,7 @@ class Repeater:
 
 
 class Cursor:
-    """Where a player is in a menu.
+    """Position in a menu.
 
     Attributes:
         selected: The number of the chosen item, from 0.

@@ -32,7 +32,7 @@ _MOST: Final = 0.56  # of a line, for its value
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Where an item was drawn."""
+    """Rectangle in which an item was drawn."""
 
     place: pygame.Rect
     number: int

@@ -59,7 +59,7 @@ class Pads:
 
     @property
     def count(self) -> int:
-        """How many pads are plugged in."""
+        """Number of pads that are plugged in."""
         return len(self._open)
 
     def take(self, event: pygame.event.Event) -> list[Press]:

@@ -20,7 +20,7 @@ _LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
 
 @dataclass(frozen=True, slots=True)
 class SavedGame:
-    """What became of a game.
+    """Result of saving a game.
 
     Attributes:
         place: Its place in the best list, from 1; None when it has none.

@@ -27,7 +27,7 @@ _BOT_ACTION_S = 0.08  # quick, and still to be followed by eye
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """What to begin with; without any of it, the menu.
+    """Game or replay with which the window begins; without any, the menu.
 
     Attributes:
         mode: The mode's name; that of the settings if there is none, or the first mode with

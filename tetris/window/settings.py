@@ -23,7 +23,7 @@ FILE_NAME: Final = "tetris.toml"
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What the player has chosen.
+    """Settings of the player.
 
     Attributes:
         mode: The mode played last.

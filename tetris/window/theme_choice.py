@@ -11,7 +11,7 @@ from tetris.window.tiles import Tiles
 
 @dataclass(frozen=True, eq=False)
 class ThemeChoice:
-    """What every picture is drawn with.
+    """Palette, blocks and words that every picture is drawn with.
 
     Attributes:
         palette: The colours.

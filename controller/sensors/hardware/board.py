@@ -20,7 +20,7 @@ class Pins(Protocol):
         """Make it an input without any pull: the pin floats."""
 
     def level(self, pin: int) -> bool:
-        """Return whether it is high, whoever drives it."""
+        """Return whether it is high, from any driver."""
 
     def close(self) -> None:
         """Release all."""

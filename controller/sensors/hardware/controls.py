@@ -18,7 +18,7 @@ class Controls:
             wiring: Which pins.
 
         Raises:
-            HardwareError: A pin belongs to somebody else.
+            HardwareError: A pin is in use by another program.
         """
         from gpiozero import LED, Button, GPIOZeroError, OutputDevice
 

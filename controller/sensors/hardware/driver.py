@@ -28,7 +28,7 @@ class Driver:
         board: Which.
         scanner: Reads it.
         dark: What the rows read by themselves, counts, (rows,); None: not read yet.
-        pressure_kpa: The orb's at the latest frame; None: nobody measures it.
+        pressure_kpa: The orb's at the latest frame; None: not measured.
         pump: When it runs; None: there is none.
     """
 

@@ -20,7 +20,7 @@ class GpioPins:
             pins: GPIO numbers.
 
         Raises:
-            HardwareError: A pin does not exist, or belongs to somebody else.
+            HardwareError: A pin does not exist, or is in use by another program.
         """
         from gpiozero import GPIODevice, GPIOZeroError
 
@@ -50,7 +50,7 @@ class GpioPins:
         self._pins[pin].input_with_pull("floating")
 
     def level(self, pin: int) -> bool:
-        """Return whether it is high, whoever drives it."""
+        """Return whether it is high, from any driver."""
         return bool(self._pins[pin].state)
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """What a frame's slots gave.
+    """Result of a frame's slots.
 
     Attributes:
         counts: Mean of each reading's conversions, (rows, columns).

@@ -170,12 +170,12 @@ class Wiring:
 
     @property
     def rows(self) -> int:
-        """How many row electrodes there are."""
+        """Number of row electrodes."""
         return len(self.electrodes.rows)
 
     @property
     def columns(self) -> int:
-        """How many column electrodes there are."""
+        """Number of column electrodes."""
         return len(self.electrodes.columns)
 
     def scanned(self, scheme: Scheme) -> "Wiring":

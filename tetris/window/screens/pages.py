@@ -55,7 +55,7 @@ def open_settings(stage: ScreenStack, attract: AttractMode | None = None) -> Non
 
 
 def handling_page(stage: ScreenStack) -> Menu:
-    """How keys repeat, and what keeps a hard drop from coming too early."""
+    """Return the page of key repetition and hard-drop guards."""
     return _page(stage, "settings.handling", [_item(stage, name) for name in _HANDLING], _HANDLING)
 
 

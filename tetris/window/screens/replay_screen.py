@@ -120,7 +120,7 @@ class ReplayScreen(MenuScreen):
             self._take_over(self._player.take_over())
 
     def _film_items(self) -> list[Item]:
-        """How a film is made; none where there is no folder for it."""
+        """Return the items that export a video; none without a folder for it."""
         words, film = self._stage.look.words, self._film
         if self._films is None:
             return []

@@ -27,7 +27,7 @@ _OTHER: Final = {"mcp3208": "mcp3008", "mcp3008": "mcp3208"}
 
 @dataclass(frozen=True, slots=True)
 class BoardModel:
-    """What is around the circuit.
+    """Constants of the board around the circuit.
 
     Attributes:
         circuit: The parts.
@@ -123,12 +123,12 @@ class EmulatedBoard:
 
     @property
     def faults(self) -> tuple[WiringFault, ...]:
-        """What is broken now."""
+        """Faults that are switched on."""
         return tuple(self._faults)
 
     @property
     def picofarads(self) -> Array:
-        """What the taxels truly have, (rows, columns)."""
+        """True capacitances of the taxels, (rows, columns)."""
         return self._taxels
 
     def touch(self, picofarads: Array, fingers: Array | None = None) -> None:
