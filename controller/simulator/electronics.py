@@ -227,7 +227,7 @@ class Electronics:
         return circuit
 
     def _rows_touched(self, finger: Array) -> Array:
-        """Return the share of a finger over each row at each frame's end, (frames, rows), 0 to 1."""
+        """Return the share of fingers over each row at the frame's end, (frames, rows), 0 to 1."""
         rows_y = ((self._rows - 1) / 2 - np.arange(self._rows)) * self._pitch_mm
         near = np.exp(-0.5 * ((finger[:, :, 1, None] - rows_y) / 6.0) ** 2)
         firm = np.minimum(finger[:, :, 2, None] / 5.0, 1.0)
