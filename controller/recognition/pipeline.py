@@ -20,7 +20,10 @@ Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # Entries that the state of older recordings lacks; they begin with their initial values.
-LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
+LATER: Final = (
+    *("preprocess.answers", "preprocess.answered", "touch.noise"),
+    *("debounce.sum", "debounce.peak", "debounce.frames"),
+)
 _TOUCH_WINDOWS: Final = 3  # windows of frames in a touch image
 
 
@@ -155,7 +158,7 @@ class Pipeline:
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known)
-        self._debouncer = Debouncer(settings.labels, settings.debounce)
+        self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
         self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid)
         self._ratio = settings.preprocess.normalise == "ratio"
         before = None if known is None else known.rest

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator.faults import Fault
-from controller.simulator.lowpass import Lowpass
+from controller.simulator.lowpass import Coloured, Lowpass
 from controller.simulator.readout import ReadoutModel, read, scan_times
 
 Array = NDArray[np.float64]
@@ -25,23 +25,23 @@ class ElectronicsModel:
     Attributes:
         readout: The circuit.
         rest_pf: Mean and deviation of the taxels' capacitances: paper, section 3.2.
-        pressure: Relative pressure noise.
+        pressure: (deviation, time constant in s) of the relative pressure noise.
         taxel_drift: (deviation, time constant in s) of each taxel's own drift.
         common_drift: The same for all taxels together.
         dead: Share of taxels that do not react.
         leaky: Share of taxels that react weakly and noisily.
-        leak_noise: Their relative noise.
+        leak_noise: (deviation, time constant in s) of their relative noise.
         jitter_s: Deviation of a scan's start.
     """
 
     readout: ReadoutModel = field(default_factory=ReadoutModel)
     rest_pf: tuple[float, float] = (41.2, 2.9)
-    pressure: float = 0.004
+    pressure: tuple[float, float] = (0.004, 0.05)
     taxel_drift: tuple[float, float] = (0.012, 120.0)
     common_drift: tuple[float, float] = (0.01, 200.0)
     dead: float = 0.01
     leaky: float = 0.02
-    leak_noise: float = 0.01
+    leak_noise: tuple[float, float] = (0.01, 0.05)
     jitter_s: float = 0.001
 
 
@@ -97,7 +97,9 @@ class Electronics:
         self._strength = np.where(fault < model.dead, 0.0, 1.0)
         leaky = (fault >= model.dead) & (fault < model.dead + model.leaky)
         self._strength[leaky] = _WEAK
-        self._leak_noise = np.where(leaky, model.leak_noise, 0.0)
+        self._leak_noise = np.where(leaky, model.leak_noise[0], 0.0)
+        self._pressure = Coloured(1, model.pressure[1] * rate_hz, self._pressure_noise)
+        self._leak = Coloured(taxels, model.leak_noise[1] * rate_hz, self._leak_generator)
         self._mains_phase = build.uniform(0.0, 2 * np.pi)
         # Drift of each taxel, and of all together as one more column.
         drift_sd = np.append(np.full(taxels, model.taxel_drift[0]), model.common_drift[0])
@@ -189,7 +191,7 @@ class Electronics:
             elif fault.kind == "leaky":
                 strength, noise_sd = strength.copy(), noise_sd.copy()
                 strength[taxel], noise_sd[taxel] = _WEAK, fault.size
-        pressure = 1.0 + self._pressure_noise.normal(0.0, self._model.pressure, (frames, 1))
+        pressure = 1.0 + self._model.pressure[0] * self._pressure.advance(frames)
         warmth = np.ones((frames, 1))
         for fault, since in self._since.items():
             minutes = (self._frames - since + np.arange(1, frames + 1)) / (60.0 * self._rate_hz)
@@ -198,7 +200,7 @@ class Electronics:
             elif fault.kind == "temperature":
                 warmth = warmth + (fault.size * minutes)[:, None]
         rest = self.rest_pf * (1.0 + self._wander(frames)) * warmth * pressure**2
-        leak = 1.0 + noise_sd * self._leak_generator.normal(0.0, 1.0, log_c.shape)
+        leak = 1.0 + noise_sd * self._leak.advance(frames)
         return np.asarray(rest * np.exp(log_c * strength) * leak)
 
     def _broken(self, capacitance: Array) -> Array:

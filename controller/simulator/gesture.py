@@ -57,6 +57,7 @@ class Gesture:
         lag: Seconds by which a finger's movement is late.
         late: Seconds by which a finger lands late.
         early: Seconds by which it lifts early.
+        quick: The same gesture in fast play; None: it has no other way.
     """
 
     label: str
@@ -80,6 +81,7 @@ class Gesture:
     lag: Key = 0.0
     late: Key = 0.0
     early: Key = 0.0
+    quick: "Gesture | None" = None
 
     def move(self, style: UserStyle, rng: np.random.Generator, step_hz: float) -> Paths:
         """Return what the fingers do in one event, relative to where it is.

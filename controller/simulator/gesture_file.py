@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -25,7 +26,7 @@ Repertoire = Mapping[str, Gesture]
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]{0,31}")
 _TOP: Final = (
     *("label", "like", "rotations", "mirror", "place", "distractor"),
-    *("phases", "vary", "path"),
+    *("phases", "vary", "quick", "path"),
 )
 _TRACKS: Final = ("depth", "reach", "angle", "x", "y")
 _NUMBERS: Final = ("yaw", "radius", "fan", "line", "lead", "lag", "late", "early")
@@ -123,7 +124,7 @@ def _whole(label: str, tables: Mapping[str, tuple[str, _Table]]) -> _Table:
         raise GestureError(f"{source} is like {model!r}, which is no gesture with a whole file")
     base = tables[model][1]
     joined = {**base, **table}
-    for part in ("vary", "path"):
+    for part in ("vary", "quick", "path"):
         for side in (base, table):
             _table(side.get(part, {}), f"{source} [{part}]")
         joined[part] = {**base.get(part, {}), **table.get(part, {})}
@@ -132,8 +133,18 @@ def _whole(label: str, tables: Mapping[str, tuple[str, _Table]]) -> _Table:
 
 
 def _gesture(source: str, table: _Table) -> Gesture:
-    """Return the gesture of one whole table."""
+    """Return the gesture of one whole table, with its quick form if there is one."""
     _no_others(table, _TOP, source)
+    quick = _table(table.get("quick", {}), f"{source} [quick]")
+    if not quick:
+        return _form(source, table)
+    _no_others(quick, tuple(table.get("vary", {})), f"{source} [quick]")
+    other = _form(source, {**table, "vary": {**table["vary"], **quick}})
+    return replace(_form(source, table), quick=other)
+
+
+def _form(source: str, table: _Table) -> Gesture:
+    """Return the gesture of one whole table without its quick form."""
     names = list(PARAMETERS)
     vary: list[tuple[str, Quantity | Count]] = []
     for name, raw in _table(table.get("vary", {}), f"{source} [vary]").items():

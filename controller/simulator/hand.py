@@ -60,6 +60,7 @@ def perform(
     grid: tuple[int, int, float] = _GRID,
     step_hz: float = MECHANICS_HZ,
     repertoire: Repertoire | None = None,
+    quick: bool = False,
 ) -> Performance:
     """Carry out a gesture or a distractor.
 
@@ -71,6 +72,7 @@ def perform(
         grid: Rows, columns and pitch in mm: what grid units are.
         step_hz: Steps per second.
         repertoire: What the hand can do; the gestures that ship if not given.
+        quick: As in fast play, where the gesture has such a form.
 
     Raises:
         ValueError: The label is unknown.
@@ -83,9 +85,11 @@ def perform(
     aim = complex(*rng.normal(0.0, style.aim, 2))
     middle = complex(place[0] - (columns - 1) / 2, place[1] - (rows - 1) / 2) * pitch_mm + aim
     if style.pointer and label in pointer.ACTS:
-        point, depth, radius = pointer.ACTS[label](middle, rng, step_hz)
+        point, depth, radius = pointer.ACTS[label](middle, rng, step_hz, quick)
     else:
-        point, depth, radius = known[label].move(style, rng, step_hz)
+        gesture = known[label]
+        form = gesture.quick if quick and gesture.quick else gesture
+        point, depth, radius = form.move(style, rng, step_hz)
         point += middle
         depth *= np.abs(point) < RIM * clamp_radius_mm(rows, columns, pitch_mm)
     steps, fingers = point.shape

@@ -45,3 +45,30 @@ class Lowpass:
             out[start : start + len(part)] = y
             self.level = y[-1]
         return out
+
+
+class Coloured:
+    """Noise of deviation 1 and a time constant (Ornstein-Uhlenbeck); frame by frame or at once.
+
+    The same process at any frame rate: frames closer together than the time constant are alike, so
+    that a faster scan does not average it away.
+    """
+
+    def __init__(self, size: int, frames: float, rng: np.random.Generator) -> None:
+        """Start in the stationary state.
+
+        Args:
+            size: Independent values at once.
+            frames: Time constant, frames.
+            rng: Draws.
+        """
+        self._rng = rng
+        keep = float(np.exp(-1.0 / frames))
+        self._kick = float(np.sqrt(1.0 - keep**2))
+        self._level = Lowpass(keep, rng.normal(0.0, 1.0, size))
+
+    def advance(self, frames: int) -> Array:
+        """Return the next values, (frames, size)."""
+        return self._level.advance(
+            self._kick * self._rng.normal(0.0, 1.0, (frames, len(self._level.level)))
+        )

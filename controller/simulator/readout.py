@@ -29,7 +29,7 @@ class ReadoutModel:
         charge_s: Nominal charging time constant, 50 Mohm x 41.2 pF.
         discharge_slots: How many reset time constants fit in the pause before a reading.
         bits: Converter resolution.
-        noise_lsb: Standard deviation of a reading.
+        noise_lsb: Standard deviation of a reading; white, so a shorter slot averages less of it.
         mains: Relative mains hum; a touching body carries it in.
         mains_hz: Its frequency.
         ceiling: Reading at which the converter clips, of full scale.
@@ -56,10 +56,16 @@ class ReadoutModel:
         """Return the circuit for a grid and a rate: slots as long as planned, if they fit.
 
         Where they do not, slots and charging time shrink alike (a smaller resistor), so that
-        a scan takes `SCAN_SHARE` of a frame.
+        a scan takes `SCAN_SHARE` of a frame, and the noise grows as 1 / sqrt(slot).
         """
         slot_s = min(self.slot_s, SCAN_SHARE / (rate_hz * rows * columns))
-        return replace(self, slot_s=slot_s, charge_s=self.charge_s * slot_s / self.slot_s)
+        share = slot_s / self.slot_s
+        return replace(
+            self,
+            slot_s=slot_s,
+            charge_s=self.charge_s * share,
+            noise_lsb=self.noise_lsb / float(np.sqrt(share)),
+        )
 
     def usual(self, columns: int) -> float:
         """Return what an untouched taxel usually reads, of full scale."""

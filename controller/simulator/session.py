@@ -80,6 +80,7 @@ def simulate(
     repertoire: Repertoire | None = None,
     faults: Iterable[Fault] = (),
     day: int = 0,
+    quick: float = 0.0,
 ) -> Session:
     """Simulate one session: an orb, a user in a mood, and what they do for some minutes.
 
@@ -99,6 +100,7 @@ def simulate(
         repertoire: What the hand can do; the gestures that ship if not given.
         faults: What is broken from the first frame on.
         day: Which of this orb's sessions: other drift and noise, the same taxels.
+        quick: Share of a free stream's turns in which quick gestures follow each other.
 
     Raises:
         ValueError: The hand does not know a gesture.
@@ -125,7 +127,10 @@ def simulate(
     hand = SessionScript(
         frames * per_frame, rate_hz * per_frame, grid, style, away_mm, repertoire or shipped(), rng
     )
-    (hand.stream if protocol == "free" else hand.blocks)(gestures)
+    if protocol == "free":
+        hand.stream(gestures, quick)
+    else:
+        hand.blocks(gestures)
     labels = ("null", *gestures)
     time_s = np.asarray((np.arange(frames) + 1.0) / rate_hz, dtype=np.float64)
     label, event = hand.truth(time_s, labels)
@@ -135,7 +140,7 @@ def simulate(
         frames=_scan(simulator, hand),
         time_s=time_s,
         label=label,
-        touch=np.where(pressed[:, None], contact[:, 0, :2], np.float32(np.nan)),
+        touch=np.where(pressed[:, None], hand.touch(event, per_frame), np.float32(np.nan)),
         events=tuple(hand.events),
         event=event,
         distractors=tuple(hand.distractors),

@@ -5,6 +5,7 @@ class by itself for an equal time, as the paper collected its training data (sec
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -24,6 +25,9 @@ _SPARE_S: Final = 1.0  # nothing touches so shortly before the end
 # Free streams.
 _LEAD_S: Final = 3.0  # quiet time before the first event
 _DISTRACTED: Final = 0.22  # share of contacts that are no gestures
+_BURST: Final = (2, 9)  # fewest and most quick gestures in a row, the latter excluded
+_PERIOD_S: Final = (0.18, 0.8)  # of them
+_APART_S: Final = 0.075  # from the end of a label to the next
 
 # Class blocks. The pauses make 57 % of all frames static, as in the paper's data (section 6).
 _BASELINE_S: Final = 10.5  # quiet time for the paper's 10 s of rest
@@ -71,11 +75,20 @@ class SessionScript:
         self.radius_mm = np.full((steps, SLOTS), 7.0)
         self.events: list[Event] = []
         self.distractors: list[Event] = []
+        self._finger: list[int] = []  # slot of its first finger
 
-    def stream(self, gestures: Sequence[str]) -> None:
-        """Play gestures and distractors in any order until the end."""
+    def stream(self, gestures: Sequence[str], quick: float = 0.0) -> None:
+        """Play gestures and distractors in any order until the end.
+
+        Args:
+            gestures: Labels.
+            quick: Share of turns in which several quick gestures follow each other.
+        """
         now: float | None = _LEAD_S
         while now is not None:
+            if quick and self._rng.random() < quick:
+                now = self._burst(gestures, now)
+                continue
             kinds = gestures if self._rng.random() > _DISTRACTED else DISTRACTORS
             now = self._do(str(self._rng.choice(kinds)), now, self._steps)
             if now is not None:
@@ -92,16 +105,49 @@ class SessionScript:
             while (end := self._do(kind, now, (number + 1) * block)) is not None:
                 now = end + (end - now) * rng.uniform(*_BLOCK_PAUSE)
 
+    def _burst(self, gestures: Sequence[str], now: float) -> float | None:
+        """Play quick gestures one after the other; half of the bursts are presses alone."""
+        rng = self._rng
+        pressed = LOCATED in gestures and rng.random() < 0.6
+        places = [self._place(LOCATED) for _ in range(rng.integers(1, 3))]
+        period = rng.uniform(*_PERIOD_S)
+        end: float | None = now
+        for number in range(rng.integers(*_BURST)):
+            kind = LOCATED if pressed else str(rng.choice(gestures))
+            place = places[number % len(places)] if kind == LOCATED else None
+            began = now
+            end = self._do(kind, now, self._steps, place, quick=True)
+            if end is None:
+                return None
+            # The next finger comes down in its time, but seldom before the last one has left.
+            now = max(began + period * rng.uniform(0.9, 1.1), end + rng.uniform(-0.04, 0.1))
+        return now + self._look()
+
     def truth(
         self, time_s: NDArray[np.float64], labels: Sequence[str]
     ) -> tuple[NDArray[np.int8], NDArray[np.int32]]:
-        """Return true labels and numbers of events (-1: none) at these times, all (times,)."""
+        """Return true labels and numbers of events (-1: none) at these times, all (times,).
+
+        A label ends a little before the next one begins, so that quick gestures can be told apart.
+        """
         label = np.zeros(len(time_s), dtype=np.int8)
         number = np.full(len(time_s), -1, dtype=np.int32)
-        for i, event in enumerate(self.events):
-            during = slice(*np.searchsorted(time_s, (event.onset_s, event.release_s)))
+        following = [event.onset_s - _APART_S for event in self.events[1:]]
+        for i, (event, next_s) in enumerate(zip(self.events, [*following, np.inf], strict=True)):
+            end_s = max(event.onset_s, min(event.release_s, next_s))
+            during = slice(*np.searchsorted(time_s, (event.onset_s, end_s)))
             label[during], number[during] = labels.index(event.kind), i
         return label, number
+
+    def touch(self, number: NDArray[np.int32], every: int) -> NDArray[np.float32]:
+        """Return where the first finger of each frame's event is, grid units, (frames, 2).
+
+        Args:
+            number: Number of the event in each frame, -1: none, (frames,).
+            every: Steps in a frame.
+        """
+        slot = np.array([*self._finger, 0])[number]
+        return self.contact(every)[np.arange(len(number)), slot, :2]
 
     def contact(self, every: int) -> NDArray[np.float32]:
         """Return every finger at each `every`-th step, NaN where it does not touch.
@@ -117,21 +163,44 @@ class SessionScript:
         found[depth <= 0.0] = np.nan
         return found
 
-    def _do(self, kind: str, now: float, last_step: float) -> float | None:
+    def _do(
+        self,
+        kind: str,
+        now: float,
+        last_step: float,
+        place: tuple[float, float] | None = None,
+        *,
+        quick: bool = False,
+    ) -> float | None:
         """Do something at `now`, seconds, and return when it is over; None: it would not fit."""
         rng, hz = self._rng, self._step_hz
         done = perform(
-            kind, self._place(kind), self._style, rng,
-            grid=self._grid, step_hz=hz, repertoire=self._repertoire,
+            kind, place or self._place(kind), self._style, rng,
+            grid=self._grid, step_hz=hz, repertoire=self._repertoire, quick=quick,
         )  # fmt: skip
         first = round(now * hz)
         last = first + len(done.point)
         if last + _SPARE_S * hz > last_step:
             return None
-        self.point[first:last], self.depth_mm[first:last] = done.point, done.depth_mm
-        self.radius_mm[first:last] = done.radius_mm
-        event = Event(first / hz + done.onset_s, first / hz + done.release_s, kind)
-        (self.distractors if self._repertoire[kind].distractor else self.events).append(event)
+        # A finger that comes down while the last one rises is another finger.
+        fingers = int((done.depth_mm > 0.0).any(axis=0).sum())
+        free = np.flatnonzero(self.depth_mm[first] == 0.0)
+        while len(free) < fingers:
+            first, last = first + 1, last + 1
+            free = np.flatnonzero(self.depth_mm[first] == 0.0)
+        where = slice(first, last), free[:fingers]
+        self.point[where] = done.point[:, :fingers]
+        self.depth_mm[where] = done.depth_mm[:, :fingers]
+        self.radius_mm[where] = done.radius_mm[:fingers]
+        begun = first / hz
+        event = Event(begun + done.onset_s, begun + done.release_s, kind)
+        if self._repertoire[kind].distractor:
+            self.distractors.append(event)
+        else:
+            if self.events and self.events[-1].release_s > event.onset_s:
+                self.events[-1] = replace(self.events[-1], release_s=event.onset_s)
+            self.events.append(event)
+            self._finger.append(int(free[0]))
         return last / hz
 
     def _place(self, kind: str) -> tuple[float, float]:

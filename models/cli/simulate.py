@@ -85,6 +85,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="frames per second, 1 to 200 (default: 10)",
     )
     add(
+        "--quick",
+        type=options.number(0.0, 1.0),
+        default=0.0,
+        metavar="SHARE",
+        help="of turns in which several quick gestures follow each other (default: 0)",
+    )
+    add(
         "--rows",
         type=options.taxels,
         default=5,

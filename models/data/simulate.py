@@ -56,6 +56,7 @@ class DataSet:
         files: Gestures of the user's own.
         one_orb: All users touch the same orb, on days of their own; else each session has
             another one.
+        quick: Share of turns in which several quick gestures follow each other, 0 to 1.
     """
 
     seed: int = 0
@@ -70,6 +71,7 @@ class DataSet:
     gestures: tuple[str, ...] = GESTURES
     files: tuple[Path, ...] = ()
     one_orb: bool = False
+    quick: float = 0.0
 
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.
@@ -110,6 +112,8 @@ class DataSet:
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
         if not self.one_orb:  # as it was before there was such a setting
             del settings["one_orb"]
+        if not self.quick:
+            del settings["quick"]
         return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
 
     def played(
@@ -142,6 +146,7 @@ class DataSet:
             repertoire=self.repertoire(),
             faults=faults,
             day=day,
+            quick=self.quick,
         )
 
     def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:

@@ -26,6 +26,7 @@ from models.data.recipe import NetworkRecipe
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 KERNEL: Final = 3  # taxels, each way
+IMAGES: Final = 10  # steps through time that a longer window is brought down to, about
 SMALL_GRID: Final = 36  # taxels: the matrices of a larger grid hold too many zeros
 
 
@@ -73,14 +74,15 @@ def gesture_net(shape: tuple[int, int, int], classes: int, recipe: NetworkRecipe
     maps = recipe.channels
     convolutions: list[nn.Module]
     if recipe.strides:
-        first = _span(window, 4)
-        steps = (window - first) // 2 + 1
-        second = _span(steps, 3)
+        pace = max(2, window // IMAGES)
+        first = _span(window, 2 * pace, pace)
+        steps = (window - first) // pace + 1
+        second = _span(steps, 3, 2)
         steps = (steps - second) // 2 + 1
         halved = [-(-side // 2) for side in grid]
         convolutions = [
-            GridConvolution(1, maps[0], first, grid, stride=2),
-            GridConvolution(maps[0], maps[1], second, halved, stride=1),
+            GridConvolution(1, maps[0], first, grid, stride=2, pace=pace),
+            GridConvolution(maps[0], maps[1], second, halved, stride=1, pace=2),
         ]
         taxels = halved[0] * halved[1]
     else:
@@ -146,9 +148,9 @@ def _network(
     return Network(layers)
 
 
-def _span(steps: int, usual: int) -> int:
-    """Return a kernel's length, so that strides of two end at the newest of so many steps."""
-    return steps if steps < usual else usual - (steps - usual) % 2
+def _span(steps: int, usual: int, pace: int) -> int:
+    """Return a kernel's length, so that strides of `pace` end at the newest of so many steps."""
+    return steps if steps < usual else usual - (usual - steps) % pace
 
 
 class Scale(nn.Module):
@@ -182,18 +184,21 @@ class GridConvolution(nn.Conv3d):
     rounding.
     """
 
-    def __init__(self, inputs: int, maps: int, span: int, grid: list[int], stride: int) -> None:
+    def __init__(
+        self, inputs: int, maps: int, span: int, grid: list[int], stride: int, pace: int
+    ) -> None:
         """Build it with a kernel of (span, 3, 3).
 
         Args:
             inputs: Maps that it takes.
             maps: Maps that it returns.
-            span: Images; its steps through time are 2, without padding.
+            span: Images.
             grid: Rows and columns of its input.
             stride: Its steps over the taxels, with *same* padding.
+            pace: Its steps through time, without padding.
         """
         kernel = (span, KERNEL, KERNEL)
-        super().__init__(inputs, maps, kernel, stride=(2, stride, stride), padding=(0, 1, 1))
+        super().__init__(inputs, maps, kernel, stride=(pace, stride, stride), padding=(0, 1, 1))
         small = grid[0] * grid[1] <= SMALL_GRID
         self.reach = nn.Buffer(_reach(grid, stride), persistent=False) if small else None
 
