@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.bundles import vocabulary
 from controller.simulator import pointer
 from controller.simulator.gesture_file import FINGERS, Repertoire, shipped
 from controller.simulator.membrane import clamp_radius_mm
@@ -20,8 +21,9 @@ Complex = NDArray[np.complex128]
 
 MECHANICS_HZ: Final = 50.0
 SLOTS: Final = FINGERS  # fingers of a hand
-GESTURES: Final = ("press", "pinch", "twist_cw", "twist_ccw")  # paper, section 4.2
-DISTRACTORS: Final = ("brush", "rest")  # contacts that are no gestures
+GESTURES: Final = vocabulary.shipped().labels[1:]  # paper, section 4.2
+LOCATED: Final = vocabulary.shipped().located  # those of them whose place is a command's
+DISTRACTORS: Final = tuple(label for label, one in shipped().items() if one.distractor)
 ONSET_SHARE: Final = 0.4  # of the plateau depth: where a gesture truly begins
 RIM: Final = 34 / 38  # of the dome's radius; farther out a finger meets the clamp
 _RELEASED_MM: Final = 0.05  # shallower than this no finger touches

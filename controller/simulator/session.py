@@ -11,9 +11,9 @@ from controller.recognition.event_metric import Event
 from controller.simulator import label_button as button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import GESTURES
+from controller.simulator.hand import GESTURES, LOCATED
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.session_script import LOCATED, SessionScript
+from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Protocol = Literal["free", "blocks"]
@@ -130,7 +130,7 @@ def simulate(
     time_s = np.asarray((np.arange(frames) + 1.0) / rate_hz, dtype=np.float64)
     label, event = hand.truth(time_s, labels)
     contact = hand.contact(per_frame)
-    pressed = label == labels.index(LOCATED) if LOCATED in labels else np.zeros(frames, dtype=bool)
+    pressed = np.isin(label, [labels.index(name) for name in LOCATED if name in labels])
     return Session(
         frames=_scan(simulator, hand),
         time_s=time_s,

@@ -17,7 +17,6 @@ from controller.simulator.user_style import UserStyle
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
 
-LOCATED: Final = "press"  # the gesture whose place is a command's
 _MIDDLE_MM: Final = 2.5  # deviation of gestures that are meant for the middle, per axis
 _SPARE_S: Final = 1.0  # nothing touches so shortly before the end
 

@@ -18,6 +18,8 @@ _TOUCHES: Final = (
     ("pinch", "pinch", "drops the piece", "hold the right button, or 2"),
     ("twist_cw", "twist", "turns the piece", "drag round the rim"),
 )
+_SHOWN: Final = {"press", "pinch", "twist_cw", "twist_ccw"}  # by these rows
+_FURTHER: Final = 2  # gestures of an orb that have room below them
 _KEYS: Final = (
     ("arrows", "move and turn"),
     ("Z", "turn left"),
@@ -59,15 +61,19 @@ def draw_touches(
     unit.card(surface, rect)
     left, top = _heading(surface, rect, unit, "TOUCH")
     virtual = view.welcome is None or view.welcome.virtual
-    for name, gesture, meaning, way in _TOUCHES:
+    further = [label for label in view.labels[1:] if label not in _SHOWN][:_FURTHER]
+    rows = (*_TOUCHES, *((label, sprites.words(label), "", "") for label in further))
+    step = unit.px(56 * len(_TOUCHES) / len(rows))
+    for name, gesture, meaning, way in rows:
         picture = sprites.icon(name, unit.px(20), theme.ACCENT)
         surface.blit(picture, picture.get_rect(midleft=(left, top + unit.px(14))))
         column = left + unit.px(32)
-        surface.blit(unit.text(gesture, 20), (column, top))
+        room = rect.right - unit.px(18) - column
+        surface.blit(unit.text(gesture, 20, width=room), (column, top))
         surface.blit(unit.text(meaning, 17, theme.TEXT_DIM), (column, top + unit.px(18)))
-        if virtual:
+        if virtual and len(further) < _FURTHER:
             surface.blit(unit.text(way, 17, theme.TEXT_DIM), (column, top + unit.px(33)))
-        top += unit.px(56)
+        top += step
 
 
 def draw_keys(surface: pygame.Surface, rect: pygame.Rect, unit: sprites.SpriteScale) -> None:

@@ -261,7 +261,7 @@ def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ..
     target.draw(surface)
     scene = target._scene
     assert scene is not None
-    for card in (scene.orb, scene.history):
+    for card in (scene.orb, scene.history, scene.touches):
         surface.fill((0, 0, 0), card)
     return pygame.image.tobytes(surface, "RGB")
 
