@@ -24,7 +24,7 @@ from controller.simulator.user_style import UserStyle, parameters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Paths = tuple[Complex, Array, Array]  # points (steps, fingers), depths alike, radii (fingers,)
+Paths = tuple[Complex, Array, Array]  # points, depths (steps, fingers), radii (fingers,), all mm
 
 LONGEST_S: Final = 20.0  # one event
 Key = float | Name  # a number, or the name of one
@@ -33,65 +33,32 @@ _FINGER: Final = Name("finger_radius")
 
 @dataclass(frozen=True, slots=True)
 class Gesture:
-    """One gesture, or one touch that is none (a distractor).
+    """One gesture, or one touch that is none (a distractor)."""
 
-    Attributes:
-        label: Its name.
-        rotations: Turns of the dome that leave it the same gesture: "all", "half" or "none".
-        mirror: What its mirror image is: "self", another label, or "none" (no gesture).
-        place: Where it is meant to be: "middle" or "anywhere".
-        distractor: Whether it is no gesture.
-        vary: What is drawn for each event, in this order; `fingers` is a Count.
-        phases: Duration of each phase, seconds.
-        depth: Keys of every finger's indentation, mm; begins and ends with 0.
-        reach: Keys of its distance from the hand's middle, mm.
-        angle: Keys of its angle there, degrees counterclockwise.
-        x: Keys of the hand's middle, mm to the right of the place.
-        y: The same upward.
-        yaw: Direction of the whole hand, degrees.
-        radius: Of the fingertips, mm.
-        angles: Where the fingers are, degrees; they stand at one place if there are none.
-        fan: In its place: a thumb at 180 and the others around 0, so many degrees apart.
-        line: Fingers stand in a line along the yaw, so many mm apart.
-        lead: Share of the first phase by which movements begin before it is over.
-        lag: Seconds by which a finger's movement is late.
-        late: Seconds by which a finger lands late.
-        early: Seconds by which it lifts early.
-    """
-
-    label: str
-    rotations: str
-    mirror: str
-    place: str
-    distractor: bool
-    vary: tuple[tuple[str, Quantity | Count], ...]
-    phases: tuple[Key, ...]
-    depth: tuple[Key, ...]
-    reach: tuple[Key, ...] = (0.0,)
-    angle: tuple[Key, ...] = (0.0,)
-    x: tuple[Key, ...] = (0.0,)
-    y: tuple[Key, ...] = (0.0,)
-    yaw: Key = 0.0
-    radius: Key = _FINGER
-    angles: tuple[Key, ...] = ()
-    fan: Key | None = None
-    line: Key = 0.0
-    lead: Key = 0.0
-    lag: Key = 0.0
-    late: Key = 0.0
-    early: Key = 0.0
+    label: str  # its name
+    rotations: str  # turns of the dome that leave it the same gesture: "all", "half" or "none"
+    mirror: str  # what its mirror image is: "self", another label, or "none" (no gesture)
+    place: str  # where it is meant to be: "middle" or "anywhere"
+    distractor: bool  # whether it is no gesture
+    vary: tuple[tuple[str, Quantity | Count], ...]  # drawn for each event in this order
+    phases: tuple[Key, ...]  # duration of each phase, seconds
+    depth: tuple[Key, ...]  # keys of every finger's indentation, mm; begins and ends with 0
+    reach: tuple[Key, ...] = (0.0,)  # keys of its distance from the hand's middle, mm
+    angle: tuple[Key, ...] = (0.0,)  # keys of its angle there, degrees counterclockwise
+    x: tuple[Key, ...] = (0.0,)  # keys of the hand's middle, mm to the right of the place
+    y: tuple[Key, ...] = (0.0,)  # the same upward
+    yaw: Key = 0.0  # direction of the whole hand, degrees
+    radius: Key = _FINGER  # of the fingertips, mm
+    angles: tuple[Key, ...] = ()  # where the fingers stand, degrees; else at one place
+    fan: Key | None = None  # in its place: thumb at 180, others around 0 so far apart
+    line: Key = 0.0  # fingers stand in a line along the yaw, so many mm apart
+    lead: Key = 0.0  # share of the first phase by which movements begin before it is over
+    lag: Key = 0.0  # seconds by which a finger's movement is late
+    late: Key = 0.0  # seconds by which a finger lands late
+    early: Key = 0.0  # seconds by which it lifts early
 
     def move(self, style: UserStyle, rng: np.random.Generator, step_hz: float) -> Paths:
-        """Return what the fingers do in one event, relative to where it is.
-
-        Args:
-            style: The user's style.
-            rng: Random variation.
-            step_hz: Steps per second.
-
-        Returns:
-            Points, complex mm, (steps, fingers); depths, mm, alike; radii, mm, (fingers,).
-        """
+        """Return what a user's fingers do in one event, relative to where it is."""
         known: Known = dict(parameters(style))
         fingers = 1
         for name, line in self.vary:
@@ -150,12 +117,7 @@ class _Clock:
     def track(self, keys: tuple[Key, ...], known: Known, up: Value, down: Value) -> Value:
         """Return a track at every step, (steps, fingers or 1), or the number that it always is.
 
-        Args:
-            keys: One: it stays so. Two: an even motion from begin to end. Else one for each
-                boundary between phases.
-            known: What the names stand for.
-            up: Seconds by which a rise is late.
-            down: Seconds by which a fall is late.
+        Two keys are an even motion; rises and falls are late by `up` and `down` seconds.
         """
         value = value_of(keys[0], known)
         if len(keys) == 2:

@@ -38,33 +38,19 @@ Term = float | tuple[float, float] | Name  # a number, a range to draw from, or 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """One line of [vary]; what is not given changes nothing. Applied in this order.
+    """One line of [vary]; what is not given changes nothing. Applied in this order."""
 
-    Attributes:
-        of: What it starts from.
-        values: In its place, a number for each finger; the last one serves all further fingers.
-        delay: In its place, the deviation of a half-normal number, drawn for each finger.
-        times: Factor.
-        plus: Summand.
-        scatter: Deviation of a log-normal factor: 0.1 is 10 % more or less.
-        jitter: Deviation of a normal summand.
-        handed: An angle in degrees, mirrored for left hands.
-        least: Lower limit.
-        most: Upper limit.
-        each: Whether every finger draws its own.
-    """
-
-    of: Term = 0.0
-    values: tuple[float, ...] = ()
-    delay: float = 0.0
-    times: Term | None = None
-    plus: Term | None = None
-    scatter: float = 0.0
-    jitter: float = 0.0
-    handed: bool = False
-    least: Term | None = None
-    most: Term | None = None
-    each: bool = False
+    of: Term = 0.0  # what it starts from
+    values: tuple[float, ...] = ()  # in its place, one for each finger; the last for all others
+    delay: float = 0.0  # in its place, the deviation of a half-normal number, drawn for each finger
+    times: Term | None = None  # factor
+    plus: Term | None = None  # summand
+    scatter: float = 0.0  # deviation of a log-normal factor: 0.1 is 10 % more or less
+    jitter: float = 0.0  # deviation of a normal summand
+    handed: bool = False  # an angle in degrees, mirrored for left hands
+    least: Term | None = None  # lower limit
+    most: Term | None = None  # upper limit
+    each: bool = False  # whether every finger draws its own
 
     def draw(
         self, known: Known, fingers: int, left_handed: bool, rng: np.random.Generator
@@ -99,21 +85,13 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """The line `fingers` of [vary]: how many touch.
+    """The line `fingers` of [vary]: how many touch."""
 
-    Attributes:
-        of: A number, the two limits of evenly drawn ones, or a style parameter.
-        one_more: Probability of one finger more.
-        off_by_one: Probability of one finger more or fewer.
-        least: Lower limit.
-        most: Upper limit.
-    """
-
-    of: Term = 1.0
-    one_more: float = 0.0
-    off_by_one: float = 0.0
-    least: int = 1
-    most: int = 6
+    of: Term = 1.0  # a number, the two limits of evenly drawn ones, or a style parameter
+    one_more: float = 0.0  # probability of one finger more
+    off_by_one: float = 0.0  # probability of one finger more or fewer
+    least: int = 1  # lower limit
+    most: int = 6  # upper limit
 
     def draw(self, known: Known, rng: np.random.Generator) -> int:
         """Return how many fingers touch in one event."""
@@ -144,15 +122,10 @@ def value_of(what: float | Name, known: Known) -> Value:
 
 
 def quantity(raw: Any, names: Collection[str], where: str) -> Quantity:
-    """Return the quantity of a file's value.
-
-    Args:
-        raw: A number, a name, a range or a table.
-        names: What it may refer to.
-        where: The beginning of an error: file and line.
+    """Return the quantity of a file's value, which may refer to `names`.
 
     Raises:
-        GestureError: It is none.
+        GestureError: It is none; the message begins with `where`.
     """
     if not isinstance(raw, dict):
         return Quantity(parse_term(raw, names, where))

@@ -21,12 +21,8 @@ def press_system(at: Array, size: Array, bulge: float) -> Array:
     """Return how far each finger's unit load moves the skin under each, (at, from, steps).
 
     The tension membrane's Green's function in the unit disc, zero at the clamp, regularised by
-    the finger's size; less the bulge by which the closed gas answers every load.
-
-    Args:
-        at: Fingers' places on the disc, x and y, (2, fingers, steps).
-        size: Their radii on the unstretched disc, (fingers, steps).
-        bulge: Fraction of the indented volume that returns.
+    the finger's size; less the bulge by which the closed gas answers every load. Fingers are at
+    places (x and y, fingers, steps), their sizes (fingers, steps) those on the unstretched disc.
     """
     free = room(*at)
     rooms = free[:, None] * free
@@ -50,12 +46,7 @@ def poisson(stretch: float) -> float:
 def drag_system(at: Array, size: Array, ratio: float) -> Array:
     """Return how far unit forces in x, then y, drag the skin; (2 at, 2 from, steps).
 
-    Kelvin's plane-stress solution, see `pull`.
-
-    Args:
-        at: Fingers' places on the disc, x and y, (2, fingers, steps).
-        size: Their radii on the unstretched disc, (fingers, steps).
-        ratio: Poisson's.
+    Kelvin's plane-stress solution, see `pull`; fingers as in `press_system`, ratio is Poisson's.
     """
     count = len(size)
     free = room(*at)

@@ -32,25 +32,15 @@ _GRID: Final = (5, 5, 10.0)
 
 @dataclass(frozen=True, slots=True)
 class Performance:
-    """Finger paths of one event, sampled step by step.
+    """Finger paths of one event, sampled step by step."""
 
-    Attributes:
-        label: Gesture or distractor.
-        place: Where it was meant to be, (x, y) in grid units.
-        point: Hand points, complex mm from the dome's centre, (steps, SLOTS).
-        depth_mm: Indentation, (steps, SLOTS).
-        radius_mm: Finger radii, (SLOTS,).
-        onset_s: True onset from the start of the paths.
-        release_s: When the last finger leaves.
-    """
-
-    label: str
-    place: tuple[float, float]
-    point: Complex
-    depth_mm: Array
-    radius_mm: Array
-    onset_s: float
-    release_s: float
+    label: str  # gesture or distractor
+    place: tuple[float, float]  # where it was meant to be, (x, y) in grid units
+    point: Complex  # hand points, complex mm from the dome's centre, (steps, SLOTS)
+    depth_mm: Array  # indentation, (steps, SLOTS)
+    radius_mm: Array  # finger radii, (SLOTS,)
+    onset_s: float  # true onset from the start of the paths
+    release_s: float  # when the last finger leaves
 
 
 def perform(
@@ -63,16 +53,9 @@ def perform(
     step_hz: float = MECHANICS_HZ,
     repertoire: Repertoire | None = None,
 ) -> Performance:
-    """Carry out a gesture or a distractor.
+    """Carry out a gesture or a distractor that is meant for a place, (x, y) in grid units.
 
-    Args:
-        label: Which.
-        place: Where it is meant to be, (x, y) in grid units.
-        style: The user's style.
-        rng: Random variation.
-        grid: Rows, columns and pitch in mm: what grid units are.
-        step_hz: Steps per second.
-        repertoire: What the hand can do; the gestures that ship if not given.
+    The grid is rows, columns and pitch in mm; the gestures that ship are the usual repertoire.
 
     Raises:
         ValueError: The label is unknown.

@@ -22,14 +22,7 @@ def hold(
     time_s: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> NDArray[np.int8]:
-    """Return which label the button gives at each frame: an index into `labels`, 0 while it is up.
-
-    Args:
-        events: True gestures, in order.
-        labels: "null" first.
-        time_s: Time of each frame, (frames,).
-        rng: The fingers on the button.
-    """
+    """Return the index of the label that the button gives at times, all (frames,); 0: it is up."""
     missed = rng.random(len(events)) < MISSED
     error = rng.normal(LATE_S, (PRESS_SD_S, RELEASE_SD_S), (len(events), 2))
     down = np.array([event.onset_s for event in events]) + error[:, 0]

@@ -28,25 +28,15 @@ _STRIDE: Final = 0.004  # of the apex's radius of curvature: how finely the clam
 
 @dataclass(frozen=True, slots=True)
 class Membrane:
-    """The inflated state along a meridian, lengths in units of the clamped radius.
+    """The inflated state along a meridian, lengths in units of the clamped radius."""
 
-    Attributes:
-        reference: Reference radius of each station, 0 ... 1, (stations,).
-        radius: Deformed radius, (stations,).
-        height: Height above the clamp, (stations,).
-        slope: Angle of the meridian below the horizontal, radians, (stations,).
-        meridional: Stretch along the meridian, (stations,).
-        hoop: Stretch around the axis, (stations,).
-        pressure: Inflation pressure in units of mu h0 / R.
-    """
-
-    reference: Array
-    radius: Array
-    height: Array
-    slope: Array
-    meridional: Array
-    hoop: Array
-    pressure: float
+    reference: Array  # reference radius of each station, 0 ... 1, (stations,)
+    radius: Array  # deformed radius, (stations,)
+    height: Array  # height above the clamp, (stations,)
+    slope: Array  # angle of the meridian below the horizontal, radians, (stations,)
+    meridional: Array  # stretch along the meridian, (stations,)
+    hoop: Array  # stretch around the axis, (stations,)
+    pressure: float  # inflation pressure in units of mu h0 / R
 
     @property
     def area_ratio(self) -> Array:
@@ -88,13 +78,8 @@ def inflate_to(
     """Solve the inflated state at a pressure, as a pump sets it.
 
     Pressure grows with the stretch only up to a limit point; beyond it a dome runs away until
-    something that is no rubber any more stops it, so only the state before it is returned.
-
-    Args:
-        pressure_pa: Above the atmosphere's, pascals.
-        radius_mm: Clamped radius.
-        thickness_mm: Of the flat membrane.
-        shear_pa: Its small-strain shear modulus, pascals.
+    something that is no rubber any more stops it, so only the state before it is returned. The
+    modulus is that of small strains, and the thickness the flat membrane's.
 
     Raises:
         ValueError: The pressure is not above zero, or the membrane cannot hold it.
@@ -115,13 +100,7 @@ def inflate_to(
 
 
 def clamp_radius_mm(rows: int, columns: int, pitch_mm: float) -> float:
-    """Return the radius of a dome in which a grid has as much room as the paper's, at least its.
-
-    Args:
-        rows: Of taxels, each half a pitch wide.
-        columns: The same.
-        pitch_mm: Distance of two taxels.
-    """
+    """Return the radius of a dome in which a grid has as much room as the paper's, at least its."""
     reach_mm = np.hypot(rows - 0.5, columns - 0.5) / 2 * pitch_mm
     return float(RADIUS_MM * max(1.0, reach_mm / _REACH_MM))
 

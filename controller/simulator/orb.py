@@ -17,21 +17,13 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class OrbModel:
-    """Everything about an orb that is not drawn at random: paper, section 3.1.
+    """Everything about an orb that is not drawn at random: paper, section 3.1."""
 
-    Attributes:
-        rows: Taxel rows.
-        columns: Taxel columns.
-        pitch_mm: Distance of two taxels.
-        mechanics: The dome.
-        electronics: Taxels and circuit.
-    """
-
-    rows: int = 5
-    columns: int = 5
-    pitch_mm: float = 10.0
-    mechanics: MechanicsModel = field(default_factory=MechanicsModel)
-    electronics: ElectronicsModel = field(default_factory=ElectronicsModel)
+    rows: int = 5  # taxel rows
+    columns: int = 5  # taxel columns
+    pitch_mm: float = 10.0  # distance of two taxels
+    mechanics: MechanicsModel = field(default_factory=MechanicsModel)  # the dome
+    electronics: ElectronicsModel = field(default_factory=ElectronicsModel)  # taxels and circuit
 
 
 NOMINAL: Final = OrbModel()
@@ -48,15 +40,7 @@ class OrbSimulator:
         model: OrbModel = NOMINAL,
         day: int = 0,
     ) -> None:
-        """Build an orb.
-
-        Args:
-            seed: Which.
-            rate_hz: Frames per second.
-            slots: Fingers at once.
-            model: Its constants.
-            day: Which of its sessions: other drift and noise.
-        """
+        """Build an orb for so many fingers at once; each day has other drift and noise."""
         self.model = model
         self.steps_per_frame = ceil(MECHANICS_HZ / rate_hz - 1e-9)
         self.step_s = 1.0 / (rate_hz * self.steps_per_frame)
@@ -71,10 +55,7 @@ class OrbSimulator:
     def advance(self, point: Complex, depth_mm: Array, radius_mm: Array) -> NDArray[np.float32]:
         """Simulate on and return the frames that were completed, (frames, rows, columns), pF.
 
-        Args:
-            point: Hand points, complex mm from the centre, (frames * steps_per_frame, slots).
-            depth_mm: Indentations, same shape.
-            radius_mm: Finger radii, same shape.
+        Points, complex mm from the centre, depths and radii: (frames * steps_per_frame, slots).
         """
         log_c, position = self._mechanics.advance(point, depth_mm, radius_mm)
         return self.electronics.scan(log_c, position, depth_mm)

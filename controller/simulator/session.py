@@ -34,34 +34,19 @@ _CHUNK: Final = 2_000_000  # taxels times steps simulated at once; bounds memory
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """One simulated session.
+    """One simulated session."""
 
-    Attributes:
-        frames: Scans, float32 (frames, rows, columns), pF.
-        time_s: End of each scan, (frames,).
-        label: Index into `labels` of what truly happens, (frames,).
-        touch: Where the finger of a press truly is, grid units, NaN otherwise, (frames, 2).
-        events: True gestures in order.
-        event: Index into `events` per frame, -1 between them, (frames,).
-        distractors: Contacts that are no gestures, in order.
-        button: Index into `labels` that the label button gives, 0 while it is up, (frames,).
-        contact: Every finger, (x, y) in grid units and depth in mm, NaN where it does not
-            touch, (frames, SLOTS, 3).
-        labels: "null" and the gestures.
-        style: Who played, in this session's mood.
-    """
-
-    frames: NDArray[np.float32]
-    time_s: NDArray[np.float64]
-    label: NDArray[np.int8]
-    touch: NDArray[np.float32]
-    events: tuple[Event, ...]
-    event: NDArray[np.int32]
-    distractors: tuple[Event, ...]
-    button: NDArray[np.int8]
-    contact: NDArray[np.float32]
-    labels: tuple[str, ...]
-    style: UserStyle
+    frames: NDArray[np.float32]  # scans, float32 (frames, rows, columns), pF
+    time_s: NDArray[np.float64]  # end of each scan, (frames,)
+    label: NDArray[np.int8]  # index into `labels` of what truly happens, (frames,)
+    touch: NDArray[np.float32]  # true place of a press, grid units, else NaN, (frames, 2)
+    events: tuple[Event, ...]  # true gestures in order
+    event: NDArray[np.int32]  # index into `events` per frame, -1 between them, (frames,)
+    distractors: tuple[Event, ...]  # contacts that are no gestures, in order
+    button: NDArray[np.int8]  # what the label button gives, as `label`
+    contact: NDArray[np.float32]  # x, y (grid units), depth (mm) or NaN, (frames, SLOTS, 3)
+    labels: tuple[str, ...]  # "null" and the gestures
+    style: UserStyle  # who played, in this session's mood
 
 
 def simulate(

@@ -51,17 +51,7 @@ class SessionScript:
         repertoire: Repertoire,
         rng: np.random.Generator,
     ) -> None:
-        """Prepare a hand that does nothing yet.
-
-        Args:
-            steps: Length.
-            step_hz: Steps per second.
-            grid: What grid units are.
-            style: Whose hand, in which mood.
-            away_mm: How far the dome is from where they think it is.
-            repertoire: What the hand can do.
-            rng: Order and accidents.
-        """
+        """Prepare a hand that does nothing yet; the dome is `away_mm` from where it is thought."""
         self._steps, self._step_hz, self._grid = steps, step_hz, grid
         self._style, self._away_mm, self._repertoire = style, away_mm, repertoire
         self._rng = rng
@@ -103,10 +93,9 @@ class SessionScript:
         return label, number
 
     def contact(self, every: int) -> NDArray[np.float32]:
-        """Return every finger at each `every`-th step, NaN where it does not touch.
+        """Return every finger's x, y (grid units) and depth (mm), (steps // every, SLOTS, 3).
 
-        Returns:
-            (x, y) in grid units and depth in mm, (steps // every, SLOTS, 3).
+        It is NaN where the finger does not touch.
         """
         rows, columns, pitch_mm = self._grid
         point, depth = self.point[every - 1 :: every], self.depth_mm[every - 1 :: every]

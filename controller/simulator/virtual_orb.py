@@ -25,9 +25,7 @@ Complex = NDArray[np.complex128]
 
 POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
 PERFORMANCES: Final = 8  # of the orb's own hand that may be under way at once
-EDGE: Final = (
-    0.96  # of the dome's radius: how far out a finger can touch, as in host/ui/pointer_input.py
-)
+EDGE: Final = 0.96  # of the dome's radius: where fingers end, as in host/ui/pointer_input.py
 DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
 WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
 _UPDATES: Final = 1024  # of the host's fingers that wait for a scan
@@ -58,16 +56,9 @@ class VirtualOrb:
         user: int = 0,
         day: int = 0,
     ) -> None:
-        """Build an orb, its user and its session from a seed.
+        """Build an orb, its user and their session of a day from a seed.
 
-        Args:
-            seed: Which orb, user and session.
-            rate_hz: Frames per second.
-            domain: Family of seeds: 0 belongs to training, which nothing else may use.
-            model: The orb's constants.
-            repertoire: What its hand can do; the gestures that ship if not given.
-            user: Who touches it, if not the first one.
-            day: Which of their sessions on this orb, if not the first one.
+        Domain 0 of seeds belongs to training. The usual repertoire is the gestures that ship.
         """
         orb, people, self._thumbs = np.random.SeedSequence([domain, seed]).spawn(3)
         self.rate_hz, self.model = rate_hz, model
