@@ -5,7 +5,8 @@ phases: how deep, how far from the middle, at which angle. Between two keys a fi
 people do, smoothly (minimum jerk).
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -28,6 +29,7 @@ Paths = tuple[Complex, Array, Array]  # points, depths (steps, fingers), radii (
 
 LONGEST_S: Final = 20.0  # one event
 Key = float | Name  # a number, or the name of one
+Keys = Sequence[Key]
 _FINGER: Final = Name("finger_radius")
 
 
@@ -35,27 +37,28 @@ _FINGER: Final = Name("finger_radius")
 class Gesture:
     """One gesture, or one touch that is none (a distractor)."""
 
-    label: str  # its name
-    rotations: str  # turns of the dome that leave it the same gesture: "all", "half" or "none"
-    mirror: str  # what its mirror image is: "self", another label, or "none" (no gesture)
-    place: str  # where it is meant to be: "middle" or "anywhere"
-    distractor: bool  # whether it is no gesture
-    vary: tuple[tuple[str, Quantity | Count], ...]  # drawn for each event in this order
-    phases: tuple[Key, ...]  # duration of each phase, seconds
-    depth: tuple[Key, ...]  # keys of every finger's indentation, mm; begins and ends with 0
-    reach: tuple[Key, ...] = (0.0,)  # keys of its distance from the hand's middle, mm
-    angle: tuple[Key, ...] = (0.0,)  # keys of its angle there, degrees counterclockwise
-    x: tuple[Key, ...] = (0.0,)  # keys of the hand's middle, mm to the right of the place
-    y: tuple[Key, ...] = (0.0,)  # the same upward
+    label: str
+    vary: Sequence[tuple[str, Quantity | Count]]  # drawn for each event in this order
+    phases: Keys  # duration of each phase, seconds
+    depth: Keys  # keys of every finger's indentation, mm; begins and ends with 0
+    reach: Keys = (0.0,)  # keys of its distance from the hand's middle, mm
+    angle: Keys = (0.0,)  # keys of its angle there, degrees counterclockwise
+    x: Keys = (0.0,)  # keys of the hand's middle, mm to the right of the place
+    y: Keys = (0.0,)  # the same upward
     yaw: Key = 0.0  # direction of the whole hand, degrees
     radius: Key = _FINGER  # of the fingertips, mm
-    angles: tuple[Key, ...] = ()  # where the fingers stand, degrees; else at one place
+    angles: Keys = ()  # where the fingers stand, degrees; else at one place
     fan: Key | None = None  # in its place: thumb at 180, others around 0 so far apart
     line: Key = 0.0  # fingers stand in a line along the yaw, so many mm apart
     lead: Key = 0.0  # share of the first phase by which movements begin before it is over
     lag: Key = 0.0  # seconds by which a finger's movement is late
     late: Key = 0.0  # seconds by which a finger lands late
     early: Key = 0.0  # seconds by which it lifts early
+    # Turns of the dome that leave it the same gesture.
+    rotations: str = field(default="none", metadata={"choices": ("all", "half", "none")})
+    mirror: str = "none"  # its mirror image: "self", another label, or "none" (no gesture)
+    place: str = field(default="middle", metadata={"choices": ("middle", "anywhere")})
+    distractor: bool = False  # whether it is no gesture
 
     def move(self, style: UserStyle, rng: np.random.Generator, step_hz: float) -> Paths:
         """Return what a user's fingers do in one event, relative to where it is."""
@@ -70,7 +73,7 @@ class Gesture:
         landing, lifting = value_of(self.late, known), value_of(self.early, known)
         lag = value_of(self.lag, known) - value_of(self.lead, known) * clock.spans[0]
 
-        def track(keys: tuple[Key, ...]) -> Value:
+        def track(keys: Keys) -> Value:
             return clock.track(keys, known, lag, lag)
 
         depth = np.empty((clock.steps, fingers))
@@ -114,7 +117,7 @@ class _Clock:
         self.steps = round(self.total_s * step_hz) + 1
         self.time_s = np.arange(self.steps)[:, None] / step_hz
 
-    def track(self, keys: tuple[Key, ...], known: Known, up: Value, down: Value) -> Value:
+    def track(self, keys: Keys, known: Known, up: Value, down: Value) -> Value:
         """Return a track at every step, (steps, fingers or 1), or the number that it always is.
 
         Two keys are an even motion; rises and falls are late by `up` and `down` seconds.

@@ -7,18 +7,24 @@
 docs/gestures.md explains every field.
 """
 
-from collections.abc import Collection
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller import config
+from controller.config import ConfigError
 from controller.errors import UserError
 
 Array = NDArray[np.float64]
 Value = float | Array  # one number, or one for each finger
 Known = dict[str, Value]
+Checked = TypeVar("Checked")
+
+_TERMS: Final = ("of", "times", "plus", "least", "most")
+_SHARE: Final = {"range": (0.0, 1.0)}
 
 
 class GestureError(UserError, ValueError):
@@ -41,7 +47,7 @@ class Quantity:
     """One line of [vary]; what is not given changes nothing. Applied in this order."""
 
     of: Term = 0.0  # what it starts from
-    values: tuple[float, ...] = ()  # in its place, one for each finger; the last for all others
+    values: Sequence[float] = ()  # in its place, one for each finger; the last for all others
     delay: float = 0.0  # in its place, the deviation of a half-normal number, drawn for each finger
     times: Term | None = None  # factor
     plus: Term | None = None  # summand
@@ -78,8 +84,8 @@ class Quantity:
         if self.delay:
             return np.abs(rng.normal(0.0, self.delay, fingers))
         if self.values:
-            given = self.values + self.values[-1:] * fingers
-            return np.array(given[:fingers])
+            last = len(self.values) - 1
+            return np.array([float(self.values[min(i, last)]) for i in range(fingers)])
         return term(self.of, known, rng, fingers if self.each else None)
 
 
@@ -88,8 +94,8 @@ class Count:
     """The line `fingers` of [vary]: how many touch."""
 
     of: Term = 1.0  # a number, the two limits of evenly drawn ones, or a style parameter
-    one_more: float = 0.0  # probability of one finger more
-    off_by_one: float = 0.0  # probability of one finger more or fewer
+    one_more: float = field(default=0.0, metadata=_SHARE)  # probability of one finger more
+    off_by_one: float = field(default=0.0, metadata=_SHARE)  # probability of one more or fewer
     least: int = 1  # lower limit
     most: int = 6  # upper limit
 
@@ -118,9 +124,6 @@ def value_of(what: float | Name, known: Known) -> Value:
     return known[what.name] if what.sign > 0.0 else -known[what.name]
 
 
-# --- reading them ----------------------------------------------------------------------------
-
-
 def quantity(raw: Any, names: Collection[str], where: str) -> Quantity:
     """Return the quantity of a file's value, which may refer to `names`.
 
@@ -129,42 +132,34 @@ def quantity(raw: Any, names: Collection[str], where: str) -> Quantity:
     """
     if not isinstance(raw, dict):
         return Quantity(parse_term(raw, names, where))
-    _refuse_unknown(raw, Quantity, where)
     if len({"of", "values", "delay"} & set(raw)) > 1:
         raise GestureError(f"{where} starts twice; give one of of, values and delay")
-    given: dict[str, Any] = {}
-    for name, value in raw.items():
-        if name in ("delay", "scatter", "jitter"):
-            given[name] = _deviation(value, f"{where} ({name})")
-        elif name in ("handed", "each"):
-            if not isinstance(value, bool):
-                raise GestureError(f"{where} has {name} = {value!r}; write true or false")
-            given[name] = value
-        elif name == "values":
-            if not isinstance(value, list) or not value or not all(map(_is_number, value)):
-                raise GestureError(f"{where} has values = {value!r}; write a list of numbers")
-            given[name] = tuple(map(float, value))
-        else:
-            given[name] = parse_term(value, names, f"{where} ({name})")
-    return Quantity(**given)
+    values = raw.get("values", [0])
+    if not isinstance(values, list) or not values or not all(map(_is_number, values)):
+        raise GestureError(f"{where} has values = {values!r}; write a list of numbers")
+    terms = {
+        name: parse_term(raw[name], names, f"{where} ({name})") for name in _TERMS if name in raw
+    }
+    return checked(Quantity, {**raw, **terms}, where)
 
 
 def count(raw: Any, names: Collection[str], where: str) -> Count:
-    """Return the number of fingers of a file's value; arguments as of `quantity`.
+    """Return the number of fingers of a file's value; arguments and errors as of `quantity`."""
+    table = raw if isinstance(raw, dict) else {"of": raw}
+    of = parse_term(table.get("of", 1), names, where)
+    return checked(Count, {**table, "of": of}, where)
+
+
+def checked(kind: type[Checked], table: dict[str, Any], where: str) -> Checked:
+    """Return the dataclass of a table.
 
     Raises:
-        GestureError: It is none.
+        GestureError: It is none; the message begins with `where`.
     """
-    table = raw if isinstance(raw, dict) else {"of": raw}
-    _refuse_unknown(table, Count, where)
-    for name in ("one_more", "off_by_one"):
-        if not 0.0 <= _deviation(table.get(name, 0.0), f"{where} ({name})") <= 1.0:
-            raise GestureError(f"{where} ({name}) is no probability; write a number from 0 to 1")
-    for name in ("least", "most"):
-        if name in table and type(table[name]) is not int:
-            raise GestureError(f"{where} ({name}) is {table[name]!r}; write a whole number")
-    of = parse_term(table.get("of", 1), names, where)
-    return Count(**{**table, "of": of})
+    try:
+        return config.settings(kind, table)
+    except ConfigError as error:
+        raise GestureError(f"{where} {error}") from None
 
 
 def parse_term(raw: Any, names: Collection[str], where: str) -> Term:
@@ -186,18 +181,6 @@ def parse_term(raw: Any, names: Collection[str], where: str) -> Term:
     if isinstance(raw, list) and len(raw) == 2 and all(map(_is_number, raw)) and raw[0] <= raw[1]:
         return float(raw[0]), float(raw[1])
     raise GestureError(f"{where} is {raw!r}; write a number, a name in quotes, or [least, most]")
-
-
-def _refuse_unknown(table: dict[str, Any], kind: type[Quantity | Count], where: str) -> None:
-    known = [field.name for field in fields(kind)]
-    if unknown := sorted(set(table) - set(known)):
-        raise GestureError(f"{where} has the field {unknown[0]!r}; known are {', '.join(known)}")
-
-
-def _deviation(raw: Any, where: str) -> float:
-    if not _is_number(raw) or raw < 0.0:
-        raise GestureError(f"{where} is {raw!r}; write a number that is not below 0")
-    return float(raw)
 
 
 def _is_number(raw: Any) -> bool:
