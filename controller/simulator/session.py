@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
-from controller.simulator import label_button as button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import GESTURES, LOCATED
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.session_script import SessionScript
+from controller.simulator.session_script import SessionScript, hold_button
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Protocol = Literal["free", "blocks"]
@@ -124,7 +123,7 @@ def simulate(
         events=tuple(hand.events),
         event=event,
         distractors=tuple(hand.distractors),
-        button=button.hold(hand.events, labels, time_s, np.random.default_rng(labeller)),
+        button=hold_button(hand.events, labels, time_s, np.random.default_rng(labeller)),
         contact=contact,
         labels=labels,
         style=style,

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.event_metric import Event
 from controller.recognition.frames import Frame
-from controller.simulator import label_button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import SLOTS, Performance, perform
 from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.session_script import hold_button
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Array = NDArray[np.float64]
@@ -143,9 +143,7 @@ class VirtualOrb:
         """
         now = np.array([t_s])
         for event, thumb in self._presses:
-            if label_button.hold([event], ("null", event.kind), now, np.random.default_rng(thumb))[
-                0
-            ]:
+            if hold_button([event], ("null", event.kind), now, np.random.default_rng(thumb))[0]:
                 return event.kind
         return "null"
 

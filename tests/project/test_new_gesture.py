@@ -23,8 +23,8 @@ import pygame
 from controller.bundles import vocabulary
 from controller.protocol.messages import COMMANDS, Welcome
 from controller.simulator.session import simulate
-from host.demo.autoplayer import MANUAL, Autoplayer
-from host.ui import side_cards, sprites
+from host.autoplayer import MANUAL, Autoplayer
+from host.ui import layout, sprites
 from host.ui.orb_state import OrbState
 from models.data.simulate import DataSet
 
@@ -33,7 +33,7 @@ book = vocabulary.shipped()
 def card(labels):
     view, surface = OrbState(), pygame.Surface((214, 214))
     view.connected(Welcome(1, 7, "a", "A", True, 5, 5, 10.0, 10.0, 100, 300, labels, COMMANDS))
-    side_cards.draw_touches(surface, surface.get_rect(), sprites.SpriteScale(1.0), view)
+    layout.draw_touches(surface, surface.get_rect(), sprites.SpriteScale(1.0), view)
     return pygame.image.tobytes(surface, "RGB")
 
 pygame.font.init()

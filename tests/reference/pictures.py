@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from controller.simulator.session import simulate
 from tests.reference import paper_model
 

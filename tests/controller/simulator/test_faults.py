@@ -5,8 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.simulator.faults import KINDS, Fault, FaultError
-from controller.simulator.orb import OrbSimulator
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.orb import OrbSimulator, PresetError, preset
 
 FRAMES = 60
 

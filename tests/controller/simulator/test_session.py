@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
-from controller.simulator import label_button
+from controller.simulator import session_script
 from controller.simulator.hand import DISTRACTORS, GESTURES
 from controller.simulator.orb import NOMINAL
 from controller.simulator.session import DATA, LABELS, Session, simulate
@@ -60,16 +60,16 @@ def test_the_button_agrees_with_the_truth_in_nine_frames_of_ten() -> None:
 def test_the_button_is_late_uncertain_and_sometimes_forgotten() -> None:
     events = [Event(2.0 * k, 2.0 * k + 1.0, "press") for k in range(1, 4001)]
     time_s = np.arange(1, 810_000) / 100.0
-    held = label_button.hold(events, ("null", "press"), time_s, np.random.default_rng(0))
+    held = session_script.hold_button(events, ("null", "press"), time_s, np.random.default_rng(0))
     edges = np.diff(held.astype(int))
     down, up = time_s[1:][edges > 0], time_s[1:][edges < 0]
     missed = 1.0 - len(down) / len(events)
-    assert missed == pytest.approx(label_button.MISSED, abs=0.003)
+    assert missed == pytest.approx(session_script.MISSED, abs=0.003)
     press_error = (down + 1.0) % 2.0 - 1.0
     release_error = up % 2.0 - 1.0
-    assert press_error.mean() == pytest.approx(label_button.LATE_S, abs=0.02)
-    assert press_error.std() == pytest.approx(label_button.PRESS_SD_S, rel=0.1)
-    assert release_error.std() == pytest.approx(label_button.RELEASE_SD_S, rel=0.1)
+    assert press_error.mean() == pytest.approx(session_script.LATE_S, abs=0.02)
+    assert press_error.std() == pytest.approx(session_script.PRESS_SD_S, rel=0.1)
+    assert release_error.std() == pytest.approx(session_script.RELEASE_SD_S, rel=0.1)
 
 
 def test_every_finger_is_known_beside_every_frame() -> None:

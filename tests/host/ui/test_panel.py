@@ -22,7 +22,7 @@ from controller.protocol.messages import (
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
-from host.ui import orb_state, side_cards, sprites
+from host.ui import layout, orb_state, sprites
 from host.ui.orb_state import OrbState
 from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
 from host.ui.pointer_input import DomeArea
@@ -221,8 +221,8 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     view.advance(0.5)
     panel.draw(surface, view, 0.5)
     unit = sprites.SpriteScale(1.0)
-    side_cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
-    side_cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
+    layout.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
+    layout.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
 
 
 def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_does(

@@ -19,10 +19,10 @@ import pygame
 from controller.errors import TroubleError, count
 from controller.protocol.messages import Command, Grant, Granted, GroundTruth, Perform
 from controller.recognition.event_metric import Answer, Event, judge
+from host.autoplayer import Autoplayer
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.demo.autoplayer import Autoplayer
 from host.targets.tetris import TetrisTarget, TickResult
 from host.window_loop import save, window
 from tetris.engine.events import Locked

@@ -7,10 +7,10 @@ import sys
 import pytest
 
 from controller.protocol.messages import Command, GroundTruth, Welcome
+from host import demo
+from host.autoplayer import COMMAND_OF, MANUAL, Autoplayer
 from host.connection.receiver import Delivered
-from host.demo import demo
-from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer
-from host.demo.demo import DemoRecord
+from host.demo import DemoRecord
 from tetris.engine.game import Action, Game
 
 
