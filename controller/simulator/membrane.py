@@ -69,27 +69,21 @@ def inflate(apex_stretch: float = APEX_STRETCH) -> Membrane:
 
 
 @lru_cache(maxsize=8)
-def inflate_to(
-    pressure_pa: float,
-    radius_mm: float = RADIUS_MM,
-    thickness_mm: float = THICKNESS_MM,
-    shear_pa: float = SHEAR_PA,
-) -> Membrane:
+def inflate_to(pressure_pa: float, radius_mm: float = RADIUS_MM) -> Membrane:
     """Solve the inflated state at a pressure, as a pump sets it.
 
     Pressure grows with the stretch only up to a limit point; beyond it a dome runs away until
-    something that is no rubber any more stops it, so only the state before it is returned. The
-    modulus is that of small strains, and the thickness the flat membrane's.
+    something that is no rubber any more stops it, so only the state before it is returned.
 
     Raises:
         ValueError: The pressure is not above zero, or the membrane cannot hold it.
     """
-    unit_pa = shear_pa * thickness_mm / radius_mm
+    unit_pa = SHEAR_PA * THICKNESS_MM / radius_mm
     limit_pa = _clamp(_LIMIT_STRETCH) * unit_pa
     if not 0.0 < pressure_pa <= limit_pa:
         raise ValueError(
             f"a pressure of {pressure_pa:g} Pa is not between 0 and {limit_pa:.0f} Pa, the most "
-            f"that a membrane {thickness_mm:g} mm thick and {2 * radius_mm:g} mm wide can hold; "
+            f"that a membrane {THICKNESS_MM:g} mm thick and {2 * radius_mm:g} mm wide can hold; "
             "pump less"
         )
     low, high = 1.0, _LIMIT_STRETCH
