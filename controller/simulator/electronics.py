@@ -108,10 +108,8 @@ class Electronics:
     def scan(self, log_c: Array, position: Complex, depth_mm: Array) -> NDArray[np.float32]:
         """Return the frames that were completed, (frames, rows, columns), pF.
 
-        Args:
-            log_c: ln(C / C0) at each mechanics step, (frames * steps_per_frame, taxels).
-            position: Where fingers hold the skin, complex mm, (steps, slots).
-            depth_mm: Their indentations, same shape.
+        At each mechanics step: ln(C / C0), (steps, taxels), where fingers hold the skin, complex
+        mm, and their indentations, (steps, slots).
         """
         frames = len(log_c) // self._per_frame
         track = np.concatenate([self._last, log_c])

@@ -70,10 +70,7 @@ def _read(path: Path) -> str:
 
 
 def parse(texts: Mapping[str, str]) -> Repertoire:
-    """Return the gestures in the texts of several files, by label.
-
-    Args:
-        texts: TOML by the name of its file, which errors begin with.
+    """Return the gestures in TOML texts by file name, by label; errors begin with the file's name.
 
     Raises:
         GestureError: One of them is no gesture, or they do not fit together.

@@ -74,12 +74,8 @@ def pull(green: Any, near: Any, rooms: Any, wide: Any, ratio: float) -> tuple[An
     Cortez (2001) does with Stokes' solution, so that the systems of many fingers stay positive
     definite. An image takes it to zero at the clamp and leaves it alone near the finger.
 
-    Args:
-        green: ln((near + rooms) / near), twice what a unit load presses inward.
-        near: Squared distance from the force, plus `wide`.
-        rooms: Product of the room at the force and here.
-        wide: Squared radius of the finger on the unstretched disc.
-        ratio: Poisson's.
+    `green` is ln((near + rooms) / near), `near` the squared distance from the force plus `wide`,
+    the finger's squared radius, `rooms` the product of the room at the force and here.
     """
     inside = rooms / (near * (near + rooms))
     return 0.5 * (3.0 - ratio) * green + 2.0 * wide * inside, (1.0 + ratio) * inside

@@ -67,20 +67,11 @@ def read(
     previous: Array,
     noise: Array,
 ) -> tuple[Array, Array]:
-    """Return the picofarads that scans report, and their last raw readings.
+    """Return frames, pF, by the divider inverted with nominal constants, and the last raw reading.
 
-    Args:
-        model: The circuit.
-        capacitance: True capacitances at their slots, pF, (scans, rows, columns).
-        fingers: Presence of a finger at each row, 0 ... 1, (scans, rows).
-        hum_phase: Mains phase at each slot, radians, (scans, rows, columns).
-        previous: The reading before the first one of each scan is the last of the scan before;
-            this is the one before all, shape (), as a fraction of full scale.
-        noise: Standard normal numbers, (scans, rows, columns).
-
-    Returns:
-        Frames, pF, (scans, rows, columns), by the divider inverted with nominal constants;
-        and the very last reading, shape ().
+    Frames, true capacitances at their slots (pF), the mains' phase there (radians) and standard
+    normal noise are (scans, rows, columns). The presence of fingers, 0 ... 1, is (scans, rows). The
+    reading before all others and the last one are shares of full scale, shape ().
     """
     scans, rows, columns = capacitance.shape
     others = capacitance.sum(axis=2, keepdims=True) - capacitance

@@ -72,8 +72,7 @@ class VirtualOrb:
             self._thumbs = np.random.SeedSequence(self._thumbs.entropy, spawn_key=key)
         self._running: list[_Running] = []
         self._ended: list[GroundTruth] = []
-        self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
-        self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=8)
+        self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=16)
         self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque(maxlen=_UPDATES)
         self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
         self._slot_of: dict[int, int] = {}  # contact id -> slot
@@ -108,11 +107,10 @@ class VirtualOrb:
             grid=grid, step_hz=self._step_hz, repertoire=self._repertoire,
         )  # fmt: skip
         self._running.append(_Running(number, t_s, done))
-        onset, release = t_s + done.onset_s, t_s + done.release_s
-        self._history.append((onset, release, label))
         if not self._repertoire[label].distractor:
             (thumb,) = self._thumbs.spawn(1)
-            self._presses.append((Event(onset, release, label), thumb))
+            event = Event(t_s + done.onset_s, t_s + done.release_s, label)
+            self._presses.append((event, thumb))
 
     def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
         """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them.
@@ -130,17 +128,11 @@ class VirtualOrb:
 
     def label(self, t_s: float) -> str:
         """Return what the orb's own hand truly did at `t_s`: a gesture, else "null"."""
-        for onset, release, label in self._history:
-            if onset <= t_s < release and not self._repertoire[label].distractor:
-                return label
-        return "null"
+        now = (one.kind for one, _ in self._presses if one.onset_s <= t_s < one.release_s)
+        return next(now, "null")
 
     def button(self, t_s: float) -> str | None:
-        """Return the state of the label button at `t_s`: a gesture, else "null".
-
-        The simulated user presses it for every gesture, about when that begins and ends, and
-        sometimes forgets to.
-        """
+        """Return what the label button says at `t_s`, pressed with human timing; else "null"."""
         now = np.array([t_s])
         for event, thumb in self._presses:
             if hold_button([event], ("null", event.kind), now, np.random.default_rng(thumb))[0]:
