@@ -35,7 +35,6 @@ class Performance:
     """Finger paths of one event, sampled step by step."""
 
     label: str  # gesture or distractor
-    place: tuple[float, float]  # where it was meant to be, (x, y) in grid units
     point: Complex  # hand points, complex mm from the dome's centre, (steps, SLOTS)
     depth_mm: Array  # indentation, (steps, SLOTS)
     radius_mm: Array  # finger radii, (SLOTS,)
@@ -88,4 +87,4 @@ def perform(
     touching: NDArray[np.bool_] = np.any(depth > _RELEASED_MM, axis=1)
     onset = time[int(np.argmax(deep))]
     release = time[len(time) - 1 - int(np.argmax(touching[::-1]))] + 1.0 / step_hz
-    return Performance(label, place, points, depths, radii, float(onset), float(release))
+    return Performance(label, points, depths, radii, float(onset), float(release))

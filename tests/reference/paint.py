@@ -49,9 +49,8 @@ def image(axes: Axes, log_c: Array, limit: float) -> None:
         spine.set_visible(False)
 
 
-def save(figure: Figure, path: Path, *, tight: bool = True) -> None:
-    if tight:
-        figure.tight_layout()
+def save(figure: Figure, path: Path) -> None:
+    figure.tight_layout()
     figure.savefig(
         path, bbox_inches="tight", metadata={"Date": None} if path.suffix == ".svg" else None
     )

@@ -19,8 +19,7 @@ from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Ski
 from tests.reference import paper_model
 
 from .dome import Dome
-from .paint import BLUE, CORAL, DIM, INK, LINE, SIGNED, STYLE, image, save
-from .render import View
+from .paint import BLUE, CORAL, DIM, INK, LINE, STYLE, image, save
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -185,7 +184,7 @@ def _figure_5b(axes: Axes) -> None:
 
 
 def touched(folder: Path) -> None:
-    """The membrane under a press, a pinch and a twist."""
+    """What taxels sense under a press, a pinch and twists."""
     ray = np.exp(1j * np.radians([193.0, -20.0, 13.0, 46.0])).astype(np.complex128)
     hand = 0.47 * ray  # a thumb and three
     cases = (
@@ -194,16 +193,14 @@ def touched(folder: Path) -> None:
         ("twist, counterclockwise", hand, 6.0, 3j * ray),
         ("twist, clockwise", hand, 6.0, -3j * ray),
     )
-    figure, axes = plt.subplots(2, 4, figsize=(11.4, 5.6), height_ratios=[1.0, 1])
-    for column, (title, z, depth, drag) in enumerate(cases):
-        log_c, top = feel(z, depth, drag), axes[0, column]
-        view = View(INFLATED, SKIN, grip(z, depth, drag))
-        view.draw(top, log_c, SIGNED, 0.5)
-        view.fingers(top, z, 7.0, (drag / 38).astype(np.complex128), INK)
-        top.set_title(title, loc="center")
-        image(axes[1, column], log_c, 0.5)
-    figure.subplots_adjust(wspace=0.06, hspace=0.08)
-    save(figure, folder / "touched.png", tight=False)
+    figure, row = plt.subplots(1, 4, figsize=(11.4, 3.2))
+    for axes, (title, z, depth, drag) in zip(row, cases, strict=True):
+        image(axes, feel(z, depth, drag), 0.5)
+        x, y = 2 + 3.8 * z.real, 2 - 3.8 * z.imag  # of the fingers, in taxels
+        axes.quiver(x, y, drag.real, drag.imag, color=INK, scale=24)
+        axes.plot(x, y, "o", mfc="none", mec=INK, ms=22)
+        axes.set_title(title, loc="center")
+    save(figure, folder / "touched.svg")
 
 
 def main() -> int:
