@@ -12,9 +12,17 @@ import numpy as np
 from controller.config import MAX_BYTES, ConfigError, parse_toml
 from controller.errors import reason
 from controller.files import read_text
-from controller.simulator import gesture_values
-from controller.simulator.gesture import Gesture, Key
-from controller.simulator.gesture_values import Count, GestureError, Quantity
+from controller.simulator.gesture import (
+    Count,
+    Gesture,
+    GestureError,
+    Key,
+    Quantity,
+    checked,
+    count,
+    parse_term,
+    quantity,
+)
 from controller.simulator.user_style import PARAMETERS, draw_style
 
 FINGERS: Final = 6  # at once
@@ -135,9 +143,9 @@ def _gesture(source: str, table: _Table) -> Gesture:
         if name == "fingers":
             if any(_each(line) for _, line in vary):
                 raise GestureError(f"{where} comes after a line that each finger draws; move it up")
-            vary.append((name, gesture_values.count(raw, names, where)))
+            vary.append((name, count(raw, names, where)))
         else:
-            vary.append((name, gesture_values.quantity(raw, names, where)))
+            vary.append((name, quantity(raw, names, where)))
             names.append(name)
     path = _table(table.get("path", {}), f"{source} [path]")
     if unknown := sorted(set(path) - {*_TRACKS, "angles", *_NUMBERS}):
@@ -162,7 +170,7 @@ def _gesture(source: str, table: _Table) -> Gesture:
     head = {name: value for name, value in table.items() if name not in ("vary", "path")}
     if unknown := sorted(set(head) & {*_TRACKS, "angles", *_NUMBERS}):
         raise GestureError(f"{source} has {unknown[0]!r} above [path]; write it there")
-    return gesture_values.checked(Gesture, {**head, **fields}, source)
+    return checked(Gesture, {**head, **fields}, source)
 
 
 def _each(line: Quantity | Count) -> bool:
@@ -180,7 +188,7 @@ def _keys(raw: Any, names: list[str], where: str) -> tuple[Key, ...]:
         raise GestureError(f"{where} is {raw!r}; write a list of numbers and names")
     keys = []
     for key in raw:
-        term = gesture_values.parse_term(key, names, where)
+        term = parse_term(key, names, where)
         if isinstance(term, tuple):
             raise GestureError(f"{where} has the range {key!r}; draw it in [vary] and name it")
         keys.append(term)

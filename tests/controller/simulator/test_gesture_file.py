@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.simulator.gesture import Gesture
+from controller.simulator.gesture import Count, Gesture, GestureError, Known, Name, Quantity
 from controller.simulator.gesture_file import label_in, load, parse, shipped
-from controller.simulator.gesture_values import Count, GestureError, Known, Name, Quantity
 from controller.simulator.hand import DISTRACTORS, GESTURES, perform
 from controller.simulator.user_style import draw_style
 from tests.support import ROOT
