@@ -37,16 +37,9 @@ def play(
     drawn: Callable[[], object] = lambda: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Play until the window is closed, or for some seconds.
+    """Play until the window is closed, or for some seconds, and save the last picture if asked to.
 
-    Args:
-        target: What is played.
-        orb: The link.
-        surface: The window's surface.
-        seconds: When to stop by itself; None plays on.
-        screenshot: Where to save the last picture.
-        drawn: Called when a picture is on the screen.
-        clock: Seconds that never turn back.
+    `drawn` is called when a picture is on the screen; the clock never turns back.
 
     Raises:
         LinkError: The first connection failed; later ones are tried again and again.

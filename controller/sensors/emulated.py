@@ -20,7 +20,7 @@ from controller.sensors.hardware.wiring_file import read
 from controller.sensors.orb import refuse_haste
 from controller.sensors.virtual import RATE_HZ, Virtual
 from controller.simulator.faults import Fault, FaultError
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.orb import PresetError, preset
 
 _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean
 

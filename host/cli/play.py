@@ -138,7 +138,7 @@ def _warn(words: str) -> None:
 
 def _demo(options: argparse.Namespace, seed: int) -> None:
     """Let the bot play with the virtual orb's own hand."""
-    from host.demo import demo  # imported here, because playing by hand needs no bot and no judge
+    from host import demo  # imported here, because playing by hand needs no bot and no judge
 
     demo.run(
         seed=seed,

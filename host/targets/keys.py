@@ -29,7 +29,7 @@ from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
 from host.injection.watchdog import HANG_MS
 from host.targets.base import Target, TargetOptions
-from host.ui.key_window import SIZE, OrbWindow
+from host.ui.panel import WINDOW, OrbWindow
 
 _OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 
@@ -43,7 +43,7 @@ class KeysTarget(Target):
         keys: State of held keys, and whether it is armed.
     """
 
-    size = SIZE
+    size = WINDOW
 
     def __init__(
         self, key_map: KeyMap, sender: Sender, say: Say, sound: Callable[[bool], None]

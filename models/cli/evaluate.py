@@ -130,7 +130,7 @@ def _simulated(
     loaded: "Bundle", arguments: argparse.Namespace
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return simulated people on both presets' orbs, what can be broken, and a note."""
-    from controller.simulator.presets import PRESETS
+    from controller.simulator.orb import PRESETS
     from models.data import faults as faulty
     from models.data.test_sessions import EVALUATE_SEED, People
 

@@ -31,7 +31,7 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.data import faults as faulty
 from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken

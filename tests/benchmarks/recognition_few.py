@@ -30,7 +30,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import Recording
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED

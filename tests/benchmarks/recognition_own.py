@@ -24,7 +24,7 @@ from controller import adapt
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recordings.recording import Recording
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from controller.simulator.user_style import UserStyle
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet

@@ -21,8 +21,7 @@ from controller.recordings.recording import (
     unlabelled,
 )
 from controller.simulator.faults import Fault
-from controller.simulator.orb import OrbModel
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS, OrbModel
 from controller.simulator.session import TEST_SEEDS, simulate
 from controller.simulator.virtual_orb import VirtualOrb
 

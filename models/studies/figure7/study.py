@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 import torch
 
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.data.recipe import RECIPES, Recipe
 from models.results import storage
 from models.results.training import Epoch

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.reports.drawing import DIM, INK, RANDOM, UNSEEN, above, panels, styled
 from models.reports.drawing import SERIES as OTHERS
 from models.studies.information import results

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from controller.bundles import bundle
 from controller.recordings import reader
 from controller.recordings.recording import Recording
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from controller.simulator.session import TEST_SEEDS, simulate
 from models import processes
 from models.data.examples import Choice

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from math import inf
 from typing import Any, Final, TypeVar
 
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.data.examples import refuse_test_seed
 from models.data.recipe import (
     RECIPES,

@@ -15,7 +15,7 @@ from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.preprocess import Preprocessor
-from controller.simulator.presets import preset
+from controller.simulator.orb import preset
 from controller.simulator.session import simulate
 from controller.simulator.user_style import person
 

@@ -19,10 +19,10 @@ import pygame
 from controller.errors import TroubleError, count
 from controller.protocol.messages import Command, Grant, Granted, GroundTruth, Perform
 from controller.recognition.event_metric import Answer, Event, judge
+from host.autoplayer import Autoplayer
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.demo.autoplayer import Autoplayer
 from host.targets.tetris import TetrisTarget, TickResult
 from host.window_loop import save, window
 from tetris.engine.events import Locked
@@ -64,14 +64,7 @@ class DemoRecord:
     def verdict(
         self, seed: int, seconds: float, received: int = 0, sent: int = 0
     ) -> dict[str, Any]:
-        """Return the figures: the event metric over every gesture that the hand performed.
-
-        Args:
-            seed: Of the game.
-            seconds: Length of the demo.
-            received: Bytes over the link.
-            sent: The same, to the orb.
-        """
+        """Return the figures of a demo, and bytes over the link: each performed gesture judged."""
         gestures = [truth for truth in self.truths if self.meant[truth.number]]
         events = [
             Event(truth.onset_ms / 1000, truth.release_ms / 1000, self.meant[truth.number])
@@ -211,23 +204,14 @@ def run(
     orb_options: Sequence[str] = (),
     link: str | None = None,
 ) -> None:
-    """Play a demo, and print how it went.
+    """Play a demo of some granted time, and print how it went.
 
-    Args:
-        seed: Of the game, the player, the orb and its hand.
-        seconds: Length, in granted time.
-        speed: 1 is real time, 2 twice as fast, 0 as fast as it goes.
-        headless: Without a window.
-        as_json: Print the verdict as one JSON object, the last line.
-        screenshot: Save the window's last picture here.
-        orb_options: Further options of the orb's `controller`.
-        link: Where a virtual orb is that runs already; None: one of our own.
+    Speed 1 is real time, 0 as fast as it goes; without a link the orb is one of our own, with
+    further options of `controller`.
 
     Raises:
-        LinkError: The orb does not start, or cannot be reached.
-        DemoError: It is gone or stays silent.
-        WindowError: There is no display.
-        PictureError: The picture cannot be saved.
+        LinkError, DemoError: The orb cannot be reached, or is gone or silent.
+        WindowError, PictureError: There is no display, or the picture cannot be saved.
     """
     surface = None if headless and screenshot is None else window(headless=headless)
     with Demo(seed, seconds, orb_options, link) as demo:

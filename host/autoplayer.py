@@ -7,24 +7,19 @@ errs in no other way than its hand does.
 import random
 from typing import Final
 
+from controller.bundles import vocabulary
 from controller.protocol.messages import Perform, Welcome
 from host.targets.tetris import ACTIONS
 from tetris.bots.greedy import Plan, plan, plan_piece
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import Piece
 
-# What does what, and where a press goes: the orb's manual, which is the bundle's own mapping.
-MANUAL: Final[dict[str, tuple[str, tuple[float, float]]]] = {
-    "left": ("press", (0.8, 2.7)),
-    "right": ("press", (3.2, 2.7)),
-    "down": ("press", (2.0, 0.4)),
-    "drop": ("pinch", (2.0, 2.0)),
-    "rotate_cw": ("twist_cw", (2.0, 2.0)),
-    "rotate_ccw": ("twist_ccw", (2.0, 2.0)),
-}
+Manual = dict[str, tuple[str, tuple[float, float]]]  # command -> gesture, and where it goes
+
 COMMAND_OF: Final = {action: command for command, action in ACTIONS.items()}
 HOLD: Final = "hold"
 MIDDLE: Final = (2.0, 2.0)
+ASIDE: Final = ((0.8, 2.7), (3.2, 2.7), (2.0, 0.4))  # where gestures go whose place matters
 FIRST_S: Final = 1.8  # the orb takes its rest image during the first second
 LAST_S: Final = 3.0  # before the end nothing is begun that could not be answered in time
 LOOK_S: Final = (0.3, 0.7)  # from the last finger's leaving to the next gesture
@@ -32,6 +27,20 @@ STRAY_S: Final = (9.0, 20.0)  # from one brush or resting hand to the next: >= 2
 AIM: Final = 0.15  # deviation of where a press is meant, grid units; the hand adds its own
 COMMAND_COST: Final = 1.0  # what a gesture is worth in the bot's values: 1.3 s of play
 NUDGE: Final = 0.3  # how often the player lets a piece down a row to see where it will land
+
+
+def _manual() -> Manual:
+    """Return the orb's manual: the shipped vocabulary, read from command to gesture."""
+    book = vocabulary.shipped()
+    mapping, manual = book.mapping, Manual()
+    for entry in book.entries:
+        for place in ASIDE if entry.located else (MIDDLE,):
+            if command := mapping.command(entry.label, place):
+                manual.setdefault(command, (entry.label, place))
+    return manual
+
+
+MANUAL: Final = _manual()
 
 
 class Autoplayer:
@@ -58,10 +67,9 @@ class Autoplayer:
         """
         named = {label for label, _ in MANUAL.values()}
         taught = [label for label in welcome.labels[1:] if label not in named]
-        further = set(welcome.commands) - set(MANUAL)
-        self._manual = MANUAL
-        if len(taught) == 1 and further == {HOLD}:
-            self._manual = {**MANUAL, HOLD: (taught[0], MIDDLE)}
+        self._manual = {does: how for does, how in MANUAL.items() if how[0] in welcome.labels}
+        if len(taught) == 1 and set(welcome.commands) - set(self._manual) == {HOLD}:
+            self._manual[HOLD] = taught[0], MIDDLE
 
     def decide(self, game: Game, now_s: float) -> tuple[Perform, str] | None:
         """Return what the hand shall do now and the command it means ("" for a stray touch)."""
@@ -72,10 +80,10 @@ class Autoplayer:
             label = self._random.choice(("brush", "rest"))
             return self._act(label, self._random.uniform(0, 4), self._random.uniform(0, 4)), ""
         command = self._choose(game)
-        if command is None:
+        if command not in self._manual:
             return None
         label, (x, y) = self._manual[command]
-        if label == "press":
+        if (x, y) != MIDDLE:
             x, y = self._random.gauss(x, AIM), self._random.gauss(y, AIM)
         return self._act(label, x, y), command
 
