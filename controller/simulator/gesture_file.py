@@ -140,7 +140,9 @@ def _gesture(source: str, table: _Table) -> Gesture:
     if unknown := sorted(set(quick) - set(vary)):
         raise GestureError(f"{source} [quick] has {unknown[0]!r}, which [vary] does not have")
     form = _form(source, usual)
-    return replace(form, quick=_form(source, {**usual, "vary": {**vary, **quick}})) if quick else form
+    return (
+        replace(form, quick=_form(source, {**usual, "vary": {**vary, **quick}})) if quick else form
+    )
 
 
 def _form(source: str, table: _Table) -> Gesture:

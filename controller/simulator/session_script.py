@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
 from controller.simulator.gesture_file import Repertoire
-from controller.simulator.hand import DISTRACTORS, SLOTS, perform
+from controller.simulator.hand import DISTRACTORS, LOCATED, SLOTS, perform
 from controller.simulator.user_style import UserStyle
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
@@ -25,6 +25,7 @@ _SPARE_S: Final = 1.0  # nothing touches so shortly before the end
 _LEAD_S: Final = 3.0  # quiet time before the first event
 _DISTRACTED: Final = 0.22  # share of contacts that are no gestures
 _BURST: Final = (2, 9)  # fewest and most quick gestures in a row, the latter excluded
+_PRESSES: Final = 0.6  # share of such rows that are presses alone
 _PERIOD_S: Final = (0.18, 0.8)  # of them
 _APART_S: Final = 0.075  # from the end of a label to the next
 
@@ -103,16 +104,16 @@ class SessionScript:
                 now = end + (end - now) * rng.uniform(*_BLOCK_PAUSE)
 
     def _burst(self, gestures: Sequence[str], now: float) -> float | None:
-        """Play quick gestures one after the other; half of the bursts are presses alone."""
+        """Play quick gestures one after the other, or presses alone at one place or two."""
         rng = self._rng
-        pressed = LOCATED in gestures and rng.random() < 0.6
-        places = [self._place(LOCATED) for _ in range(rng.integers(1, 3))]
+        located = [label for label in gestures if label in LOCATED]
+        kinds = located if located and rng.random() < _PRESSES else gestures
+        places = [self._place(str(rng.choice(kinds))) for _ in range(rng.integers(1, 3))]
         period = rng.uniform(*_PERIOD_S)
         end: float | None = now
         for number in range(rng.integers(*_BURST)):
-            kind = LOCATED if pressed else str(rng.choice(gestures))
-            place = places[number % len(places)] if kind == LOCATED else None
-            began = now
+            kind, began = str(rng.choice(kinds)), now
+            place = places[number % len(places)] if kinds is located else None
             end = self._do(kind, now, self._steps, place, quick=True)
             if end is None:
                 return None
