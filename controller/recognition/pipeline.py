@@ -159,7 +159,7 @@ class Pipeline:
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known)
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
-        self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid)
+        self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._ratio = settings.preprocess.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from controller.recognition.frames import Image, State
 
-_LEAD: Final = 1  # images before the first gesture frame in which the finger arrives
-_BEFORE: Final = 4  # untouched images before that
+_LEAD_S: Final = 0.05  # before the first gesture frame, in which the finger arrives
+_BEFORE_S: Final = 0.3  # untouched images before that
+_FEWEST: Final = 4  # of these
 _GRACE: Final = 2  # images without a gesture that do not end a touch
 _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
 _ROUNDS: Final = 3  # of the weights; they have converged by then
@@ -57,10 +58,12 @@ class TouchImage:
         blur: Relative noise of the last result of `image`, the residue before the touch included.
     """
 
-    def __init__(self, frames: int, rows: int, columns: int) -> None:
+    def __init__(self, frames: int, rows: int, columns: int, rate_hz: float = 10.0) -> None:
         """Keep at most `frames` images, (rows, columns), of a touch."""
         self._shape = (rows, columns)
-        self._untouched: deque[Signal] = deque(maxlen=_LEAD + _BEFORE)  # since the last touch
+        self._lead = max(1, round(_LEAD_S * rate_hz))
+        before = max(_FEWEST, round(_BEFORE_S * rate_hz))
+        self._untouched: deque[Signal] = deque(maxlen=self._lead + before)  # since the last touch
         self._signals: deque[Signal] = deque(maxlen=frames)  # of the present touch
         self._gap: list[Signal] = []  # those since the last gesture frame
         self._left: Signal = np.zeros(self._shape)  # residue before the touch
@@ -143,7 +146,7 @@ class TouchImage:
     def _begin(self, idle: float) -> None:
         """Begin a touch: its residue, and the images in which the finger arrived."""
         recent = list(self._untouched)
-        before = recent[:-_LEAD]
+        before = recent[: -self._lead]
         self._left = np.zeros(self._shape)
         self._noise, self._residue = (_TO_SIGMA * idle) ** 2, _RESIDUE**2
         if before:  # shrinkage: the noisier the sensor, the less its images show the residue
@@ -151,7 +154,7 @@ class TouchImage:
             self._left = np.mean(before, axis=0) / (1.0 + noise)
             self._residue *= noise / (1.0 + noise)
         self._signals.clear()
-        self._signals.extend(signal - self._left for signal in recent[-_LEAD:])
+        self._signals.extend(signal - self._left for signal in recent[-self._lead :])
         self._touched = True
 
     def _stack(self, signals: "deque[Signal] | list[Signal]") -> Signal:
