@@ -78,6 +78,7 @@ class Examples:
         session: Session number of each frame, (frames,).
         idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
         window: Images in a window.
+        rate_hz: Frames per second.
     """
 
     images: NDArray[np.float32]
@@ -87,13 +88,14 @@ class Examples:
     session: NDArray[np.int32]
     idle: NDArray[np.float32]
     window: int
+    rate_hz: float = 10.0
 
     @classmethod
     def joined(cls, parts: "Sequence[Examples]") -> "Examples":
         """Return the frames of several; `ends` and `session` are those of the whole already."""
-        names = [field.name for field in fields(cls) if field.name != "window"]
+        names = [field.name for field in fields(cls) if field.name not in ("window", "rate_hz")]
         arrays = {n: np.concatenate([getattr(part, n) for part in parts]) for n in names}
-        return cls(**arrays, window=parts[0].window)
+        return cls(**arrays, window=parts[0].window, rate_hz=parts[0].rate_hz)
 
     def begins(self, ends: NDArray[np.int64], gap: int = 0) -> NDArray[np.bool_]:
         """Return which windows begin a run of one class in one session, (windows,).
@@ -326,7 +328,10 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
         session = np.full(len(use), number, dtype=np.int32)
         idle = np.array([prepared[i].idle for i in use], dtype=np.float32)
         window = settings.window
-        parts.append(Examples(images, label, touch, frames + last, session, idle, window))
+        rate_hz = settings.rate_hz
+        parts.append(
+            Examples(images, label, touch, frames + last, session, idle, window, rate_hz)
+        )
         frames += len(use)
     if not parts:
         raise ValueError("no session has a quiet second and a whole labelled window; record more")

@@ -13,8 +13,9 @@ from controller.recognition.touch_position import TouchImage
 from models.data.examples import Examples, run_starts
 from models.data.splits import BLOCKS, SHARE, Index, Mask, Parts, Split, covered, parts_of, spread
 
-# Frames until the networks notice a touch; drawn for each touch, so that none is relied upon.
-LAGS: Final = (0, 1, 2)
+# Until the networks notice a touch; drawn for each touch, so that none is relied upon.
+LAG_S: Final = 0.15
+LAG_FRAMES: Final = 2  # at least
 WINDOWS: Final = 3  # of a touch's images are remembered, as in controller/recognition/pipeline.py
 
 
@@ -70,15 +71,16 @@ def _laid(
 
     Images are (images, rows, columns), blur is (images,).
     """
-    null = _unnoticed(examples.label, np.random.default_rng((seed, 3)))
+    null = _unnoticed(examples, np.random.default_rng((seed, 3)))
     want = np.zeros(len(null), dtype=np.bool_)
     want[wanted] = True
     shape = examples.images.shape[1:]
     images, shown, blur = [], [], []
-    stage, session = TouchImage(WINDOWS * examples.window, *shape), -1
+    remembered, session = (WINDOWS * examples.window, *shape, examples.rate_hz), -1
+    stage = TouchImage(*remembered)
     for frame in range(len(null)):
         if examples.session[frame] != session:
-            stage, session = TouchImage(WINDOWS * examples.window, *shape), examples.session[frame]
+            stage, session = TouchImage(*remembered), examples.session[frame]
         idle = float(examples.idle[frame])
         stage.step(examples.images[frame], idle, null=bool(null[frame]))
         if want[frame]:
@@ -91,11 +93,12 @@ def _laid(
     return np.array(shown, dtype=np.bool_), made, np.array(blur, dtype=np.float64)
 
 
-def _unnoticed(label: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.bool_]:
+def _unnoticed(examples: Examples, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Return the frames without a recognised gesture, (frames,): the first of each among them."""
-    null = label <= 0
+    null = examples.label <= 0
+    lags = np.arange(max(LAG_FRAMES, round(LAG_S * examples.rate_hz)) + 1)
     begins = np.flatnonzero(~null & np.concatenate([[True], null[:-1]]))
-    for begin, lag in zip(begins, rng.choice(LAGS, len(begins)), strict=True):
+    for begin, lag in zip(begins, rng.choice(lags, len(begins)), strict=True):
         null[begin : begin + lag] = True
     return null
 
