@@ -1,18 +1,20 @@
-"""Base class of links, their errors, and the queue between a link's thread and the loop."""
+"""Base class of links, their errors, the queue to the loop, and the limit of log lines."""
 
 from __future__ import annotations
 
 import contextlib
 import queue
+import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Message, Welcome
 
+HUSH_S: Final = 10.0  # in which `LogLimit` lets each line pass once
 Item = TypeVar("Item")
 
 
@@ -131,3 +133,22 @@ class RequestQueue(Generic[Item]):
         if not self._ready:
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._queue.get(timeout=max(timeout_s, 0.0)))
+
+
+class LogLimit:
+    """Rate limit of log lines that a peer can cause, so that none can fill the disk with them."""
+
+    def __init__(self, lines: int = 20, clock: Callable[[], float] = time.monotonic) -> None:
+        """Allow each line once within `HUSH_S`, and `lines` in all; `clock` returns seconds."""
+        self._clock = clock
+        self._logged: deque[tuple[float, str]] = deque(maxlen=lines)
+
+    def lets(self, line: str) -> bool:
+        """Return whether to log a line now."""
+        now_s = self._clock()
+        while self._logged and now_s - self._logged[0][0] >= HUSH_S:
+            self._logged.popleft()
+        if len(self._logged) == self._logged.maxlen or any(line == old for _, old in self._logged):
+            return False
+        self._logged.append((now_s, line))
+        return True

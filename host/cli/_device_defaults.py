@@ -9,7 +9,7 @@ from typing import Final
 
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
-from host.discovery.search import DevicePort, now
+from host.discovery import DevicePort, now
 from host.targets import Target
 
 _USUAL: Final = "tetris"

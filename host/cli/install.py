@@ -19,7 +19,7 @@ from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import MessageLink, Receiver, ever_connected
 from host.connection.transport import open_transport
-from host.discovery.search import DevicePort
+from host.discovery import DevicePort
 
 MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest wait for messages

@@ -1,6 +1,6 @@
 """A virtual air between two Bluetooth devices, in pure Python: Bumble's controllers and stack.
 
-`Air` is what a kernel and a radio would be: it connects RFCOMM and L2CAP by address, and tells the
+`Air` is what a kernel and a radio would be: it connects RFCOMM by address, and tells the
 orb's side of hosts that came. Bumble's virtual controllers encrypt no classic links: that a link is
 encrypted is shown on a real kernel, in tests/system.
 """
@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from bumble import l2cap, rfcomm
+from bumble import rfcomm
 from bumble.controller import Controller
 from bumble.core import UUID, PhysicalTransport
 from bumble.device import Device, DeviceConfiguration
@@ -48,7 +48,7 @@ class Air:
 
         Args:
             record: The orb's service record, as BlueZ takes it.
-            channel: Where its RFCOMM server listens; 0: it offers nothing.
+            channel: Where its RFCOMM server listens.
         """
         self.arrived: Callable[[socket.socket], None] = socket.socket.close
         self._connections: dict[str, Any] = {}
@@ -58,23 +58,12 @@ class Air:
         self._thread.start()
         self._do(self._power_on(record, channel))
 
-    def rfcomm(
-        self, address: str, channel: int, timeout_s: float, local: str = ""
-    ) -> socket.socket:
-        """Connect to an RFCOMM channel, as `host.bluetooth.sockets.rfcomm` does."""
-        return self._open(socket.SOCK_STREAM, timeout_s, self._open_dlc, address, channel)
-
-    def l2cap(self, address: str, psm: int, timeout_s: float, local: str = "") -> socket.socket:
-        """Connect to an L2CAP service, as `host.bluetooth.sockets.l2cap` does."""
-        return self._open(socket.SOCK_SEQPACKET, timeout_s, self._open_l2cap, address, psm)
-
-    def _open(
-        self, kind: int, timeout_s: float, connect: Any, address: str, port: int
-    ) -> socket.socket:
-        near, far = socket.socketpair(socket.AF_UNIX, kind)
-        near.settimeout(timeout_s)
+    def open_channel(self, address: str, channel: int) -> socket.socket:
+        """Connect to an RFCOMM channel, as `host.connection.rfcomm.open_channel` does."""
+        near, far = socket.socketpair()
+        near.setblocking(False)
         try:
-            self._do(connect(address, port, far))
+            self._do(self._open_dlc(address, channel, far))
         except BaseException:
             near.close()
             far.close()
@@ -99,10 +88,9 @@ class Air:
         self._laptop, self._orb = _device("laptop", LAPTOP, link), _device("orb", ORB, link)
         for device in (self._laptop, self._orb):
             await device.power_on()
-        if channel:
-            self._server = rfcomm.Server(self._orb)
-            self._server.listen(self._accept, channel)
-            self._orb.sdp_service_records = {HANDLE: attributes(record)}
+        self._server = rfcomm.Server(self._orb)
+        self._server.listen(self._accept, channel)
+        self._orb.sdp_service_records = {HANDLE: attributes(record)}
         await self._orb.set_connectable(True)
 
     async def _end(self) -> None:
@@ -128,12 +116,6 @@ class Air:
         except Exception:
             raise OSError(errno.ECONNREFUSED, os.strerror(errno.ECONNREFUSED)) from None
 
-    async def _open_l2cap(self, address: str, psm: int, end: socket.socket) -> None:
-        connection = await self._connected(address)
-        channel = await connection.create_l2cap_channel(l2cap.ClassicChannelSpec(psm=psm))
-        self._pump(end, channel.send_pdu, channel.disconnect)
-        channel.sink = end.send
-
     def _accept(self, dlc: Any) -> None:
         near, far = socket.socketpair()
         self._join(dlc, far)
@@ -146,26 +128,23 @@ class Air:
             with contextlib.suppress(OSError):
                 end.send(data)
 
-        dlc.on("close", lambda: end.shutdown(socket.SHUT_WR) if end.fileno() >= 0 else None)
-        self._pump(end, dlc.write, dlc.disconnect)
-        dlc.sink = take
-
-    def _pump(self, end: socket.socket, write: Callable[[bytes], Any], over: Any) -> None:
         async def pump() -> None:
             try:
                 while data := await self._loop.sock_recv(end, CHUNK):
-                    write(data)
+                    dlc.write(data)
             except OSError:
                 pass
             finally:
                 end.close()
             with contextlib.suppress(Exception):  # the other side may have been faster
-                await over()
+                await dlc.disconnect()
 
+        dlc.on("close", lambda: end.shutdown(socket.SHUT_WR) if end.fileno() >= 0 else None)
         end.setblocking(False)
         task = self._loop.create_task(pump())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        dlc.sink = take
 
 
 def _device(name: str, address: str, link: Any) -> Device:
