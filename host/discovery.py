@@ -23,8 +23,14 @@ from typing import Any, Final, Literal, TypeVar
 from serial.tools import list_ports
 
 from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import BluetoothError, Bus, bonded, devices
-from controller.links.bluetooth.identifiers import ALIAS, SERVICE_UUID
+from controller.links.bluetooth.bluez import (
+    ALIAS,
+    SERVICE_UUID,
+    BluetoothError,
+    Bus,
+    bonded,
+    devices,
+)
 from controller.protocol import psk
 from controller.protocol.auth import NONCE
 from controller.protocol.host_session import HostSession

@@ -10,8 +10,7 @@ from functools import partial
 from controller.errors import how_to_install
 from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import BluetoothError
-from controller.links.bluetooth.identifiers import CHANNEL
+from controller.links.bluetooth.bluez import CHANNEL, BluetoothError
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome

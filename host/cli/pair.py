@@ -13,13 +13,14 @@ from controller.errors import TROUBLE, complain, how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
     ADAPTER,
+    ALIAS,
     DEVICE,
+    SERVICE_UUID,
     BluetoothError,
     Bus,
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS, SERVICE_UUID
 from host.connection import rfcomm
 
 LOOK_S: Final = 30
@@ -78,8 +79,13 @@ def _address(words: str) -> str:
 
 
 async def _pair(options: argparse.Namespace) -> int:
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
-    from controller.links.bluetooth.prompt import Prompt
+    from controller.links.bluetooth.pairing_agent import (
+        NO_SCREEN,
+        SCREEN,
+        PairingAgent,
+        Prompt,
+        accept_all,
+    )
 
     bus = await Bus.connect()
     try:

@@ -17,7 +17,7 @@ import sys
 from typing import Final
 
 from controller.errors import TroubleError
-from controller.links.bluetooth.identifiers import CHANNEL
+from controller.links.bluetooth.bluez import CHANNEL
 
 CONNECT_S: Final = 10.0  # a device that is off is given up after 5 s by most adapters
 AF_BLUETOOTH: Final = 31  # Linux, include/linux/socket.h; the next from include/net/bluetooth

@@ -197,7 +197,8 @@ def air() -> None:
     """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
     import queue
 
-    from controller.links.bluetooth.identifiers import CHANNEL, record
+    from controller.links.bluetooth.bluez import CHANNEL
+    from controller.links.bluetooth.serial_profile import record
     from tests.support.bumble_radio import ORB, Air
 
     radio = Air(record(), CHANNEL)

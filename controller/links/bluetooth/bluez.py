@@ -1,4 +1,4 @@
-"""D-Bus client: one connection to the system bus, and BlueZ's objects as plain Python values.
+"""D-Bus client: one connection to the system bus, BlueZ's objects as plain values, identifiers.
 
 Everything here runs on one asyncio loop, on the thread of `controller.links.bluetooth.registration`
 in a device. Methods are called by signature without introspection, since BlueZ's interface is
@@ -26,6 +26,17 @@ CALL_S: Final = 25.0  # D-Bus's own timeout; pairing and connecting have a longe
 _DBUS: Final = "org.freedesktop.DBus"
 _PROPERTIES: Final = "org.freedesktop.DBus.Properties"
 _OBJECTS: Final = "org.freedesktop.DBus.ObjectManager"
+
+# The orb's own service, which distinguishes it from other serial ports.
+SERVICE_UUID: Final = "6f726274-6f75-4368-9c1e-5a0d3f6b2a71"
+# The standard serial port service, for which Windows and macOS create an ordinary port.
+SERIAL_PORT_UUID: Final = "00001101-0000-1000-8000-00805f9b34fb"
+# A custom service record must name its RFCOMM channel, 1 to 30; BlueZ's own profiles have 9 to 17.
+CHANNEL: Final = 22
+ALIAS: Final = "OrbTouch"
+
+AGENT_PATH: Final = "/orbtouch/agent"
+SERIAL_PATH: Final = "/orbtouch/serial"
 
 Properties = dict[str, Any]  # of one interface, variants unwrapped
 Objects = dict[str, dict[str, Properties]]  # path → interface → properties

@@ -16,8 +16,7 @@ from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
 from controller.links.base import Link
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
-from controller.links.bluetooth.identifiers import ALIAS
+from controller.links.bluetooth.bluez import ADAPTER, ALIAS, DEVICE, BluetoothError, Bus, Properties
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import PairingAgent

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.links.bluetooth.hid.host_selection import WAIT_S, HostSelection, StoredHosts
+from controller.links.bluetooth.hid.hosts import WAIT_S, HostSelection, StoredHosts
 
 LAPTOP, PHONE, TABLET = "AA:00:00:00:00:01", "AA:00:00:00:00:02", "AA:00:00:00:00:03"
 TWO = StoredHosts((LAPTOP, PHONE), LAPTOP)

@@ -60,7 +60,7 @@ Both = tuple[Played, Played, MultiLink]
 
 
 def test_a_plus_joins_links_only_where_another_one_begins() -> None:
-    assert split("rfcomm:+hid:classic?keys=a+b.toml") == ["rfcomm:", "hid:classic?keys=a+b.toml"]
+    assert split("rfcomm:+hid:hci1?keys=a+b.toml") == ["rfcomm:", "hid:hci1?keys=a+b.toml"]
     assert split("hwgrep://usb+.*") == ["hwgrep://usb+.*"]
     assert split("-") == ["-"]
 

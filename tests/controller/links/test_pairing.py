@@ -82,9 +82,7 @@ def test_the_host_pairs_trusts_and_says_how_to_play(
     assert fake.get(ORB_PATH, DEVICE, "Trusted")
 
 
-def test_a_bonded_orb_needs_no_address(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bonded_orb_needs_no_address(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
     fake.pair(ORB)
     assert host_pair.main([]) == 0

@@ -15,7 +15,8 @@ pytest.importorskip("dbus_fast", reason="needs dbus-fast (the extra [bluetooth])
 
 
 from controller.links import open_link, rfcomm
-from controller.links.bluetooth.identifiers import CHANNEL, SERVICE_UUID, record
+from controller.links.bluetooth.bluez import CHANNEL, SERVICE_UUID
+from controller.links.bluetooth.serial_profile import record
 from controller.links.rfcomm import RfcommLink
 from controller.protocol.messages import Bye, Command, Hello, Message, Perform
 from host.connection.receiver import Connected, Delivered, Lost, Receiver

@@ -8,8 +8,14 @@ the values that it returns.
 from dataclasses import dataclass
 from typing import Final
 
-from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP
-from controller.links.bluetooth.hid.reports import RELEASED, Report
+from controller.links.bluetooth.hid.reports import (
+    GAMEPAD,
+    KEYBOARD,
+    PNP_ID,
+    RELEASED,
+    REPORT_MAP,
+    Report,
+)
 
 HID: Final = 0x1812  # 16-bit UUIDs, "Assigned Numbers", sections 3.4 and 3.8
 BATTERY: Final = 0x180F
@@ -87,15 +93,15 @@ class OfferError(ValueError):
 class ServiceValues:
     """The values behind `SERVICES`."""
 
-    def __init__(self, name: str, battery: int) -> None:
-        """Begin with released keys, the manufacturer's name and a battery level in percent."""
+    def __init__(self, name: str) -> None:
+        """Begin with released keys and the manufacturer's name."""
         self._values = {
             "report_map": REPORT_MAP,
             "lights": b"\0",
             "boot_lights": b"\0",
             "hid_information": _HID_INFORMATION,
             "control_point": b"\1",
-            "battery": bytes([battery]),
+            "battery": bytes([100]),  # percent; the profile wants the service
             "manufacturer": name.encode(),
             "pnp_id": PNP_ID,
         }
@@ -137,14 +143,6 @@ class ServiceValues:
         if self.mode == BOOT:
             return [("boot_keyboard", report.data)] if name == "keyboard" else []
         return [(name, report.data)]
-
-    def charge(self, percent: int) -> list[tuple[str, bytes]]:
-        """Store the battery's level; return the names and values to send."""
-        value = bytes([min(max(percent, 0), 100)])
-        if value == self._values["battery"]:
-            return []
-        self._values["battery"] = value
-        return [("battery", value)]
 
     def reset(self) -> None:
         """Reset the protocol and release all keys, for a change of hosts (HIDS, 2.1)."""

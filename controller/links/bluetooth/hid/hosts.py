@@ -1,17 +1,29 @@
-"""Selection of the active host among several paired ones; pure, with explicit time.
+"""Hosts of the HID link: selection of the active one among several paired, and their storage.
 
 One host is active at a time, so that a press reaches one screen only. The orb waits for the host
 that was active last, and after `WAIT_S` accepts the first paired host that connects. A command
-selects another one.
+selects another one. `HostSelection` is pure, with explicit time.
 """
 
+from __future__ import annotations
+
+import json
+import logging
+import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
+from controller.config import MAX_BYTES, parse_json
+from controller.files import atomic_write, read_bytes, state_folder
 from controller.keymap.keymap import NEXT_HOST
 
 WAIT_S: Final = 10.0  # for the wanted host, before any other becomes active
+_ADDRESS: Final = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}")
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +48,7 @@ class HostSelection:
     """
 
     def __init__(self, known: StoredHosts, only: str = "", now_s: float = 0.0) -> None:
-        """Begin without a connected host.
-
-        Args:
-            known: Hosts of the last run.
-            only: Address of the only host that may be active; "": any.
-            now_s: The present time.
-        """
+        """Begin with the hosts of the last run; `only`: the address of the one allowed host."""
         self.known = StoredHosts(known.hosts, only) if only else known
         self.active = ""
         self._only = only
@@ -69,11 +75,9 @@ class HostSelection:
             self._open_s = now_s + WAIT_S
 
     def change(self, number: int, now_s: float) -> str:
-        """Select another host, now or as soon as it connects; return a sentence for the log.
+        """Select a known host (from 1, or `NEXT_HOST`), now or as soon as it connects.
 
-        Args:
-            number: Position among the known hosts, from 1; or `NEXT_HOST`.
-            now_s: The present time.
+        Returns a sentence for the log.
         """
         hosts: Sequence[str] = self.known.hosts
         if self._only:
@@ -106,3 +110,37 @@ class HostSelection:
     def unwanted(self) -> list[str]:
         """Return connected hosts that are not active, which are to be disconnected."""
         return [address for address in self._present if address != self.active]
+
+
+def place() -> Path:
+    """Return the path of the stored hosts; a systemd service has its own state folder."""
+    folder = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
+    state = Path(folder) if folder else state_folder()
+    return state / "hid-hosts.json"
+
+
+def recall(path: Path) -> StoredHosts:
+    """Return the hosts of the last run; none if the file is missing or damaged."""
+    try:
+        found = parse_json(read_bytes(path, MAX_BYTES))
+        hosts, wanted = tuple(found["hosts"]), found["wanted"]
+    except FileNotFoundError:
+        return StoredHosts()
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        log.warning("cannot read %s, so no host is known: %s", path, error)
+        return StoredHosts()
+    known = [host for host in hosts if is_address(host)]
+    return StoredHosts(tuple(dict.fromkeys(known)), wanted if wanted in known else "")
+
+
+def remember(path: Path, known: StoredHosts) -> None:
+    """Store the hosts for the next run; a failing disk only causes a warning."""
+    try:
+        atomic_write(path, json.dumps({"hosts": known.hosts, "wanted": known.wanted}).encode())
+    except OSError as error:
+        log.warning("cannot write %s, so the next run will not know its hosts: %s", path, error)
+
+
+def is_address(text: object) -> bool:
+    """Return whether this is a Bluetooth address in BlueZ's notation."""
+    return isinstance(text, str) and _ADDRESS.fullmatch(text) is not None
