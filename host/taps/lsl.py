@@ -14,7 +14,7 @@ from typing import Any, Final
 from controller.errors import how_to_install
 from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import Command, Telemetry, Welcome
-from host.taps.base import Tap, TapError, TapUnavailableError
+from host.taps import Tap, TapError, TapUnavailableError
 
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # for a slow inlet; pylsl's default of 360 s needs more memory

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 from controller.errors import how_to_install
 from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import Command, Telemetry, Welcome
-from host.taps.base import Tap, TapError, TapUnavailableError
+from host.taps import Tap, TapError, TapUnavailableError
 
 if TYPE_CHECKING:
     from pythonosc.udp_client import SimpleUDPClient

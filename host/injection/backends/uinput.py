@@ -114,6 +114,6 @@ def _why(device: str, error: OSError) -> str:
     return f"cannot open {device}: {error.strerror} (docs/keys.md)"
 
 
-def create(kind: Kind) -> Uinput:
+def create(name: str, kind: Kind) -> Uinput:
     """Make a keyboard or a pad."""
     return Uinput(kind)

@@ -79,7 +79,7 @@ class Windows(Backend):
             )
 
 
-def create(kind: Kind) -> Windows:
+def create(name: str, kind: Kind) -> Windows:
     """Return the desktop's keyboard.
 
     Raises:
