@@ -42,7 +42,7 @@ from controller.protocol.messages import (
 )
 from controller.protocol.packets import Packet, SessionEnd, is_ahead
 from controller.protocol.retransmit import SessionHistory
-from controller.protocol.states import HOST, next_states
+from controller.protocol.states import HOST
 
 
 class HostSession(SessionEnd):
@@ -87,7 +87,7 @@ class HostSession(SessionEnd):
         """
         if key and len(nonce) != NONCE:
             raise ValueError(f"a session with a key needs {NONCE} random bytes, not {len(nonce)}")
-        super().__init__(next_states(HOST), "over", 0, key)
+        super().__init__(HOST, "over", 0, key)
         self._go("again")
         self.welcomed = False
         self.late = 0
@@ -138,8 +138,6 @@ class HostSession(SessionEnd):
                 and is_ahead(packet.sequence, self._taken)
             ):
                 events += self._take(packet, now_ms, stalled)
-            else:
-                self.ignored += 1
             if self.over:
                 break
         if self._owes and not self.over:
@@ -246,7 +244,6 @@ class HostSession(SessionEnd):
                 return self._end("forged", Refused(reason))
         if message is None and packet.version != VERSION:
             self._foreign = packet.version
-        self.ignored += 1
         return []
 
     def _join(self, packet: Packet, offer: Offer, now_ms: int) -> list[Received]:

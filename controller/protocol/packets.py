@@ -1,5 +1,6 @@
 """Packets: messages to frames and back, as docs/protocol.md specifies them."""
 
+import contextlib
 import struct
 import zlib
 from collections.abc import Mapping
@@ -72,16 +73,10 @@ class Decoder:
     """Decoding of a noisy byte stream to packets.
 
     Attributes:
-        noise_bytes: Bytes dropped because they were part of no valid frame.
-        bad_frames: Runs of bytes between two zeros that were no valid frame.
-        unknown: Valid frames whose type this version does not know.
         seal: Authentication that frames other than Hello and Refuse need from now on; None: none.
     """
 
     def __init__(self) -> None:
-        self.noise_bytes = 0
-        self.bad_frames = 0
-        self.unknown = 0
         self.seal: FrameAuthenticator | None = None
         self._tail = b""
         self._skipping = False  # the present run is too long for a frame
@@ -90,38 +85,17 @@ class Decoder:
         """Return the packets that these bytes complete. Takes any bytes, never raises."""
         *runs, tail = data.split(b"\0")
         packets: list[Packet] = []
-        if runs:
-            self._finish(self._tail + runs[0], packets)
-            for run in runs[1:]:
-                self._finish(run, packets)
-            self._tail = b""
-        self._keep(tail)
-        return packets
-
-    def _finish(self, run: bytes, packets: list[Packet]) -> None:
-        """Turn one run between two zeros into a packet, or count it as dropped."""
-        if self._skipping:
-            self._skipping = False
-            self.noise_bytes += len(run)
-        elif run:
-            try:
-                packet = _parse(run, self.seal)
-            except codec.BAD_BYTES:
-                self.bad_frames += 1
-                self.noise_bytes += len(run)
-            else:
-                if packet is None:
-                    self.unknown += 1
-                else:
-                    packets.append(packet)
-
-    def _keep(self, tail: bytes) -> None:
-        """Keep the beginning of a frame, up to the longest frame."""
+        for run in runs:
+            whole, skipped = self._tail + run, self._skipping
+            self._tail, self._skipping = b"", False
+            if whole and not skipped:
+                # Noise, and types that this version does not know, are dropped.
+                with contextlib.suppress(*codec.BAD_BYTES):
+                    packets += filter(None, [_parse(whole, self.seal)])
         self._tail += tail
         if self._skipping or len(self._tail) > MAX_FRAME:
-            self.bad_frames += not self._skipping
-            self.noise_bytes += len(self._tail)
             self._tail, self._skipping = b"", True
+        return packets
 
 
 class SessionEnd:
@@ -132,7 +106,6 @@ class SessionEnd:
         number: The session's number.
         output: Bytes to send; the owner of the link takes them from the front.
         clock: Round trip and clock offset.
-        ignored: Valid packets that do not belong to the session or its state.
     """
 
     def __init__(
@@ -143,7 +116,6 @@ class SessionEnd:
         self.number = number
         self.output = bytearray()
         self.clock = ClockSync()
-        self.ignored = 0
         self._next_states, self._key = next_states, key
         self._decoder = Decoder()
         self._seal: FrameAuthenticator | None = None  # of what is sent

@@ -119,12 +119,6 @@ class Receiver:
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
 
     @property
-    def rtt_ms(self) -> int | None:
-        """The newest round trip, whole milliseconds; None while none is measured."""
-        with self._lock:
-            return None if self._session is None else self._session.clock.rtt_ms
-
-    @property
     def clock_offset_ms(self) -> int | None:
         """The device's time, as its messages carry it, minus our monotonic clock; None: unknown."""
         with self._lock:

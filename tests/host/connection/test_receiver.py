@@ -158,19 +158,16 @@ def test_two_processes_talk_over_tcp(device: VirtualOrbProcess, ears: Ears) -> N
     assert ear.receiver.state == "live"
 
 
-def test_round_trip_and_clock_offset_are_known_only_while_connected(
+def test_the_clock_offset_is_known_only_while_connected(
     device: VirtualOrbProcess, ears: Ears
 ) -> None:
     receiver = Receiver(device.open, token=device.token)
     ear = ears(receiver)
-    known = [(receiver.rtt_ms, receiver.clock_offset_ms)]
+    assert receiver.clock_offset_ms is None
     receiver.connect()
-    ear.until(lambda _: receiver.rtt_ms is not None)
-    assert 0 <= (receiver.rtt_ms or 0) < 1000 * DEADLINE_S
-    assert receiver.clock_offset_ms is not None
+    ear.until(lambda _: receiver.clock_offset_ms is not None)
     receiver.close()
-    known.append((receiver.rtt_ms, receiver.clock_offset_ms))
-    assert known == [(None, None), (None, None)]
+    assert receiver.clock_offset_ms is None
 
 
 def test_waiting_ends_when_there_is_news_to_poll(device: VirtualOrbProcess) -> None:
