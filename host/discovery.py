@@ -65,19 +65,13 @@ class Port:
 class Answer:
     """Answer of a port.
 
-    Attributes:
-        url: The port.
-        outcome: "orb": a device, named below; "refused": one that would not talk to us;
-            "foreign": something else, or nothing; "closed": it does not open; "stuck": it hangs.
-        why: One sentence, if it is no orb.
-        device_id: The device's identity.
-        name: What it calls itself.
-        virtual: Whether it is simulated.
+    Outcomes: "orb", a device, named below; "refused", one that would not talk to us; "foreign",
+    something else, or nothing; "closed", it does not open; "stuck", it hangs.
     """
 
     url: str
     outcome: Outcome
-    why: str = ""
+    why: str = ""  # one sentence, if it is no orb
     device_id: str = ""
     name: str = ""
     virtual: bool = False
@@ -232,21 +226,13 @@ def claiming(answers: list[Answer], device_id: str) -> list[str]:
 class DevicePort:
     """Opens the port of one device: pass `open` to a Receiver, and subscribe `on_received` to it.
 
-    Attributes:
-        device_id: The device's identity.
-        url: Where the device was last.
+    Its `url` is where the device was last.
     """
 
     def __init__(self, words: str, memory: DeviceStore, key: str = "") -> None:
-        """Look for a device now.
+        """Look for a device by its identity or name; LinkError if it is nowhere, or means several.
 
-        Args:
-            words: Its identity or its name.
-            memory: Where devices were before.
-            key: The file with its key; "": the one that is remembered, if any.
-
-        Raises:
-            LinkError: It is nowhere, or the words mean several devices.
+        `key` is the file with its key; "": the one that is remembered, if any.
         """
         self._memory, self._key = memory, key
         answer = self._seek(words)

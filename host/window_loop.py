@@ -39,18 +39,8 @@ def play(
 ) -> None:
     """Play until the window is closed, or for some seconds.
 
-    Args:
-        target: What is played.
-        orb: The link.
-        surface: The window's surface.
-        seconds: When to stop by itself; None plays on.
-        screenshot: Where to save the last picture.
-        drawn: Called when a picture is on the screen.
-        clock: Seconds that never turn back.
-
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
-        PictureError: The picture cannot be saved.
+    `screenshot` is where the last picture is saved; `drawn` is called when one is on the screen.
+    LinkError if the first connection failed, PictureError if the picture cannot be saved.
     """
     pace = pygame.time.Clock()
     began_s = clock()
@@ -83,8 +73,7 @@ def serve(
 ) -> None:
     """Let a target act without a window, for some seconds or until the program is ended.
 
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
+    LinkError if the first connection failed; later ones are tried again and again.
     """
     began_s = clock()
     now_s, connected = 0.0, False
@@ -105,11 +94,7 @@ def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
-    """Open the window; headless, an invisible surface of the same size.
-
-    Raises:
-        WindowError: There is no display; the sentence says what to do.
-    """
+    """Open the window, or WindowError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
     try:
@@ -121,11 +106,7 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
 
 
 def save(surface: pygame.Surface, path: Path) -> None:
-    """Save a picture of the window; the name says the format, as in play.png.
-
-    Raises:
-        PictureError: It cannot be saved.
-    """
+    """Save a picture of the window in the format that its name says, or raise PictureError."""
     try:
         # In memory first: pygame does not see that a disk is full.
         picture = io.BytesIO()

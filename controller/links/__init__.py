@@ -29,7 +29,7 @@ _JOINT: Final = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere is part of the 
 def open_link(
     url: str, welcome: Welcome, *, token: str = "", key: bytes = b"", exposed: bool = False
 ) -> Link:
-    """Open a link.
+    """Open a link; LinkError if it cannot be opened.
 
     Args:
         url: "-" prints commands; "listen://127.0.0.1:PORT" waits for a host (0: any free port, see
@@ -39,9 +39,6 @@ def open_link(
         token: Shared secret of the hosts; "" accepts every host.
         key: Key that authenticates every frame, on both ends; b"": no authentication.
         exposed: Accept other machines without a key.
-
-    Raises:
-        LinkError: It cannot be opened.
     """
     if not url:
         raise LinkError("--link names no port; leave it out to have commands printed")

@@ -28,17 +28,11 @@ class LinkAwayError(LinkError, TroubleError):
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """Access control of a link.
+    """Access control of a link."""
 
-    Attributes:
-        token: Shared secret of the hosts; "" accepts every host.
-        key: Key that authenticates every frame; b"": no authentication.
-        exposed: Accept other machines without a key.
-    """
-
-    token: str = field(default="", repr=False)
-    key: bytes = field(default=b"", repr=False)
-    exposed: bool = False
+    token: str = field(default="", repr=False)  # shared secret of the hosts; "" accepts every host
+    key: bytes = field(default=b"", repr=False)  # authenticates every frame; b"": none does
+    exposed: bool = False  # accept other machines without a key
 
 
 class Link(ABC):
@@ -76,10 +70,9 @@ class Link(ABC):
         """Send a message of the device's time `t_ms`, or drop it."""
 
     def poll(self) -> list[Message]:
-        """Return the host's new requests, oldest first.
+        """Return the host's new requests, oldest first: Hello, Contacts, Perform and Grant, Bye.
 
-        Hello begins a session and ends the one before; Contacts, Perform and Grant follow; Bye ends
-        it, also after a lost connection.
+        Hello ends an earlier session; Bye also follows a lost connection.
         """
         return []
 
@@ -91,11 +84,7 @@ class Link(ABC):
         """Allow new hosts to pair for a while; no effect on a link without pairing."""
 
     def renew(self, welcome: Welcome, reason: str) -> None:  # noqa: B027
-        """Replace the description of the device; the host gets the reason, and reconnects.
-
-        Raises:
-            ProtocolError: The Welcome does not fit in a packet.
-        """
+        """Replace the description of the device; the host gets the reason, and reconnects."""
 
     def print_record(self, record: Mapping[str, object]) -> None:  # noqa: B027
         """Print plain data that is no message, such as a cue; only the link that prints does."""

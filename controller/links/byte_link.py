@@ -61,11 +61,7 @@ class StreamLink(Link):
     patient = False
 
     def __init__(self, welcome: Welcome, access: Access) -> None:
-        """Prepare the link for `start`.
-
-        Raises:
-            ProtocolError: The Welcome does not fit in a packet.
-        """
+        """Prepare the link for `start`; ProtocolError if the Welcome does not fit in a packet."""
         encode(welcome, session=0, sequence=0, t_ms=0)  # raises before the first Hello
         self.outbox = RetransmitQueue()
         self._welcome, self._access = welcome, access

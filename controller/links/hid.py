@@ -41,12 +41,7 @@ log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
-    """Register the HID device.
-
-    Raises:
-        LinkError: Bluetooth is missing or in use by another program, or the URL has a mistake.
-        KeyMapError: The mapping has a mistake.
-    """
+    """Register the HID device; LinkError or KeyMapError if that is not possible."""
     adapter, _, query = url.partition(":")[2].partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
     host = options.get("host", "").upper()
@@ -75,16 +70,9 @@ class HidLink(BluetoothLink):
     connected = False
 
     def __init__(self, keys: KeyMap, name: str, adapter: str, *, only: str = "") -> None:
-        """Register with BlueZ.
+        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses.
 
-        Args:
-            keys: Keys of each command.
-            name: Name of the orb for hosts.
-            adapter: Its name or address; "": the first.
-            only: Address of the only host that may be active; "": any paired host.
-
-        Raises:
-            LinkError: BlueZ refuses the registration.
+        `only` is the address of the only host that may be active; "": any paired host.
         """
         from controller.links.bluetooth.hid.gatt import GattTransport
 

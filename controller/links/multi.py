@@ -16,11 +16,7 @@ POLL_S = 0.05  # greatest delay of a request on any link but the first
 
 
 def create(url: str, welcome: Welcome, access: Access) -> MultiLink:
-    """Open all links, or none.
-
-    Raises:
-        LinkError: One cannot be opened.
-    """
+    """Open all links, or none; LinkError if one cannot be opened."""
     urls = split(url)
     if repeated := next((each for each in urls if urls.count(each) > 1), ""):
         raise LinkError(f"{repeated} stands twice in {url}; name each link once")

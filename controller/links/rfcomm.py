@@ -21,11 +21,7 @@ log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
-    """Register the serial port service on an adapter.
-
-    Raises:
-        LinkError: Bluetooth is missing or in use by another program.
-    """
+    """Register the serial port on an adapter; LinkError if Bluetooth is missing or taken."""
     adapter = url.partition(":")[2]
     if adapter.startswith("//"):
         raise LinkError(

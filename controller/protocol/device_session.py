@@ -96,12 +96,7 @@ class DeviceSession(SessionEnd):
         return self.state == "live"
 
     def receive(self, data: bytes, now_ms: int) -> list[Message]:
-        """Return the requests in these bytes: Hello once welcomed, the host's requests, Bye.
-
-        Args:
-            data: Received bytes, cut anywhere.
-            now_ms: The link's clock.
-        """
+        """Return the requests in bytes that are cut anywhere: Hello once welcomed, others, Bye."""
         requests: list[Message] = []
         for packet in self._decoder.feed(data):
             if isinstance(packet.message, Hello):
@@ -123,15 +118,9 @@ class DeviceSession(SessionEnd):
         return requests
 
     def send(self, message: Message, t_ms: int, now_ms: int) -> None:
-        """Send a message; without a host it is dropped, but a command waits for 250 ms.
+        """Send a message of the device's time `t_ms`; without a host only a command waits, 250 ms.
 
-        Args:
-            message: The message.
-            t_ms: The device's time of the message.
-            now_ms: The link's clock.
-
-        Raises:
-            ProtocolError: It does not fit the wire format.
+        `now_ms` is the link's clock, as everywhere. ProtocolError if it does not fit the wire.
         """
         if isinstance(message, Command):
             self._post(message, t_ms, now_ms)

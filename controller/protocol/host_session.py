@@ -78,12 +78,8 @@ class HostSession(SessionEnd):
             token: The token that the device expects in Join.
             granted: Whether this host grants time.
             key: Pre-shared key; b"": none.
-            nonce: 16 random bytes for this session; b"" suffices without a key, on a link that
-                never duplicates packets.
+            nonce: 16 random bytes for this session, which a key needs; else they tell duplicates.
             past: Record of earlier sessions; None: there was none.
-
-        Raises:
-            ValueError: There is a key, and no nonce.
         """
         if key and len(nonce) != NONCE:
             raise ValueError(f"a session with a key needs {NONCE} random bytes, not {len(nonce)}")
@@ -183,11 +179,7 @@ class HostSession(SessionEnd):
         return max(min(self._beat_ms + HEARTBEAT_MS, dead_ms) - now_ms, 0)
 
     def send(self, message: Message, now_ms: int) -> bool:
-        """Send a message; return False if no session is live.
-
-        Raises:
-            ProtocolError: The wire cannot carry it.
-        """
+        """Send a message; return False if no session is live. ProtocolError if it does not fit."""
         if self.state not in ("live", "stale"):
             return False
         self._send(message, now_ms)

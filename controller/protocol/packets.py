@@ -40,15 +40,8 @@ def encode(
 ) -> bytes:
     """Return a message as one frame, the closing zero included.
 
-    Args:
-        message: The message; a Command is sent as NumberedCommand.
-        session: The session's number, u16.
-        sequence: The packet's number, u16.
-        t_ms: The sender's time in milliseconds; it wraps at 2**32.
-        seal: Authentication of the frame, if there is a key.
-
-    Raises:
-        ProtocolError: A field does not fit the wire format: too long, too large, not finite.
+    `session` and `sequence` are u16; `t_ms`, the sender's time in milliseconds, wraps at 2**32. A
+    Command is sent as NumberedCommand. ProtocolError if a field does not fit the wire format.
     """
     try:
         kind, record = TYPES[type(message)]

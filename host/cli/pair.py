@@ -116,11 +116,7 @@ async def _pair(options: argparse.Namespace) -> int:
 async def _find(
     bus: Bus, adapter: str, address: str | None, seconds: int
 ) -> tuple[str, Properties]:
-    """Return the path and the properties of the one orb that is there.
-
-    Raises:
-        BluetoothError: There is none, or more than one.
-    """
+    """Return the path and the properties of the one orb that is there, or raise BluetoothError."""
 
     def wanted(device: Properties) -> bool:
         if address is not None:

@@ -23,27 +23,15 @@ BACKLOG = 64 * 1024  # bytes that may wait for a device; one that takes no more 
 
 
 class Transport(Protocol):
-    """An open port. One thread reads; any may write.
-
-    Attributes:
-        name: What the user calls it.
-    """
+    """An open port, by the name that the user calls it. OSError: it has gone. One thread reads."""
 
     name: str
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come, as soon as something has; b"" after the timeout or `wake`.
-
-        Raises:
-            OSError: The port has gone.
-        """
+        """Return what has come, as soon as something has; b"" after the timeout or `wake`."""
 
     def write(self, data: bytes) -> None:
-        """Send, without waiting; what does not fit now is sent while `read` waits.
-
-        Raises:
-            OSError: The port has gone, or takes nothing any more.
-        """
+        """Send, without waiting; what does not fit now is sent while `read` waits."""
 
     def wake(self) -> None:
         """Let a waiting `read` return."""
@@ -53,12 +41,9 @@ class Transport(Protocol):
 
 
 def open_transport(url: str) -> Transport:
-    """Open a port by its name (/dev/ttyACM0, COM3), or by a URL.
+    """Open a port by its name (/dev/ttyACM0, COM3), or by a URL; LinkError says why not.
 
     URLs are rfcomm://ADDRESS, socket://ADDRESS:PORT, and others that pyserial knows.
-
-    Raises:
-        LinkError: It cannot be opened; one sentence says why.
     """
     try:
         port = rfcomm.connect(url) if url.startswith("rfcomm:") else ports.open_port(url)

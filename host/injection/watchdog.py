@@ -108,14 +108,9 @@ def serve(
 ) -> None:
     """Run the watchdog until the input ends or a signal arrives, then release all keys.
 
-    Signal handlers raise no exception, so they cannot interrupt a press or release.
-
-    Args:
-        backend: The back end.
-        keys: Keys that it may press.
-        read: Returns bytes of the input, b"" at its end; called on a thread.
-        answer: Called with each line of output.
-        clock: The sender's clock, milliseconds.
+    `read` returns bytes of the input, b"" at its end; it is called on a thread. `answer` is called
+    with each line of output; `clock` is the sender's, milliseconds. Signal handlers raise no
+    exception, so they cannot interrupt a press or release.
     """
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     for name in _ENDS:

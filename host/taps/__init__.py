@@ -157,9 +157,7 @@ def names() -> tuple[str, ...]:
 def open_tap(words: str) -> Tap:
     """Open a tap: `create(address)` of the module that is named before "://".
 
-    Raises:
-        TapError: The module or the address is unknown.
-        TapUnavailableError: It does not work on this machine.
+    TapError if one of them is unknown, TapUnavailableError if it does not work on this machine.
     """
     name, _, address = words.partition("://")
     if name not in names():

@@ -125,10 +125,6 @@ def create(where: str) -> LslTap:
     liblsl has no option to accept connections from this machine only: another machine that knows
     the port can read a stream. The user's configuration file, in LSLAPICFG or a standard place of
     LSL, has precedence.
-
-    Raises:
-        TapError: `where` is not understood.
-        TapUnavailableError: pylsl or liblsl is missing.
     """
     if where not in ("", NETWORK):
         raise TapError(f"--tap lsl://{where} is not understood; write lsl, or lsl://{NETWORK}")

@@ -82,12 +82,7 @@ class OscTap(Tap):
 
 
 def create(where: str) -> OscTap:
-    """Send to HOST:PORT, 127.0.0.1:9000 if it is left out.
-
-    Raises:
-        TapError: The address is none.
-        TapUnavailableError: The host is not known, or python-osc is missing.
-    """
+    """Send to HOST:PORT, 127.0.0.1:9000 if it is left out."""
     try:
         parts = urlsplit(f"//{where or DEFAULT}")
         host, port = parts.hostname, parts.port

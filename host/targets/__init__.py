@@ -21,10 +21,7 @@ def names() -> tuple[str, ...]:
 def load(name: str, options: TargetOptions | None = None) -> Target:
     """Make a target: `create(options)` of the module of that name.
 
-    Raises:
-        TargetError: There is no such module.
-        UserError: An option is wrong.
-        BackendError: It cannot press keys here.
+    TargetError, another UserError of an option, or BackendError if it cannot press keys here.
     """
     if name not in names():
         raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")

@@ -46,11 +46,7 @@ Listener = Callable[[str, str, Properties | None], None]
 
 
 class BluetoothError(TroubleError, OSError):
-    """Bluetooth cannot be used here; the message is one sentence with what to do.
-
-    Attributes:
-        name: The D-Bus error's name, such as org.bluez.Error.NotPermitted; "" if there is none.
-    """
+    """Bluetooth cannot be used here; one sentence with what to do, and the D-Bus error's `name`."""
 
     def __init__(self, message: str, name: str = "") -> None:
         super().__init__(message)
@@ -75,11 +71,7 @@ class Bus:
 
     @classmethod
     async def connect(cls) -> Bus:
-        """Connect to the system bus, or to DBUS_SYSTEM_BUS_ADDRESS.
-
-        Raises:
-            BluetoothError: dbus-fast is missing, or there is no bus.
-        """
+        """Connect to the system bus, or to DBUS_SYSTEM_BUS_ADDRESS."""
         if not available():
             raise BluetoothError(
                 f"Bluetooth needs the package dbus-fast; {how_to_install('bluetooth')}"
@@ -113,17 +105,8 @@ class Bus:
     ) -> Any:
         """Call the method `member` of an object; return its one value, a list of several, or None.
 
-        Args:
-            path: The object.
-            interface: Its interface.
-            member: The method.
-            signature: D-Bus types of the body; variants in it are `variant(...)`.
-            body: The arguments.
-            timeout_s: Timeout for the reply.
-            to: The service.
-
-        Raises:
-            BluetoothError: The call failed, or timed out.
+        `signature` is the D-Bus types of the body; variants in it are `variant(...)`.
+        BluetoothError if the call failed, or timed out.
         """
         from dbus_fast import DBusError, Message, MessageFlag, MessageType
         from dbus_fast.unpack import unpack_variants
@@ -168,11 +151,7 @@ class Bus:
         return found
 
     async def adapter(self, name: str = "") -> str:
-        """Return the path of an adapter: "hci1", an address, or "" for the first.
-
-        Raises:
-            BluetoothError: There is no such adapter.
-        """
+        """Return the path of an adapter: "hci1", an address, or "" for the first."""
         found = adapters(await self.objects())
         for path, properties in found.items():
             if name in ("", path.rpartition("/")[2], properties.get("Address")):

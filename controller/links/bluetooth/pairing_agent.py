@@ -60,14 +60,9 @@ class PairingAgent(ServiceInterface):
         self._closes_s = 0.0
 
     async def register(self, capability: str, *, default: bool = True) -> None:
-        """Register with BlueZ.
+        """Register with BlueZ, with the capability `NO_SCREEN` or `SCREEN`.
 
-        Args:
-            capability: `NO_SCREEN` or `SCREEN`.
-            default: Serve all pairings, not only those that this program starts.
-
-        Raises:
-            BluetoothError: BlueZ refuses it.
+        The default agent serves all pairings, not only those that this program starts.
         """
         self._bus.export(AGENT_PATH, self)
         await self._bus.call(ROOT, MANAGER, "RegisterAgent", "os", AGENT_PATH, capability)

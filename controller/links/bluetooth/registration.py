@@ -32,11 +32,7 @@ class Registration(ABC):
 
     @abstractmethod
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register over a new connection, on the powered adapter at a path.
-
-        Raises:
-            BluetoothError: It cannot be registered; the message is one sentence.
-        """
+        """Register over a new connection, on a powered adapter, or raise BluetoothError."""
 
     @abstractmethod
     async def end(self) -> None:
@@ -64,11 +60,7 @@ class RegistrationThread:
         self._off = False  # the adapter was switched off on purpose
 
     def start(self) -> None:
-        """Start the thread, and wait for the first registration.
-
-        Raises:
-            BluetoothError: The registration failed; the thread has ended.
-        """
+        """Start the thread, and wait for the first registration; BluetoothError ends it."""
         self._thread.start()
         try:
             self._first.result(timeout=START_S)

@@ -47,9 +47,8 @@ class SerialService(ServiceInterface, Registration):
     def __init__(self, accept: Accept, leave: Callable[[str], None]) -> None:
         """Prepare the service.
 
-        Args:
-            accept: Called with every connected host, on the registration's thread.
-            leave: Called with the path of a device that BlueZ is about to disconnect.
+        `accept` is called with every connected host, on the registration's thread; `leave` with the
+        path of a device that BlueZ is about to disconnect.
         """
         super().__init__("org.bluez.Profile1")
         self.address = ""
@@ -58,11 +57,7 @@ class SerialService(ServiceInterface, Registration):
         self._adapter = ""
 
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register the service and its record.
-
-        Raises:
-            BluetoothError: BlueZ refuses it, or another program has registered it.
-        """
+        """Register the service and its record; BluetoothError if another program has."""
         self.address = await bus.get(adapter, ADAPTER, "Address")
         bus.export(SERIAL_PATH, self)
         options = {

@@ -54,11 +54,7 @@ class MacOS(X11):
 
 
 def create(name: str, kind: Kind) -> X11:
-    """Connect to the X server that DISPLAY names, or check that macOS trusts this program.
-
-    Raises:
-        BackendError: There is no server, no trust, or no pynput.
-    """
+    """Connect to the X server that DISPLAY names, or to macOS if it trusts this program."""
     if kind != "keyboard":
         raise BackendError(f"{name} has no pads; a virtual pad needs Linux's uinput (docs/keys.md)")
     try:

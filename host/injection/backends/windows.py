@@ -80,11 +80,7 @@ class Windows(Backend):
 
 
 def create(name: str, kind: Kind) -> Windows:
-    """Return the desktop's keyboard.
-
-    Raises:
-        BackendError: This is not Windows, or a pad is wanted.
-    """
+    """Return the desktop's keyboard; BackendError if this is not Windows, or a pad is wanted."""
     if kind != "keyboard":
         raise BackendError("Windows has no virtual pads of its own; use --target keyboard")
     if sys.platform != "win32":

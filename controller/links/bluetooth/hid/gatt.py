@@ -71,11 +71,7 @@ class GattTransport(Registration):
     # --- the registration ---
 
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register with BlueZ.
-
-        Raises:
-            BluetoothError: BlueZ refuses it; the message is one sentence.
-        """
+        """Register with BlueZ; BluetoothError if it refuses."""
         self._bus, self._adapter, self._advertised = bus, adapter, False
         objects = await bus.objects()
         for name in (GATT, ADVERTISING):
@@ -217,11 +213,7 @@ class GattTransport(Registration):
                 await bus.call(path, DEVICE, "Disconnect", timeout_s=CLOSE_S)
 
     async def _advertise(self) -> None:
-        """Replace the registered advertisement by one with the current properties.
-
-        Raises:
-            BluetoothError: BlueZ refuses it.
-        """
+        """Replace the registered advertisement by one with the current properties."""
         async with self._changing:
             if (bus := self._bus) is None:
                 return

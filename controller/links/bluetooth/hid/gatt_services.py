@@ -34,19 +34,12 @@ _HID_INFORMATION: Final = bytes([0x11, 0x01, 0, 0b01])
 
 @dataclass(frozen=True, slots=True)
 class Characteristic:
-    """A GATT characteristic.
+    """A GATT characteristic."""
 
-    Attributes:
-        name: Unique name within this program.
-        uuid: 16 bits.
-        flags: Permissions of BlueZ (doc/org.bluez.GattCharacteristic).
-        descriptors: UUID and constant value of each.
-    """
-
-    name: str
-    uuid: int
-    flags: tuple[str, ...]
-    descriptors: tuple[tuple[int, bytes], ...] = ()
+    name: str  # unique within this program
+    uuid: int  # 16 bits
+    flags: tuple[str, ...]  # permissions of BlueZ (doc/org.bluez.GattCharacteristic)
+    descriptors: tuple[tuple[int, bytes], ...] = ()  # UUID and constant value of each
 
 
 def _report(name: str, number: int, kind: int, flags: tuple[str, ...]) -> Characteristic:
@@ -120,11 +113,7 @@ class ServiceValues:
         return value[offset:]
 
     def write(self, name: str, value: bytes, offset: int = 0) -> None:
-        """Store a value that a host writes.
-
-        Raises:
-            OfferError: The value has another length, or is not allowed.
-        """
+        """Store a value that a host writes; OfferError if it is not allowed."""
         known = _WRITABLE.get(name)
         if known is None:
             raise OfferError("org.bluez.Error.NotPermitted", f"{name} cannot be written")

@@ -25,12 +25,7 @@ log = logging.getLogger(__name__)
 
 
 class HidDevice:
-    """Keyboard and gamepad for the active host; it begins without one.
-
-    Attributes:
-        keys: State of held keys and buttons.
-        hosts: Connected and active hosts.
-    """
+    """Keyboard and gamepad for the active host; it begins without one."""
 
     def __init__(
         self,
@@ -40,13 +35,10 @@ class HidDevice:
         notify: Callable[[str], None],
         store: Callable[[StoredHosts], None],
     ) -> None:
-        """Prepare the device.
+        """Prepare the device; `hosts` has the loop's clock.
 
-        Args:
-            key_map: Keys of each command.
-            hosts: Selection of hosts, with the loop's clock.
-            notify: Called with the address of a new active host, "" if there is none.
-            store: Called with the hosts to store for the next run.
+        `notify` is called with the address of a new active host, "" if there is none; `store` with
+        the hosts to store for the next run.
         """
         self.keys = KeyState(key_map, armed=True, gap_s=GAP_S)
         self.hosts = hosts

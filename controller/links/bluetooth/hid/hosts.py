@@ -28,15 +28,10 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class StoredHosts:
-    """Hosts that are stored from one run to the next.
+    """Hosts that are stored from one run to the next."""
 
-    Attributes:
-        hosts: Addresses of all hosts that were ever active, oldest first.
-        wanted: The last active one, "" if none.
-    """
-
-    hosts: tuple[str, ...] = ()
-    wanted: str = ""
+    hosts: tuple[str, ...] = ()  # addresses of all hosts that were ever active, oldest first
+    wanted: str = ""  # the last active one, "" if none
 
 
 class HostSelection:
