@@ -204,7 +204,7 @@ def air() -> None:
     radio = Air(record(), CHANNEL)
     came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
     radio.arrived = came.put
-    sockets = [radio.rfcomm(ORB, CHANNEL, 10.0), came.get(timeout=10.0)]
+    sockets = [radio.open_channel(ORB, CHANNEL), came.get(timeout=10.0)]
     cable([each.fileno() for each in sockets])
 
 

@@ -43,7 +43,7 @@ class Backend(ABC):
 
 
 def open_backend(name: str, kind: Kind) -> tuple[str, Backend]:
-    """Open a back end by name, or the best there is, or raise BackendError; return its name, too."""
+    """Open a back end by name, or the best (BackendError: none); return its name with it."""
     name = _BY_SYSTEM.get(sys.platform, AUTO) if name == AUTO else name
     if name != AUTO:
         return name, _create(name, kind)

@@ -269,7 +269,7 @@ def test_only_remembered_identified_and_bonded_ports_are_asked(
         entry("/dev/rfcomm0", "n/a"),
         entry("COM9", "Bluetooth link", hwid=r"BTHENUM\{00001101-0000-1000-8000}"),
     ]
-    monkeypatch.setattr(discovery.list_ports, "comports", lambda: system)
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: system)
     monkeypatch.setattr(discovery, "paired", list)
     chosen = [port.url for port in discovery.candidates(memory)]
     assert chosen == ["/dev/ttyUSB7", "/dev/ttyACM0", "/dev/ttyACM1", "/dev/rfcomm0", "COM9"]
