@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import Final
 
 from controller.protocol.auth import NONCE, seals
-from controller.protocol.clock_sync import ClockSync
 from controller.protocol.messages import (
     SILENCE_MS,
     VERSION,
@@ -33,7 +32,7 @@ from controller.protocol.messages import (
     State,
     Welcome,
 )
-from controller.protocol.packets import Packet, SessionEnd, encode, is_ahead
+from controller.protocol.packets import ClockSync, Packet, SessionEnd, encode, is_ahead
 from controller.protocol.retransmit import RESEND_MS, PendingCommand, RetransmitQueue
 from controller.protocol.states import DEVICE
 

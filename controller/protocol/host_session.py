@@ -6,7 +6,6 @@ before. Its states are the table `controller.protocol.states.HOST`.
 """
 
 from controller.protocol.auth import NONCE, seals
-from controller.protocol.clock_sync import signed
 from controller.protocol.link_events import (
     Connected,
     Delivered,
@@ -40,7 +39,7 @@ from controller.protocol.messages import (
     State,
     Welcome,
 )
-from controller.protocol.packets import Packet, SessionEnd, is_ahead
+from controller.protocol.packets import Packet, SessionEnd, is_ahead, signed
 from controller.protocol.retransmit import SessionHistory
 from controller.protocol.states import HOST
 
@@ -54,7 +53,6 @@ class HostSession(SessionEnd):
         welcomed: Whether the session was ever live.
         pressed: Held commands as last reported; none after 300 ms of silence.
         past: Record for the next session; kept up to date.
-        late: Commands received too late.
     """
 
     def __init__(
@@ -86,7 +84,6 @@ class HostSession(SessionEnd):
         super().__init__(HOST, "over", 0, key)
         self._go("again")
         self.welcomed = False
-        self.late = 0
         self.past = SessionHistory() if past is None else past
         self._name, self._token, self._granted = name, token, granted
         self._nonce = nonce.hex()
@@ -308,7 +305,6 @@ class HostSession(SessionEnd):
         age_ms = self.clock.age_ms(message.sent_ms, now_ms) or 0
         if stalled or (age_ms > LATE_MS and not self._granted):
             self.past.missed += 1
-            self.late += 1
             return [*events, Missed(1)]
         m = message
         command = Command(m.name, m.label, m.probability, m.touch, m.frame)

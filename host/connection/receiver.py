@@ -78,7 +78,6 @@ class Receiver:
     Attributes:
         state: "connecting" at first; "live"; "stale" when nothing came for 300 ms; "lost" from the
             loss to the next Connected.
-        late: Commands dropped because they would have come too late.
         past: What is known of the device's commands, across connections.
         bytes_received, bytes_sent: Over the port, across connections.
     """
@@ -101,7 +100,7 @@ class Receiver:
             key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
         self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
-        self.late = self.bytes_received = self.bytes_sent = 0
+        self.bytes_received = self.bytes_sent = 0
         self._listeners: list[tuple[Listener, type]] = []
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
@@ -159,7 +158,6 @@ class Receiver:
         while self._ready:
             arrived_ms, news = self._ready.popleft()
             if arrived_ms < oldest_ms and _is_command(news):
-                self.late += 1
                 with self._lock:
                     self.past.missed += 1
                 received.append(Missed(1))
@@ -258,7 +256,6 @@ class Receiver:
             with self._lock:
                 self._session = self._transport = None
             self._part(session, transport)
-            self.late += session.late
         return session.welcomed
 
     def _listen(self, session: HostSession, transport: Transport) -> None:
