@@ -15,7 +15,6 @@ from controller.protocol import codec
 from controller.protocol import messages as protocol
 from controller.protocol.codec import ProtocolError, image_from_bytes, quantise_image
 from controller.protocol.messages import (
-    COMMANDS,
     MAX_PAYLOAD,
     PIECE,
     VERSION,
@@ -461,12 +460,3 @@ def test_a_sequence_is_ahead_by_less_than_half_of_its_circle() -> None:
     assert not is_ahead(5, 5)
     assert not is_ahead(4, 5)
     assert not is_ahead(65535, 0)
-
-
-def test_every_command_that_ships_fits_in_a_welcome() -> None:
-    labels = ("null", "press", "pinch", "twist_cw", "twist_ccw")
-    welcome = Welcome(
-        1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, labels, COMMANDS
-    )
-    data = encode(welcome, session=1, sequence=2, t_ms=3)
-    assert Decoder().feed(data) == [packet(welcome)]

@@ -19,7 +19,6 @@ import serial
 
 from controller.links import open_link
 from controller.links.ports import why
-from controller.protocol.device_session import DeviceSession
 from controller.protocol.messages import (
     VERSION,
     Command,
@@ -33,7 +32,6 @@ from controller.protocol.messages import (
     Message,
     Offer,
     Perform,
-    Refuse,
     State,
     Telemetry,
     Welcome,
@@ -355,24 +353,6 @@ def test_silence_nonsense_and_our_own_echo_are_no_orb(peer: Peer, ears: Ears) ->
         assert ear.receiver.state == "connecting"
 
 
-def test_an_orb_of_another_version_says_so_in_its_refusal(peer: Peer) -> None:
-    sentence = "the orb speaks protocol versions 3 to 4, the host version 2; update the host"
-
-    def refuse(data: bytes) -> bytes:
-        [packet] = Decoder().feed(data)
-        assert isinstance(packet.message, Hello)
-        return encode(Refuse(sentence), session=0, sequence=packet.sequence, t_ms=0)
-
-    url = peer(refuse)
-    assert failure(url) == f"{url}: {sentence}"
-
-
-def test_an_orb_that_belongs_to_another_program_refuses() -> None:
-    link: Any = open_link("listen://127.0.0.1:0", welcome(), token="secret")
-    assert "accepts only the program that started it" in failure(link.url, "guess")
-    link.close()
-
-
 def test_a_key_has_to_be_the_same_at_both_ends(ears: Ears) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome(), key=bytes(32))
     for key, sentence in (
@@ -461,50 +441,6 @@ def test_pauses_grow_with_failures_and_a_connection_ends_that(
     ear.next(Lost)
     ear.next(Refused)
     assert failures[:3] == [1, 2, 0]
-
-
-class LateOrb:
-    """An orb in this process: it sends one command, which is 400 ms old, and is gone."""
-
-    name = "orb"
-
-    def __init__(self) -> None:
-        self.device, self.sent = DeviceSession(welcome()), False
-
-    def read(self, timeout_s: float) -> bytes:
-        if self.device.live and not self.sent and not self.device.output:
-            command = Command("drop", "pinch", 0.5, None, 1)
-            self.device.send(command, 0, time.monotonic_ns() // 1_000_000 - 400)
-            self.sent = True
-        data = bytes(self.device.output)
-        self.device.output.clear()
-        if self.sent and not data:
-            raise LinkError("it is gone")
-        return data
-
-    def write(self, data: bytes) -> None:
-        self.device.receive(data, time.monotonic_ns() // 1_000_000)
-
-    def wake(self) -> None:
-        """Nobody waits."""
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-def test_a_command_that_is_too_late_is_missed_and_counted(ears: Ears) -> None:
-    orbs = iter([LateOrb()])
-
-    def attempt() -> Transport:
-        for orb in orbs:
-            return orb
-        raise LinkError("there is no orb")
-
-    ear = ears(Receiver(attempt))
-    ear.receiver.start()
-    assert ear.next(Missed) == Missed(1)
-    ear.next(Refused)  # of the next attempt
-    assert ear.receiver.past.missed == 1
 
 
 # --- ports that do not open ---
