@@ -13,13 +13,13 @@ from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
     ADAPTER,
+    ALIAS,
     DEVICE,
     BluetoothError,
     Bus,
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import Confirm, PairingAgent
@@ -69,8 +69,13 @@ def _seconds(words: str) -> int:
 
 async def _pair(options: argparse.Namespace) -> int:
     """Open the pairing window until a host has paired or the time is up."""
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
-    from controller.links.bluetooth.prompt import Prompt
+    from controller.links.bluetooth.pairing_agent import (
+        NO_SCREEN,
+        SCREEN,
+        PairingAgent,
+        Prompt,
+        accept_all,
+    )
 
     confirm: Confirm = accept_all if options.yes else Prompt().confirm
     bus = await Bus.connect()

@@ -14,6 +14,8 @@ from controller.diagnostics.report import Row, Verdict
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
+    SERIAL_PORT_UUID,
+    SERVICE_UUID,
     BluetoothError,
     Bus,
     Objects,
@@ -22,7 +24,6 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
-from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
 
 HID_UUID: Final = "00001124-0000-1000-8000-00805f9b34fb"
 OLDEST: Final = (5, 50)  # what has been seen to work is 5.66; ServiceRecord and Bonded are older
@@ -58,7 +59,7 @@ async def _ask() -> list[Row]:
             return [Row("permission", _FAULT, "BlueZ does not answer this user", str(error),
                         "no_permission")]  # fmt: skip
         allowed = Row("permission", _GOOD, "BlueZ answers this user")
-        return [version(_version()), allowed, *judge(objects), plugin(_arguments())]
+        return [version(_version()), allowed, *judge(objects)]
     finally:
         bus.close()
 
@@ -155,21 +156,6 @@ def _bonds(name: str, known: dict[str, Properties]) -> Row:
     return Row(f"bonds {name}", _GOOD, told)
 
 
-def plugin(arguments: list[str]) -> Row:
-    """Judge whether BlueZ's own input plugin is in the way of classic HID.
-
-    Args:
-        arguments: bluetoothd's command line; empty if it cannot be read.
-    """
-    if not arguments:
-        return Row("input plugin", _UNKNOWN, "bluetoothd's options cannot be read")
-    options = " ".join(arguments)
-    if "--noplugin=input" in options or "--noplugin=*" in options or "-P input" in options:
-        return Row("input plugin", _GOOD, "switched off: classic HID can be offered, too")
-    return Row("input plugin", _GOOD, "on, as usual: HID over GATT and RFCOMM can be offered; "
-               "classic HID (hid:classic) needs bluetoothd --noplugin=input")  # fmt: skip
-
-
 def _version() -> str:
     """Return BlueZ's version as bluetoothctl says it."""
     program = shutil.which("bluetoothctl")
@@ -179,14 +165,3 @@ def _version() -> str:
         [program, "--version"], capture_output=True, text=True, check=False, timeout=10
     )
     return done.stdout.split()[-1] if done.stdout.split() else ""
-
-
-def _arguments() -> list[str]:
-    """Return the command line of bluetoothd."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if (folder / "comm").read_text().strip() == "bluetoothd":
-                return (folder / "cmdline").read_text().split("\0")[:-1]
-        except OSError:
-            continue
-    return []

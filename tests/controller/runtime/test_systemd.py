@@ -14,8 +14,7 @@ import pytest
 from controller.cli import service, status
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
-from controller.links.bluetooth.bluez import explain
-from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
+from controller.links.bluetooth.bluez import SERIAL_PORT_UUID, SERVICE_UUID, explain
 from controller.runtime.long_press import HOLD_S, LongPress
 from controller.runtime.systemd import BEATS, WatchdogHeartbeat
 from tests.support import ROOT
@@ -238,11 +237,3 @@ def test_a_blocked_radio_is_told_apart_by_who_can_unblock_it(tmp_path: Path) -> 
 )
 def test_bluez_s_version_is_judged(found: str, verdict: Verdict) -> None:
     assert bluetooth.version(found).verdict is verdict
-
-
-def test_the_input_plugin_is_seen_on_bluetoothd_s_command_line() -> None:
-    assert (
-        "classic HID can be offered" in bluetooth.plugin(["bluetoothd", "--noplugin=input"]).found
-    )
-    assert "needs bluetoothd --noplugin=input" in bluetooth.plugin(["bluetoothd"]).found
-    assert bluetooth.plugin([]).verdict is Verdict.UNKNOWN

@@ -15,13 +15,15 @@ from tests.support.fake_device import welcome
 if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
 
+
 from controller import errors
 from controller.cli import pair as orb_pair
 from controller.links import LinkError, open_link
 from controller.links.bluetooth import bluez
-from host.bluetooth import sockets
-from host.bluetooth.protocol_rfcomm import explain
 from host.cli import pair
+from host.connection import rfcomm
+from host.connection.transport import LinkError as HostLinkError
+from host.connection.transport import open_transport
 
 
 def unix(path: Path) -> bytes:
@@ -33,56 +35,58 @@ def tcp(port: int) -> bytes:
 
 
 def test_a_connection_by_a_packed_address_carries_bytes(tmp_path: Path) -> None:
-    with socket.socket(socket.AF_UNIX) as listener, socket.socket(socket.AF_UNIX) as raw:
+    with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(str(tmp_path / "here"))
         listener.listen()
-        connection = sockets._connected(raw, unix(tmp_path / "here"), b"", 5.0)
+        connection = rfcomm.connected(socket.socket(socket.AF_UNIX), unix(tmp_path / "here"))
         far, _ = listener.accept()
-        with far:
+        with far, connection:
             connection.sendall(b"frame")
             assert far.recv(10) == b"frame"
 
 
 def test_a_connection_that_takes_its_time_is_waited_for() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as raw:
-        sockets._connected(raw, tcp(listener.getsockname()[1]), tcp(0), 5.0)
+        rfcomm.connected(raw, tcp(listener.getsockname()[1]))
         assert raw.getpeername() == listener.getsockname()
-        assert raw.getblocking()
 
 
-def test_a_refusal_keeps_its_number_and_closes_the_socket(free_port: int) -> None:
+def test_a_refusal_keeps_its_number_and_closes_the_socket(free_port: int, tmp_path: Path) -> None:
     raw = socket.socket()
-    with pytest.raises(OSError) as refused:
-        sockets._connected(raw, tcp(free_port), b"", 5.0)
-    assert refused.value.errno == errno.ECONNREFUSED
+    with pytest.raises(ConnectionRefusedError):
+        rfcomm.connected(raw, tcp(free_port))
     assert raw.fileno() == -1
-
-
-def test_nobody_there_keeps_its_number_too(tmp_path: Path) -> None:
-    with pytest.raises(OSError) as absent:
-        sockets._connected(socket.socket(socket.AF_UNIX), unix(tmp_path / "no"), b"", 5.0)
-    assert absent.value.errno == errno.ENOENT
+    with pytest.raises(FileNotFoundError):
+        rfcomm.connected(socket.socket(socket.AF_UNIX), unix(tmp_path / "no"))
 
 
 def test_addresses_are_packed_as_the_kernel_s_header_files_say() -> None:
-    rfcomm = sockets.rfcomm_address("00:AA:01:02:03:04", 22)
-    assert rfcomm == bytes.fromhex("1f00 0403 0201 aa00 16 00")
-    l2cap = sockets.l2cap_address("00:AA:01:02:03:04", 1)
-    assert l2cap == bytes.fromhex("1f00 0100 0403 0201 aa00 0000 00 00")
+    packed = rfcomm.packed("00:AA:01:02:03:04", 22)
+    assert packed == bytes.fromhex("1f00 0403 0201 aa00 16 00")
 
 
 @pytest.mark.skipif(not hasattr(socket, "AF_BLUETOOTH"), reason="this Python has no Bluetooth")
 def test_our_numbers_are_python_s_own() -> None:
-    assert int(socket.AF_BLUETOOTH) == sockets.AF_BLUETOOTH
-    assert socket.BTPROTO_RFCOMM == sockets.RFCOMM
-    assert socket.BTPROTO_L2CAP == sockets.L2CAP
+    assert int(socket.AF_BLUETOOTH) == rfcomm.AF_BLUETOOTH
+    assert socket.BTPROTO_RFCOMM == rfcomm.RFCOMM
+
+
+def test_a_url_names_an_address_and_perhaps_a_channel() -> None:
+    assert rfcomm.parse("rfcomm://aa:11:22:33:44:55:7") == ("AA:11:22:33:44:55", 7)
+    assert rfcomm.parse("rfcomm://aa:11:22:33:44:55")[1] == 22
+
+
+@pytest.mark.parametrize("rest", ["nonsense", "00:11:22:33:44", ":0", ":31", "?speed=9"])
+def test_a_url_that_is_none_is_told_before_anything_is_tried(rest: str) -> None:
+    url = f"rfcomm://{rest}" if len(rest) > 8 else f"rfcomm://00:11:22:33:44:55{rest}"
+    with pytest.raises(HostLinkError, match="is no Bluetooth address"):
+        open_transport(url)
 
 
 @pytest.mark.parametrize(
     ("number", "words"),
     [
         (errno.EHOSTDOWN, "does not answer; is the orb on"),
-        (errno.ETIMEDOUT, "does not answer"),
         (errno.EHOSTUNREACH, "there is no Bluetooth adapter"),
         (errno.ECONNREFUSED, "refuses the connection"),
         (errno.EACCES, "pair first: host pair AA"),
@@ -91,7 +95,7 @@ def test_our_numbers_are_python_s_own() -> None:
     ],
 )
 def test_every_error_is_a_sentence_with_what_to_do(number: int, words: str) -> None:
-    assert words in explain("rfcomm://AA", "AA", OSError(number, "too many"))
+    assert words in rfcomm.explain("rfcomm://AA", "AA", OSError(number, "too many"))
 
 
 @pytest.mark.parametrize(("system", "port"), [("win32", "COM5"), ("darwin", "/dev/cu.OrbTouch")])

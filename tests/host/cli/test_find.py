@@ -7,9 +7,8 @@ import dataclasses
 import itertools
 import json
 import os
-import subprocess
-import sys
-from collections.abc import Iterable, Iterator
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,18 +16,14 @@ import pytest
 
 from controller.links import open_link
 from controller.protocol import psk
+from host import discovery
 from host.cli import find
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
-from host.discovery import ports, probe, search
-from host.discovery.ports import Port
-from host.discovery.probe import Answer
-from host.discovery.search import DevicePort
+from host.discovery import Answer, DevicePort, Port
 from tests.support.fake_device import welcome
 from tests.support.serial_cable import Cable
-
-HANGS = (sys.executable, "-c", "import time; time.sleep(60)")
 
 
 def orb_welcome(device_id: str, name: str = "OrbTouch"):  # type: ignore[no-untyped-def]
@@ -58,11 +53,10 @@ class Desk:
 
 @pytest.fixture
 def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> DeviceStore:
-    """The devices known here, on a system that lists no ports; others are asked in this process."""
+    """The devices known here, on a system that lists no ports."""
     path = tmp_path / "devices.toml"
     monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
-    monkeypatch.setattr(search, "listed", list)
-    monkeypatch.setattr(search, "ask_all", in_process)
+    monkeypatch.setattr(discovery, "listed", lambda everything: [])
     return DeviceStore()
 
 
@@ -76,8 +70,8 @@ _TICKS = itertools.count()
 
 def test_device_says_who_it_is(desk: Desk) -> None:
     port = desk.plug("orb-1", "Blue")
-    assert probe.ask(port) == Answer(port, "orb", "", "orb-1", "Blue", False)
-    assert probe.ask(port).outcome == "orb"  # it was let go properly
+    assert discovery.ask(Port(port)) == Answer(port, "orb", "", "orb-1", "Blue", False)
+    assert discovery.ask(Port(port)).outcome == "orb"  # it was let go properly
 
 
 def test_device_with_garbage_before_its_answer_is_still_found(desk: Desk) -> None:
@@ -86,7 +80,7 @@ def test_device_with_garbage_before_its_answer_is_still_found(desk: Desk) -> Non
     os.write(device, b"boot: \x11\x22 login:\r\n\0\x05junk")
     os.close(device)
     link = open_link(cable.ends[0], orb_welcome("orb-1"))
-    assert probe.ask(cable.ends[1]).device_id == "orb-1"
+    assert discovery.ask(Port(cable.ends[1])).device_id == "orb-1"
     link.close()
     cable.close()
 
@@ -98,7 +92,7 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
     os.write(device, b"$GPGGA,092750.000,5321.6802,N*76\r\n" * 20)
     assert transport.read(10.0)  # it is on its way
     os.write(device, b"$GPGSV,3,3,11,29,09,301,24\r\n\0" * 20)
-    answer = probe.converse(transport, "the receiver", hurried)
+    answer = discovery.converse(transport, "the receiver", clock=hurried)
     assert answer.outcome == "foreign"
     assert "not the OrbTouch protocol" in answer.why
     transport.close()
@@ -112,13 +106,13 @@ def test_orb_that_asks_for_a_key_is_found_with_it(
     file = tmp_path / "orb.key"
     psk.make(file)
     port = desk.plug("orb-1", key=psk.read(file))
-    refused = probe.ask(port)
+    refused = discovery.ask(Port(port))
     assert (refused.outcome, refused.device_id) == ("refused", "")
     assert "key" in refused.why
-    assert probe.ask(port, str(file)).device_id == "orb-1"
+    assert discovery.ask(Port(port, str(file))).device_id == "orb-1"
     memory.remember("orb-1", port=port, key=str(file))
     assert DevicePort("orb-1", memory).device_id == "orb-1"  # with the remembered one
-    assert "cannot read the key" in probe.ask(port, str(tmp_path / "none")).why
+    assert "cannot read the key" in discovery.ask(Port(port, str(tmp_path / "none"))).why
 
 
 class Mute:
@@ -150,41 +144,39 @@ class Flood(Mute):
     ("transport", "words"), [(Mute(), "no OrbTouch answered"), (Flood(), "sends bytes")]
 )
 def test_silence_and_floods_end_after_two_seconds(transport: Mute, words: str) -> None:
-    answer = probe.converse(transport, "the port", hurried)
+    answer = discovery.converse(transport, "the port", clock=hurried)
     assert answer.outcome == "foreign"
     assert words in answer.why
 
 
 def test_port_that_does_not_open_says_why(tmp_path: Path) -> None:
-    answer = probe.ask(str(tmp_path / "nothing"))
+    answer = discovery.ask(Port(str(tmp_path / "nothing")))
     assert answer.outcome == "closed"
-    assert "there is no port" in answer.why
+    assert "there is no such port" in answer.why
 
 
 def test_device_without_an_identity_is_none(desk: Desk) -> None:
-    answer = probe.ask(desk.plug(""))
+    answer = discovery.ask(Port(desk.plug("")))
     assert (answer.outcome, answer.device_id) == ("foreign", "")
     assert "says no identity" in answer.why
 
 
-def test_ports_are_asked_in_processes_and_a_stuck_one_hangs_nobody(desk: Desk) -> None:
+def test_a_stuck_port_hangs_nobody(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    over, ask = threading.Event(), discovery.ask
     port = desk.plug("orb-1")
-    answers = search.ask_all([Port(port), Port(port)], deadline_s=60.0)
-    assert [answer.device_id for answer in answers] == ["orb-1"]
-    [stuck] = search.ask_all([Port("/dev/stuck")], deadline_s=0.2, command=HANGS)
-    assert stuck.outcome == "stuck"
-    assert "hangs" in stuck.why
 
+    def stuck(asked: Port) -> Answer:
+        if asked.url != port:
+            assert over.wait(60.0)
+        return ask(asked)
 
-def test_process_that_dies_while_it_asks_is_told_of() -> None:
-    dies = (sys.executable, "-c", "raise SystemExit(3)")
-    [answer] = search.ask_all([Port("x")], command=dies)
-    assert answer.why == "asking x failed with status 3"
-
-
-def in_process(asked: Iterable[Port], **options: object) -> list[Answer]:
-    """Ask without processes, which the tests above have seen to work."""
-    return [probe.ask(port.url, port.key) for port in asked]
+    monkeypatch.setattr(discovery, "ask", stuck)
+    asked = [Port(port), Port("/dev/stuck"), Port(port)]
+    found, hangs = discovery.ask_all(asked, deadline_s=5.0)
+    over.set()
+    assert found.device_id == "orb-1"
+    assert hangs.outcome == "stuck"
+    assert "/dev/stuck hangs" in hangs.why
 
 
 def test_devices_are_listed_by_identity_when_their_ports_shuffle(
@@ -207,7 +199,7 @@ def test_device_is_found_again_on_another_port(
 ) -> None:
     old, new = desk.plug("orb-2"), desk.plug("orb-1", "Blue")
     memory.remember("orb-1", name="Blue", port=old, seen="1")
-    monkeypatch.setattr(search, "listed", lambda: [Port(old, "USB"), Port(new, "USB")])
+    monkeypatch.setattr(discovery, "listed", lambda everything: [old, new])
     for words in ("orb-1", "Blue"):
         seeker = DevicePort(words, memory)
         assert (seeker.device_id, seeker.url) == ("orb-1", new)
@@ -217,18 +209,10 @@ def test_device_is_found_again_on_another_port(
 def test_device_that_is_where_it_was_is_found_without_opening_another_port(
     desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[str] = []
-
-    def listening(those: list[Port]) -> list[Answer]:
-        asked.extend(port.url for port in those)
-        return in_process(those)
-
-    monkeypatch.setattr(search, "ask_all", listening)
-    monkeypatch.setattr(search, "listed", lambda: [Port("/dev/other", "USB")])
+    monkeypatch.setattr(discovery, "listed", lambda everything: pytest.fail("it was listed"))
     port = desk.plug("orb-1")
     memory.remember("orb-1", port=port)
     assert DevicePort("orb-1", memory).url == port
-    assert asked == [port]
 
 
 def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
@@ -247,12 +231,12 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
     desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
-    answers = in_process([Port(real), Port(liar)])
+    answers = discovery.ask_all([Port(real), Port(liar)])
     assert len(find.rows(answers, [])) == 2
     assert "2 ports say that they are orb-1" in find.remarks(answers)[0]
-    search.note(memory, answers)
+    discovery.note(memory, answers)
     assert memory.devices == []
-    monkeypatch.setattr(search, "listed", lambda: [Port(real, "USB"), Port(liar, "USB")])
+    monkeypatch.setattr(discovery, "listed", lambda everything: [real, liar])
     with pytest.raises(LinkError, match="is not one device"):
         DevicePort("orb-1", memory)
 
@@ -272,31 +256,10 @@ def test_device_that_is_nowhere_is_one_sentence(memory: DeviceStore) -> None:
         DevicePort("orb-1", memory)
 
 
-def test_interrupt_leaves_nobody_asking(monkeypatch: pytest.MonkeyPatch) -> None:
-    asking = []
-
-    def interrupted(url: str, process: subprocess.Popen[bytes], *_: float) -> Answer:
-        asking.append(process)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(search, "_answer", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        search.ask_all([Port("/dev/a")], command=HANGS)
-    [process] = asking
-    assert process.wait(20.0) != 0
-    assert process.stdout is not None
-    process.stdout.close()
-
-
-def test_fault_of_ours_while_a_port_is_asked_is_seen(capfd: pytest.CaptureFixture[str]) -> None:
-    [answer] = search.ask_all([Port("/dev/a")], command=(sys.executable, "-c", "1 / 0"))
-    assert answer.why == "asking /dev/a failed with status 1"
-    assert "ZeroDivisionError: division by zero" in capfd.readouterr().err
-
-
 def test_only_remembered_identified_and_bonded_ports_are_asked(
-    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    memory = DeviceStore(tmp_path / "devices.toml")
     memory.remember("orb-1", port="/dev/ttyUSB7", seen="1")
     system = [
         entry("/dev/ttyS0", "n/a"),
@@ -306,10 +269,11 @@ def test_only_remembered_identified_and_bonded_ports_are_asked(
         entry("/dev/rfcomm0", "n/a"),
         entry("COM9", "Bluetooth link", hwid=r"BTHENUM\{00001101-0000-1000-8000}"),
     ]
-    monkeypatch.setattr(search, "listed", lambda: [ports.describe(port) for port in system])
-    chosen = [port.url for port in search.candidates(memory)]
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: system)
+    monkeypatch.setattr(discovery, "paired", list)
+    chosen = [port.url for port in discovery.candidates(memory)]
     assert chosen == ["/dev/ttyUSB7", "/dev/ttyACM0", "/dev/ttyACM1", "/dev/rfcomm0", "COM9"]
-    everything = [port.url for port in search.candidates(memory, everything=True)]
+    everything = [port.url for port in discovery.candidates(memory, everything=True)]
     assert set(everything) == {"/dev/ttyUSB7", *(port.device for port in system)}
 
 
@@ -318,14 +282,8 @@ def entry(device: str, description: str, **values: object) -> SimpleNamespace:
     return SimpleNamespace(device=device, description=description, **{**usual, **values})
 
 
-def test_list_of_ports_that_hangs_is_no_list(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ports, "LIST_S", 0.2)
-    monkeypatch.setattr(ports, "_LIST", HANGS)
-    assert ports.listed() == []
-
-
 def test_system_lists_its_ports() -> None:
-    assert isinstance(ports.listed(), list)
+    assert isinstance(discovery.listed(everything=True), list)
 
 
 def test_nothing_to_ask_says_what_to_do(
@@ -353,7 +311,7 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
     assert find.main([]) == 1
     told = capsys.readouterr()
     assert "orb-1   Blue  orb   /dev/gone  2026-11-20T18:02:00Z" in told.out
-    assert "there is no port /dev/gone" in told.err
+    assert "cannot open /dev/gone: there is no such port" in told.err
 
 
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
