@@ -41,10 +41,8 @@ def _add_inspection(group: Any) -> None:
     check = _add(
         group, "check", commands.check, "check the quality of recordings",
         "Give each recording a verdict (good, doubtful or failed) and its reasons. Rows and "
-        "columns of taxels count from the top left, from 0. Labels begin and end late or early "
-        "against the touch, where its energy passes one half; the spread is the range of the "
-        "middle half of them. The exit status is that of the worst file: 0 good, 1 doubtful, "
-        "2 failed.",
+        "columns of taxels count from the top left, from 0. The exit status is that of the worst "
+        "file: 0 good, 1 doubtful, 2 failed.",
         example="check assets",
     )  # fmt: skip
     check.add_argument(

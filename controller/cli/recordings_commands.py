@@ -2,7 +2,6 @@
 
 import json
 import secrets
-import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -24,8 +23,7 @@ from controller.recordings import (
 )
 from controller.recordings.edit import MetadataChange
 from controller.recordings.quality import check as quality
-from controller.recordings.quality.check import Finding, Level, Report
-from controller.recordings.quality.duplicates import FrameIndex
+from controller.recordings.quality.check import Finding, FrameIndex, Level, Report
 from controller.recordings.recording import Recording, RecordingError
 
 _HIDDEN: Final = "."  # begins the names of unfinished files
@@ -40,7 +38,7 @@ def info(options: Namespace) -> int:
             continue
         if number:
             print()
-        for line in summary.lines(path, recording, _shades()):
+        for line in summary.lines(path, recording):
             print(printable(line))
     return 0
 
@@ -151,15 +149,6 @@ def relabel(options: Namespace) -> int:
 
 
 # --- helpers --------------------------------------------------------------------------------------
-
-
-def _shades() -> str:
-    """Return the characters that the terminal can draw pictures with."""
-    try:
-        summary.BLOCKS.encode(sys.stdout.encoding or "ascii")
-    except (UnicodeEncodeError, LookupError):
-        return summary.ASCII
-    return summary.BLOCKS
 
 
 def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
