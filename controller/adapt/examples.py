@@ -34,22 +34,14 @@ NOISE: Final = 0.003  # and of the noise of each reading
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """One example of a gesture.
+    """One example of a gesture."""
 
-    Attributes:
-        label: Its gesture; "null": none.
-        images: z, (frames, rows, columns), with some frames before and after the touch.
-        user: The user for whose network it is; `EVERYBODY`: all.
-        rotations: Rotations under which it is invariant: "all", "half" or "none".
-        mirrored: Its mirror image is the same gesture.
-        span: First frame of the touch and the frame after its last; None until `found`.
-    """
-
-    label: str
-    images: Images
-    user: str = EVERYBODY
-    rotations: str = "none"
-    mirrored: bool = False
+    label: str  # its gesture; "null": none
+    images: Images  # z, (frames, rows, columns), with some frames before and after the touch
+    user: str = EVERYBODY  # the user for whose network it is; `EVERYBODY`: all
+    rotations: str = "none"  # rotations under which it is invariant: "all", "half" or "none"
+    mirrored: bool = False  # its mirror image is the same gesture
+    # first frame of the touch and the frame after its last; None until `found`
     span: tuple[float, float] | None = None
 
     def found(self, rate_hz: float = 10.0) -> "Example | None":
@@ -79,17 +71,11 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """One touch in some images.
+    """One touch in some images."""
 
-    Attributes:
-        span: Its beginning and end, frames.
-        weight: Sum over its frames of the share between idle and firm.
-        quiet: The quietest frame between it and the next one; the last image after the last.
-    """
-
-    span: tuple[float, float]
-    weight: float
-    quiet: int
+    span: tuple[float, float]  # its beginning and end, frames
+    weight: float  # sum over its frames of the share between idle and firm
+    quiet: int  # the quietest frame between it and the next one; the last image after the last
 
 
 def touched(images: Images, pause: float = np.inf) -> list[Touch]:

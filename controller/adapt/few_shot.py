@@ -44,19 +44,12 @@ class AdaptError(TroubleError, ValueError):
 
 @dataclass(frozen=True)
 class AdaptedBundle:
-    """An extended bundle.
+    """An extended bundle."""
 
-    Attributes:
-        manifest: Its bundle.toml.
-        parts: Its other parts, for `controller.bundles.bundle.write`.
-        kept: Share of the rehearsed gestures whose class is unchanged.
-        learned: Share of the examples' windows that are classified correctly.
-    """
-
-    manifest: bytes
-    parts: Mapping[str, bytes]
-    kept: float
-    learned: float
+    manifest: bytes  # its bundle.toml
+    parts: Mapping[str, bytes]  # its other parts, for `controller.bundles.bundle.write`
+    kept: float  # share of the rehearsed gestures whose class is unchanged
+    learned: float  # share of the examples' windows that are classified correctly
 
     def write(self, path: Path) -> None:
         """Write the bundle atomically.
@@ -138,17 +131,11 @@ def teach(
 
 @dataclass(frozen=True)
 class _Training:
-    """Training data of all networks of a bundle.
+    """Training data of all networks of a bundle."""
 
-    Attributes:
-        bundle: The bundle before.
-        known: Rehearsal data and all examples.
-        labels: Old and new classes.
-    """
-
-    bundle: Bundle
-    known: Rehearsal
-    labels: tuple[str, ...]
+    bundle: Bundle  # the bundle before
+    known: Rehearsal  # rehearsal data and all examples
+    labels: tuple[str, ...]  # old and new classes
 
     def extend(
         self, model: bytes, base: tuple[int, int] | None, user: str

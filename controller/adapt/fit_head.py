@@ -22,19 +22,12 @@ _FIRST, _SECOND, _TINY = 0.9, 0.999, 1e-8  # Adam's moments: Kingma and Ba 2015,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingSet:
-    """Training data of n windows.
+    """Training data of n windows."""
 
-    Attributes:
-        embedding: (n, width).
-        logits: Of the network as it was trained, (n, old classes).
-        target: Probabilities, (n, classes); each row sums to 1.
-        weight: Of each window, (n,).
-    """
-
-    embedding: Matrix
-    logits: Matrix
-    target: Matrix
-    weight: NDArray[np.float64]
+    embedding: Matrix  # (n, width)
+    logits: Matrix  # of the network as it was trained, (n, old classes)
+    target: Matrix  # probabilities, (n, classes); each row sums to 1
+    weight: NDArray[np.float64]  # of each window, (n,)
 
 
 def fit(data: TrainingSet) -> LearnedUnits:

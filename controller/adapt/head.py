@@ -26,17 +26,11 @@ class FormError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LearnedUnits:
-    """Fitted hidden units and their weights in the logits.
+    """Fitted hidden units and their weights in the logits."""
 
-    Attributes:
-        weights: (units, embedding).
-        bias: (units,).
-        out: Output weights, (classes, units); the old classes first.
-    """
-
-    weights: Matrix
-    bias: Matrix
-    out: Matrix
+    weights: Matrix  # (units, embedding)
+    bias: Matrix  # (units,)
+    out: Matrix  # output weights, (classes, units); the old classes first
 
     def answers(self, embedding: Matrix) -> Matrix:
         """Return the units' contribution to the logits, (n, classes), for (n, embedding)."""
@@ -46,22 +40,14 @@ class LearnedUnits:
 
 @dataclass(frozen=True, eq=False)
 class SplitNetwork:
-    """A network as it was trained, split at its embedding.
-
-    Attributes:
-        embedding: Name of the embedding's array.
-        dense: The second dense layer: names of its weights and bias.
-        out: The last dense layer: names of its weights and bias.
-        hidden: Units of the second dense layer.
-        classes: Outputs.
-    """
+    """A network as it was trained, split at its embedding."""
 
     graph: Graph
-    embedding: str
-    dense: tuple[str, str]
-    out: tuple[str, str]
-    hidden: int
-    classes: int
+    embedding: str  # name of the embedding's array
+    dense: tuple[str, str]  # the second dense layer: names of its weights and bias
+    out: tuple[str, str]  # the last dense layer: names of its weights and bias
+    hidden: int  # units of the second dense layer
+    classes: int  # outputs
 
     def embed(self, windows: NDArray[np.float32]) -> Matrix:
         """Return the embedding of windows (n, window, rows, columns), (n, width)."""

@@ -41,20 +41,13 @@ class RehearsalError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Rehearsal:
-    """Rehearsal data.
+    """Rehearsal data."""
 
-    Attributes:
-        images: (frames, rows, columns), as bytes.
-        label: Class of each frame, -1 unclear, (frames,).
-        first: Whether a segment begins, (frames,).
-        taught: Examples since the training.
-        base: Units and classes of each extended network when it was trained, by part.
-    """
-
-    images: ImageBytes
-    label: NDArray[np.int8]
-    first: NDArray[np.bool_]
-    taught: tuple[Example, ...] = ()
+    images: ImageBytes  # (frames, rows, columns), as bytes
+    label: NDArray[np.int8]  # class of each frame, -1 unclear, (frames,)
+    first: NDArray[np.bool_]  # whether a segment begins, (frames,)
+    taught: tuple[Example, ...] = ()  # examples since the training
+    # units and classes of each extended network when it was trained, by part
     base: dict[str, tuple[int, int]] = field(default_factory=dict)
 
     def windows(

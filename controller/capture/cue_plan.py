@@ -20,14 +20,10 @@ MAX_EXAMPLES: Final = 10_000  # about ten hours
 
 @dataclass(frozen=True, slots=True)
 class ExampleRequest:
-    """One example to record.
+    """One example to record."""
 
-    Attributes:
-        label: Its gesture.
-        place: Position of the touch, (x, y) in grid units; None: the usual one of the gesture.
-    """
-
-    label: str
+    label: str  # its gesture
+    # position of the touch, (x, y) in grid units; None: the usual one of the gesture
     place: tuple[float, float] | None = None
 
 
@@ -51,23 +47,17 @@ _TIMES: Final = tuple(each.name for each in fields(CueTiming) if "range" in each
 
 @dataclass(frozen=True, slots=True)
 class CuePlan:
-    """The examples to record.
+    """The examples to record."""
 
-    Attributes:
-        name: Stored in the recording as its protocol.
-        repetitions: Number of examples of each label, in the order of the file.
-        pace: Durations of one example.
-        order: "random" or "blocks", label after label.
-        seed: Of the order and the rests.
-    """
-
+    # stored in the recording as its protocol
     name: str = field(
         metadata={"pattern": r"[^\x00-\x1f\x7f-\x9f]{1,100}", "expected": "a short text"}
     )
-    repetitions: dict[str, int]
-    pace: CueTiming = CueTiming()
+    repetitions: dict[str, int]  # number of examples of each label, in the order of the file
+    pace: CueTiming = CueTiming()  # durations of one example
+    # "random" or "blocks", label after label
     order: str = field(default=RANDOM, metadata={"choices": (RANDOM, BLOCKS)})
-    seed: int = field(default=1, metadata={"range": (0, 2**32 - 1)})
+    seed: int = field(default=1, metadata={"range": (0, 2**32 - 1)})  # of the order and the rests
 
     def asks(self) -> list[ExampleRequest]:
         """Return all examples in order."""

@@ -32,25 +32,15 @@ class Phase(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """The cue at one time.
+    """The cue at one time."""
 
-    Attributes:
-        phase: Of the present example.
-        label: Of the present example; "" if there is none.
-        place: Requested position, (x, y) in grid units; None: any.
-        left_s: Time left in the phase.
-        more: Number of missing examples of each label.
-        paused: Whether the session is paused.
-        then: Label of the next example; "" if there is none.
-    """
-
-    phase: Phase
-    label: str = ""
-    place: tuple[float, float] | None = None
-    left_s: float = 0.0
-    more: dict[str, int] = field(default_factory=dict)
-    paused: bool = False
-    then: str = ""
+    phase: Phase  # of the present example
+    label: str = ""  # of the present example; "" if there is none
+    place: tuple[float, float] | None = None  # requested position, (x, y) in grid units; None: any
+    left_s: float = 0.0  # time left in the phase
+    more: dict[str, int] = field(default_factory=dict)  # number of missing examples of each label
+    paused: bool = False  # whether the session is paused
+    then: str = ""  # label of the next example; "" if there is none
 
     @property
     def left(self) -> int:
@@ -73,19 +63,12 @@ class Cue:
 
 @dataclass(frozen=True, slots=True)
 class DiscardedExample:
-    """An example that does not count and is requested again; its frames are left out of training.
+    """An example that does not count and is requested again; its frames are left out of training."""
 
-    Attributes:
-        label: Its gesture.
-        from_s: Its beginning.
-        to_s: Its end.
-        why: Reason, as text.
-    """
-
-    label: str
-    from_s: float
-    to_s: float
-    why: str
+    label: str  # its gesture
+    from_s: float  # its beginning
+    to_s: float  # its end
+    why: str  # reason, as text
 
     def plain(self, t_s: float) -> dict[str, object]:
         """Return the event as plain data."""

@@ -12,19 +12,12 @@ EXTENDED: Final = 0xE000  # scan codes that the keyboard sends after a byte E0
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Codes of one key.
+    """Codes of one key."""
 
-    Attributes:
-        evdev: Linux: linux/input-event-codes.h, KEY_ or BTN_.
-        keysym: X11: X11/keysymdef.h.
-        mac: macOS: a virtual key code of Carbon's Events.h; -1: none.
-        scan: Windows: scan code of set 1, plus `EXTENDED` after a byte E0.
-    """
-
-    evdev: int
-    keysym: int
-    mac: int
-    scan: int
+    evdev: int  # Linux: linux/input-event-codes.h, KEY_ or BTN_
+    keysym: int  # X11: X11/keysymdef.h
+    mac: int  # macOS: a virtual key code of Carbon's Events.h; -1: none
+    scan: int  # Windows: scan code of set 1, plus `EXTENDED` after a byte E0
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,18 +27,11 @@ class Stroke:
 
 @dataclass(slots=True)
 class _Hold:
-    """One command's hold on its keys.
-
-    Attributes:
-        press: Its keys.
-        next_s: Time of the next release or, if they are up, press.
-        again_s: Time of the next press, once they are up.
-        down: Whether they are down.
-    """
+    """One command's hold on its keys."""
 
     press: Press
-    next_s: float
-    again_s: float = 0.0
+    next_s: float  # time of the next release or, if they are up, press
+    again_s: float = 0.0  # time of the next press, once they are up
     down: bool = False
 
 

@@ -78,21 +78,13 @@ Entry = Press | Text | Arm | Switch | SelectHost
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """The outputs of a target for mappings.
+    """The outputs of a target for mappings."""
 
-    Attributes:
-        entries: Kinds of entries, such as "key" and "profile".
-        names: Keys and pad buttons.
-        plain: Kind of an entry that is only a text; "" if the kind is required.
-        advice: Advice about an unreadable file.
-        docs: Documentation page of the mapping.
-    """
-
-    entries: tuple[str, ...]
-    names: Collection[str]
-    plain: str = ""
-    advice: str = "name a mapping with --mapping"
-    docs: str = "docs/keys.md"
+    entries: tuple[str, ...]  # kinds of entries, such as "key" and "profile"
+    names: Collection[str]  # keys and pad buttons
+    plain: str = ""  # kind of an entry that is only a text; "" if the kind is required
+    advice: str = "name a mapping with --mapping"  # advice about an unreadable file
+    docs: str = "docs/keys.md"  # documentation page of the mapping
 
 
 KEYBOARD: Final = Outputs(("key", "text", "arm", "profile"), frozenset(KEYS), "key")
@@ -101,20 +93,13 @@ GAMEPAD: Final = Outputs(("pad", "arm", "profile"), frozenset(PAD), "pad")
 
 @dataclass(frozen=True, slots=True)
 class KeyMap:
-    """The entry of every command in every profile.
+    """The entry of every command in every profile."""
 
-    Attributes:
-        profiles: By name, in the order of the file: command to entry.
-        arm_key: Key of the program's window and terminal that arms and disarms.
-        profile_key: Key that changes to the next profile.
-        allowed: Dangerous chords that the user permits.
-        long: Entries of commands held for `long_s`, in every profile.
-    """
-
-    profiles: dict[str, dict[str, Entry]]
-    arm_key: str = "f9"
-    profile_key: str = "f8"
-    allowed: tuple[Chord, ...] = ()
+    profiles: dict[str, dict[str, Entry]]  # by name, in the order of the file: command to entry
+    arm_key: str = "f9"  # key of the program's window and terminal that arms and disarms
+    profile_key: str = "f8"  # key that changes to the next profile
+    allowed: tuple[Chord, ...] = ()  # dangerous chords that the user permits
+    # entries of commands held for `long_s`, in every profile
     long: dict[str, Entry] = field(default_factory=dict)
     long_s: float = LONG_S
 

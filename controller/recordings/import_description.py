@@ -12,47 +12,29 @@ NULL: Final = "null"
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """Meaning of the arrays of a file; the names of the attributes are the keys of the TOML.
+    """Meaning of the arrays of a file; the names of the attributes are the keys of the TOML."""
 
-    Attributes:
-        frames: Array of frames, (n, rows, columns), or (n, taxels) with the next two.
-        rows: Taxel rows; 0: as in the array.
-        columns: Taxel columns; 0: as in the array.
-        unit: Of the frames.
-        pitch_mm: Distance between adjacent taxels.
-        rate_hz: Frames per second; 0: from the median interval.
-        time: Array of times in seconds, (n,); "": uniform intervals at `rate_hz`.
-        gap_s: A longer interval begins a new stretch, as time that goes back does; 0: none.
-        drop_repeated: Leave out frames that have the time of the frame before.
-        label: Array of class numbers, (n,); "": no labels.
-        label_names: Names of the classes, counted from 0, or the array that holds them.
-        null: Name of the class without a gesture; "": there is none.
-        labeller: Label column of the labels.
-        subject: Array of the user of each frame, (n,); "": all frames are of one user.
-        session: Arrays that distinguish sessions of one user, each (n,).
-        device: Serial number of the sensor, or of its kind.
-        hardware: Kind of sensor, as text.
-        protocol: Name of the task.
-    """
-
-    frames: str
-    pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})
-    unit: str = PICOFARAD
-    rows: int = 0
-    columns: int = 0
-    rate_hz: float = 0.0
-    time: str = ""
+    frames: str  # array of frames, (n, rows, columns), or (n, taxels) with the next two
+    pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})  # distance between adjacent taxels
+    unit: str = PICOFARAD  # of the frames
+    rows: int = 0  # taxel rows; 0: as in the array
+    columns: int = 0  # taxel columns; 0: as in the array
+    rate_hz: float = 0.0  # frames per second; 0: from the median interval
+    time: str = ""  # array of times in seconds, (n,); "": uniform intervals at `rate_hz`
+    # A longer interval begins a new stretch, as time that goes back does; 0: none
     gap_s: float = 0.0
-    drop_repeated: bool = False
-    label: str = ""
+    drop_repeated: bool = False  # leave out frames that have the time of the frame before
+    label: str = ""  # array of class numbers, (n,); "": no labels
+    # names of the classes, counted from 0, or the array that holds them
     label_names: str | tuple[str, ...] = ()
-    null: str = ""
+    null: str = ""  # name of the class without a gesture; "": there is none
+    # label column of the labels
     labeller: str = field(default="label", metadata={"choices": LABELLERS})
-    subject: str = ""
-    session: tuple[str, ...] = ()
-    device: str = "imported"
-    hardware: str = ""
-    protocol: str = ""
+    subject: str = ""  # array of the user of each frame, (n,); "": all frames are of one user
+    session: tuple[str, ...] = ()  # arrays that distinguish sessions of one user, each (n,)
+    device: str = "imported"  # serial number of the sensor, or of its kind
+    hardware: str = ""  # kind of sensor, as text
+    protocol: str = ""  # name of the task
 
     def __post_init__(self) -> None:
         if not self.time and not self.rate_hz:

@@ -192,17 +192,11 @@ class Journal:
 
 @dataclass(frozen=True)
 class Decoded:
-    """Content of a journal up to its first bad record.
+    """Content of a journal up to its first bad record."""
 
-    Attributes:
-        recording: None if there is no whole frame.
-        whole_bytes: Length of the valid records.
-        frame_bytes: Length of one frame's record; a shorter rest of the file holds none.
-    """
-
-    recording: Recording | None
-    whole_bytes: int
-    frame_bytes: int
+    recording: Recording | None  # None if there is no whole frame
+    whole_bytes: int  # length of the valid records
+    frame_bytes: int  # length of one frame's record; a shorter rest of the file holds none
 
 
 def decode(data: bytes) -> Decoded:

@@ -30,15 +30,10 @@ class LockedError(RecordingError):
 
 @dataclass(frozen=True)
 class Recovered:
-    """Outcome of one recovery.
+    """Outcome of one recovery."""
 
-    Attributes:
-        path: The recording; None if the journal held no frame.
-        line: The outcome as text.
-    """
-
-    path: Path | None
-    line: str
+    path: Path | None  # the recording; None if the journal held no frame
+    line: str  # the outcome as text
 
     def __str__(self) -> str:
         return self.line

@@ -21,23 +21,14 @@ _ASKED: Final = re.compile(r"(go|again) ([a-z][a-z0-9_]*)[ :]?.*")  # a cue's ma
 
 @dataclass(frozen=True, slots=True)
 class ExistingRecording:
-    """A recording that is there already.
+    """A recording that is there already."""
 
-    Attributes:
-        path: Its file.
-        user: Who touched the sensor.
-        session: Which of their sessions.
-        protocol: What was asked for.
-        started: When, UTC as ISO 8601.
-        examples: How many of each label count.
-    """
-
-    path: Path
-    user: str
-    session: str
-    protocol: str
-    started: str
-    examples: dict[str, int]
+    path: Path  # its file
+    user: str  # who touched the sensor
+    session: str  # which of their sessions
+    protocol: str  # what was asked for
+    started: str  # when, UTC as ISO 8601
+    examples: dict[str, int]  # how many of each label count
 
 
 def vocabulary(out: Path, named: Path | None) -> Vocabulary:

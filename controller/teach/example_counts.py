@@ -10,34 +10,21 @@ from controller.recognition.pipeline import Step
 
 @dataclass(slots=True)
 class _Example:
-    """An example under way, or one that counts.
+    """An example under way, or one that counts."""
 
-    Attributes:
-        label: What was asked for.
-        begin_s: When go was said.
-        answer: What the model took it for; "" nothing.
-    """
-
-    label: str
-    begin_s: float
-    answer: str = ""
+    label: str  # what was asked for
+    begin_s: float  # when go was said
+    answer: str = ""  # what the model took it for; "" nothing
 
 
 @dataclass
 class ExampleCounts:
-    """Counts of one session.
+    """Counts of one session."""
 
-    Attributes:
-        wanted: How many examples of each label the session asks for.
-        before: How many the folder had.
-        more: How many are still wanted.
-        model: The labels that the present model knows; none without one.
-    """
-
-    wanted: Mapping[str, int]
-    before: Mapping[str, int] = field(default_factory=dict)
-    model: Sequence[str] = ()
-    more: dict[str, int] = field(default_factory=dict)
+    wanted: Mapping[str, int]  # how many examples of each label the session asks for
+    before: Mapping[str, int] = field(default_factory=dict)  # how many the folder had
+    model: Sequence[str] = ()  # the labels that the present model knows; none without one
+    more: dict[str, int] = field(default_factory=dict)  # how many are still wanted
     _done: list[_Example] = field(default_factory=list)
     _now: _Example | None = None
 

@@ -22,18 +22,13 @@ Command = list[str]  # the words after `models`
 
 @dataclass(frozen=True, slots=True)
 class NextStep:
-    """Next step after recording.
+    """Next step after recording."""
 
-    Attributes:
-        commands: The words after `models`, in order; none: there is too little yet.
-        bundle: What becomes of it.
-        note: What their figures are worth, or what is missing, a sentence.
-        question: What is asked before they are run.
-    """
-
+    # the words after `models`, in order; none: there is too little yet
     commands: tuple[Command, ...]
-    bundle: Path
-    note: str
+    bundle: Path  # what becomes of it
+    note: str  # what their figures are worth, or what is missing, a sentence
+    # what is asked before they are run
     question: str = "Train, tune and evaluate now? It takes minutes."
 
 

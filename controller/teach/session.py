@@ -46,46 +46,27 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True)
 class TeachPlan:
-    """Checked settings of all sessions of one run of the program.
+    """Checked settings of all sessions of one run of the program."""
 
-    Attributes:
-        options: As the user gave them.
-        vocabulary: What is taught.
-        repetitions: Examples of each gesture, or of each place.
-        model: The present model.
-        recognizer: Its networks.
-    """
-
-    options: argparse.Namespace
-    vocabulary: Vocabulary
-    repetitions: int
-    model: Bundle
-    recognizer: Recognizer
+    options: argparse.Namespace  # as the user gave them
+    vocabulary: Vocabulary  # what is taught
+    repetitions: int  # examples of each gesture, or of each place
+    model: Bundle  # the present model
+    recognizer: Recognizer  # its networks
 
 
 @dataclass
 class Session:
-    """One session, before its first frame.
+    """One session, before its first frame."""
 
-    Attributes:
-        lesson: What it belongs to.
-        user: The user who teaches; "" if unknown.
-        sensor: At its first frame.
-        model: The present model, where it fits this sensor.
-        runs: Where its recording goes.
-        key: A number that no other session of this folder has.
-        asks: The examples, in order.
-        tally: How many there are.
-    """
-
-    lesson: TeachPlan
-    user: str
-    sensor: Sensor
-    model: Bundle | None
-    runs: RunFiles
-    key: int
-    asks: list[ExampleRequest]
-    tally: ExampleCounts
+    lesson: TeachPlan  # what it belongs to
+    user: str  # the user who teaches; "" if unknown
+    sensor: Sensor  # at its first frame
+    model: Bundle | None  # the present model, where it fits this sensor
+    runs: RunFiles  # where its recording goes
+    key: int  # A number that no other session of this folder has
+    asks: list[ExampleRequest]  # the examples, in order
+    tally: ExampleCounts  # how many there are
 
 
 def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> TeachPlan:
