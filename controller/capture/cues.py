@@ -63,7 +63,7 @@ class Cue:
 
 @dataclass(frozen=True, slots=True)
 class DiscardedExample:
-    """An example that does not count and is requested again; its frames are left out of training."""
+    """An example that does not count: requested again, its frames left out of training."""
 
     label: str  # its gesture
     from_s: float  # its beginning

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from controller.recordings import naming, recovery
+from controller.recordings import journal_file, writer
+from controller.recordings.journal_file import LockedError
 from controller.recordings.recorder import (
     Recorder,
     TakenError,
@@ -14,7 +15,6 @@ from controller.recordings.recorder import (
     taken,
 )
 from controller.recordings.recording import RecordingError
-from controller.recordings.recovery import LockedError
 
 ANONYMOUS: Final = "unknown"  # the user in the names of files, if not given
 
@@ -37,13 +37,13 @@ class RunFiles:
         """
         self._place, self._user, self._session = place, user or ANONYMOUS, session
         self._begun = False
-        self._named = place.suffix == naming.SEALED and not place.is_dir()
+        self._named = place.suffix == writer.SEALED and not place.is_dir()
         folder = place.parent if self._named else place
         if not self._named and not place.is_dir():
             raise RecordingError(
-                f"there is no folder {place}; make it, or name a file that ends in {naming.SEALED}"
+                f"there is no folder {place}; make it, or name a file that ends in {writer.SEALED}"
             )
-        naming.next_free(folder, self._user, session)  # checks the names
+        writer.next_free(folder, self._user, session)  # checks the names
         recover(folder)
         refuse_unwritable(folder)
         if self._named:
@@ -70,17 +70,17 @@ class RunFiles:
     def next(self) -> Path:
         """Return the next free file; another program may take it meanwhile."""
         if not self._named:
-            return naming.next_free(self._place, self._user, self._session)
+            return writer.next_free(self._place, self._user, self._session)
         if not self._begun:
             return self._place  # the first file has exactly the given name
-        return next(path for path in naming.alternatives(self._place) if not taken(path))
+        return next(path for path in writer.alternatives(self._place) if not taken(path))
 
 
 def recover(folder: Path) -> None:
     """Recover the journals that crashes left in a folder, and log it; errors are logged only."""
-    for journal in recovery.leftovers(folder):
+    for journal in journal_file.leftovers(folder):
         try:
-            _log.info("%s", recovery.recover(journal))
+            _log.info("%s", journal_file.recover(journal).line)
         except LockedError:
             continue
         except RecordingError as error:

@@ -15,9 +15,8 @@ from controller.recordings import (
     edit,
     import_description,
     importer,
-    naming,
+    journal_file,
     reader,
-    recovery,
     summary,
     writer,
 )
@@ -83,11 +82,11 @@ def recover(options: Namespace) -> int:
     """Recover the journals that a crash has left, and print the outcome of each."""
     status, found = 0, False
     for path in options.paths:
-        for journal in recovery.leftovers(path) if path.is_dir() else [path]:
+        for journal in journal_file.leftovers(path) if path.is_dir() else [path]:
             found = True
             try:
-                print(printable(str(recovery.recover(journal))))
-            except recovery.LockedError as error:
+                print(printable(journal_file.recover(journal).line))
+            except journal_file.LockedError as error:
                 status = max(status, 0 if path.is_dir() else 1)
                 complain("controller", error, TROUBLE)
             except RecordingError as error:
@@ -122,7 +121,7 @@ def import_arrays(options: Namespace) -> int:
         if (there := known.get(origin.id)) is not None:
             print(f"{there} is there already")
             continue
-        target = naming.next_free(folder, origin.user, origin.session)
+        target = writer.next_free(folder, origin.user, origin.session)
         _write(target, edit.sealed(recording))
         length = summary.duration(len(recording.t) / origin.rate_hz)
         print(f"{target}: {count(len(recording.t), 'frame')}, {length}")
@@ -158,7 +157,7 @@ def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     for path in paths:
         inside = sorted(path.rglob("*")) if path.is_dir() else [path]
         for file in inside:
-            if naming.JOURNAL in file.name:
+            if writer.JOURNAL in file.name:
                 journals[file] = None
             elif file == path or (file.suffix == ".npz" and not file.name.startswith(_HIDDEN)):
                 files[file] = None
@@ -167,7 +166,7 @@ def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 def _unfinished(journal: Path) -> Finding:
     """Return the finding about a journal."""
-    if journal.name.endswith(naming.JOURNAL):
+    if journal.name.endswith(writer.JOURNAL):
         text = "a recording under way, or what a crash has left; if none is under way: controller "
         return Finding(Level.DOUBTFUL, f"{text}recordings recover {journal}")
     return Finding(Level.GOOD, "a damaged journal after its recovery; nothing is left to do")

@@ -231,9 +231,9 @@ def _day(name: str, day: str) -> str:
     """Return the day of a simulated hand, as `controller teach --session DAY` names it."""
     if not day:
         return ""
-    from controller.recordings import naming
+    from controller.recordings import writer
 
-    return naming.first(name, day)
+    return writer.first(name, day)
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:

@@ -28,7 +28,7 @@ from typing import Any, Final
 import numpy as np
 
 from controller.recognition.frames import Frame
-from controller.recordings import reader, recovery
+from controller.recordings import journal_file, reader
 from controller.recordings.recording import Recording, RecordingError
 
 from .crash_damage import DAMAGES, Left, left
@@ -62,9 +62,9 @@ class Tally:
         """Recover a folder and judge it; `last` is the number of the last frame there was."""
         self.runs += 1
         reason = "no frame had reached the journal yet"
-        for journal in recovery.leftovers(folder):
+        for journal in journal_file.leftovers(folder):
             try:
-                recovery.recover(journal)
+                journal_file.recover(journal)
             except RecordingError as error:
                 reason = str(error).removeprefix(f"the journal {journal} ")
         found = 0
@@ -101,7 +101,7 @@ def recordings(count: int, work: Path, rng: np.random.Generator) -> tuple[Tally,
     kill(lives, record)
     for life in lives:
         if life.added.value >= RATE_HZ:
-            [journal] = recovery.leftovers(life.folder)
+            [journal] = journal_file.leftovers(life.folder)
             journals.append(left(life.seed, journal.read_bytes()))
         tally.take(life.folder, partial(made, life.seed), life.added.value)
     return tally, journals

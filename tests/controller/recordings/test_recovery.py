@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from controller.recordings import journal_file, reader, recovery, writer
+from controller.recordings import journal_file, reader, writer
 from controller.recordings.journal import decode
+from controller.recordings.journal_file import leftovers, recover
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RecordingError
-from controller.recordings.recovery import leftovers, recover
 from tests.support.small_journal import FRAME_BYTES, ID, ORIGIN, image, numbers, written
 
 
@@ -37,7 +37,7 @@ def test_a_journal_becomes_its_recording_and_is_removed(tmp_path: Path) -> None:
     assert leftovers(tmp_path) == [journal]
     recovered = recover(journal)
     assert recovered.path == tmp_path / "one.npz"
-    assert str(recovered) == f"recovered 30 frames (2.9 s) into {recovered.path}"
+    assert recovered.line == f"recovered 30 frames (2.9 s) into {recovered.path}"
     assert names(tmp_path) == ["one.npz"]
     loaded = reader.load(recovered.path)
     assert loaded.frames[29].tobytes() == image(30).tobytes()
@@ -48,7 +48,7 @@ def test_a_journal_with_damage_is_kept_beside_what_was_whole(tmp_path: Path) -> 
     recovered = recover(left(tmp_path, damaged=True))
     assert names(tmp_path) == ["one.journal.damaged", "one.npz"]
     kept = tmp_path / "one.journal.damaged"
-    assert str(recovered) == (
+    assert recovered.line == (
         f"recovered 25 frames (2.4 s) into {tmp_path / 'one.npz'}; its last {5 * FRAME_BYTES} "
         f"bytes follow a damaged record; the journal is kept as {kept}"
     )
@@ -81,14 +81,14 @@ def test_the_next_name_is_none_that_is_being_recorded(tmp_path: Path) -> None:
 def test_a_journal_without_a_frame_is_removed(tmp_path: Path) -> None:
     recovered = recover(left(tmp_path, frames=0))
     assert recovered.path is None
-    assert str(recovered) == f"{tmp_path / 'one.journal'} held no frame"
+    assert recovered.line == f"{tmp_path / 'one.journal'} held no frame"
     assert names(tmp_path) == []
 
 
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (b"", "is empty; it is kept as it is, delete it if you do not need it"),
+        (b"", "is empty; it is kept as it is"),
         (bytes(9000), "has no whole header; it is kept"),
         (bytes(written(30).data[4:]), "has no whole header; it is kept"),
     ],
@@ -110,11 +110,9 @@ def test_only_plain_files_are_journals(tmp_path: Path) -> None:
     (tmp_path / "link.journal").symlink_to(real)
     assert leftovers(tmp_path) == [real]
     assert leftovers(tmp_path / "absent") == []
-    for name in ("folder.journal", "link.journal"):
+    for name in ("folder.journal", "link.journal", "absent.journal"):
         with pytest.raises(RecordingError, match="is not a file"):
             recover(tmp_path / name)
-    with pytest.raises(RecordingError, match="there is no journal"):
-        recover(tmp_path / "absent.journal")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no pipes with names")
@@ -142,7 +140,7 @@ def test_a_folder_without_room_keeps_the_journal(
     journal = left(tmp_path)
     monkeypatch.setattr(writer, "atomic_write", full)
     with pytest.raises(
-        RecordingError, match="no space left on device; it is kept as it is, try again"
+        RecordingError, match="no space left on device; it is kept as it is: try again"
     ):
         recover(journal)
     assert names(tmp_path) == ["one.journal"]
@@ -157,7 +155,7 @@ def test_what_the_disk_reads_before_a_bad_block_is_recovered() -> None:
 
     data = bytes(written(400).data)
     bad = 5 * 4096
-    read = recovery._read(BadDisk(data), len(data))
+    read = journal_file._read(BadDisk(data), len(data))
     assert read == data[:bad]
     assert len(numbers(decode(read))) > 200
 
@@ -274,7 +272,7 @@ def test_two_recoveries_at_once_do_not_touch_the_same_journal(tmp_path: Path) ->
     journal = left(tmp_path)
     with journal.open("r+b") as other:
         journal_file.lock(other)
-        with pytest.raises(recovery.LockedError):
+        with pytest.raises(journal_file.LockedError):
             recover(journal)
     assert recover(journal).path is not None
 
