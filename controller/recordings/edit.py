@@ -10,7 +10,6 @@ from controller import npz
 from controller.errors import count
 from controller.recordings import reader, writer
 from controller.recordings.recording import (
-    LABELLERS,
     SCHEMA,
     UNKNOWN,
     Mark,
@@ -34,10 +33,7 @@ class MetadataChange:
 def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataChange) -> Recording:
     """Return the frames with times in [begin_s, end_s), seconds, and their labels and tables.
 
-    Times are unchanged. The pipeline's state is kept only together with the first frame.
-
-    Raises:
-        RecordingError: No frame is left.
+    The pipeline's state is kept only with the first frame; RecordingError if no frame is left.
     """
     kept = _within(recording, begin_s, end_s)
     first, end = int(kept.argmax()), int(len(kept) - kept[::-1].argmax())
@@ -71,29 +67,25 @@ def relabel(
     column: str = "label",
     excluded: bool | None = None,
 ) -> Recording:
-    """Return the recording with the frames with times in [begin_s, end_s), seconds, relabelled.
+    """Return a recording with the frames in [begin_s, end_s), seconds, relabelled.
 
-    Args:
-        recording: The source, which is not changed.
-        begin_s: First time of the range.
-        end_s: First time after the range.
-        change: Identity of the new recording.
-        label: One of its labels, or "unknown"; None: unchanged.
-        column: The label column.
-        excluded: Whether these frames are left out of training; None: unchanged.
+    `label` is one of its labels or "unknown", `excluded` whether the frames are left out of
+    training; None leaves either unchanged.
 
     Raises:
-        RecordingError: There is no such label or column, or no such frame.
+        RecordingError: There is no such label, or no such frame, or nothing is to be changed.
     """
-    if column not in LABELLERS:
-        raise RecordingError(f"there is no label column {column!r}; take {_either(LABELLERS)}")
     if label is None and excluded is None:
         raise RecordingError("nothing is to be changed; name a label, or exclude or include frames")
     within = _within(recording, begin_s, end_s)
     done: list[str] = []
     arrays: dict[str, Any] = {}
     if label is not None:
-        index = _index(recording.origin.labels, label)
+        labels = (*recording.origin.labels, NO_LABEL)
+        if label not in labels:
+            raise RecordingError(f"there is no label {label!r} in it, only {', '.join(labels)}")
+        index = labels.index(label)
+        index = index if index < len(labels) - 1 else UNKNOWN
         arrays[column] = np.where(within, index, getattr(recording, column)).astype(np.int16)
         done.append(f"{column} set to {label}")
     if excluded is not None:
@@ -112,14 +104,6 @@ def sealed(recording: Recording) -> bytes:
     except ValueError as error:
         raise RecordingError(f"the result would be no recording: it {error}") from None
     return data
-
-
-def _index(labels: tuple[str, ...], label: str) -> int:
-    if label in labels:
-        return labels.index(label)
-    if label == NO_LABEL:
-        return UNKNOWN
-    raise RecordingError(f"there is no label {label!r} in it; take {_either((*labels, NO_LABEL))}")
 
 
 def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bool_]:
@@ -143,8 +127,3 @@ def _marked(
     marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)
     origin = replace(recording.origin, id=change.id, schema=SCHEMA)
     return replace(recording, origin=origin, marks=tuple(marks))
-
-
-def _either(words: tuple[str, ...]) -> str:
-    *most, last = words
-    return f"{', '.join(most)} or {last}"

@@ -28,6 +28,10 @@ from controller.recordings.writer import seal
 SYNC_S: Final = 0.4  # between two syncs
 RETRY_S: Final = 1.0  # after a failed sync
 HANG_S: Final = 10.0  # timeout for the disk on close
+ADVICE: Final = (
+    "make room, or look at the disk: what is recorded waits in memory, and is tried again every "
+    "second"
+)
 RECOVER: Final = "`controller recordings recover`"
 
 _log = logging.getLogger("controller")
@@ -211,13 +215,7 @@ class Recorder:
             try:
                 self.sync()
             except OSError as error:
-                wait_s, problem = (
-                    RETRY_S,
-                    (
-                        f"cannot write {self._place}: {reason(error)}; make room, or look at the disk: "
-                        "what is recorded waits in memory, and is tried again every second"
-                    ),
-                )
+                wait_s, problem = RETRY_S, f"cannot write {self._place}: {reason(error)}; {ADVICE}"
             else:
                 wait_s, problem = SYNC_S, ""
             if problem and not self.problem:

@@ -11,7 +11,7 @@ from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import csv_export
 from controller.recordings.recording import Mark, Recording, SimulatedTruth
-from tests.support.recordings import of, origin, recordings
+from tests.support.recordings import of, recordings
 
 
 def test_a_row_says_when_what_and_every_taxel() -> None:
@@ -47,12 +47,6 @@ def test_what_is_no_row_of_frames_has_tables_of_its_own() -> None:
     assert files["_commands.csv"].splitlines()[1] == "0.2,2,press,0.98,,,left"
     assert files["_events.csv"].splitlines()[1] == "0.1,0.2,press"
     assert json.loads(files[".json"])["meta"]["rate_hz"] == 10.0
-
-
-def test_a_label_without_letters_is_not_taken_for_an_unknown_one() -> None:
-    recording = of(np.ones((3, 1, 1)), origin(1, 1, labels=("null", "", "?")), label=[-1, 1, 2])
-    lines = csv_export.tables(recording)[".csv"].splitlines()
-    assert [line.split(",")[2] for line in lines[1:]] == ["??", "", "?"]
 
 
 def test_a_number_is_short_and_still_the_same() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from controller import config
 from controller.errors import UserError
-from controller.recordings import import_description, importer
-from controller.recordings.import_description import Description
+from controller.recordings import importer
+from controller.recordings.importer import Description
 from controller.recordings.recording import Recording, RecordingError
 
 # The description of docs/recording.md.
@@ -140,7 +140,7 @@ def test_a_wrong_description_is_refused_with_its_key_or_line(
     path = tmp_path / "wrong.toml"
     path.write_text(text)
     with pytest.raises(UserError, match=complaint):
-        import_description.read(path)
+        importer.described(path)
 
 
 @pytest.mark.parametrize(
