@@ -20,7 +20,7 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
-from controller.keymap.keymap_file import load
+from controller.keymap.keymap import load
 from controller.links.bluetooth.bluez import Bus, Properties
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts

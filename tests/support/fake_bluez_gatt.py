@@ -26,7 +26,7 @@ from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
 
-from controller.keymap.keymap_file import load
+from controller.keymap.keymap import load
 from controller.links.bluetooth.bluez import Bus
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts

@@ -9,8 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from controller.keymap.key_names import danger
 from controller.keymap.key_state import SILENCE_S, KeyState
-from controller.keymap.keymap import KEYBOARD, KeyMap
-from controller.keymap.keymap_file import parse
+from controller.keymap.keymap import KEYBOARD, KeyMap, parse
 
 MAP = parse(
     {
