@@ -256,7 +256,6 @@ def parser() -> argparse.ArgumentParser:
         default=1.0,
         help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)",
     )
-    add("--bell", action="store_true", help="ring the terminal's bell at every go")
     add(
         "--yes",
         action="store_true",

@@ -3,14 +3,17 @@
 import argparse
 import logging
 import sys
+import time
 import zlib
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
@@ -25,8 +28,12 @@ from controller.capture.simulated_hand import CuedHand
 from controller.capture.status_line import Display
 from controller.errors import count
 from controller.keymap.terminal import Keyboard
-from controller.recognition.debounce import NULL
-from controller.recognition.pipeline import Pipeline
+from controller.links.base import Link
+from controller.protocol.messages import Message
+from controller.recognition.debounce import NULL, DebounceSettings
+from controller.recognition.frames import PreprocessSettings, Window
+from controller.recognition.mapping import Mapping
+from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
 from controller.runtime.device import Device
@@ -36,10 +43,16 @@ from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
-from controller.teach import TeachError, dataset_folder, null_model, protocols
-from controller.teach.example_counts import ExampleCounts
-from controller.teach.offline_link import OfflineLink
-from controller.teach.progress import ProgressDisplay, ProgressLog, ProgressPage, drawable
+from controller.teach import TeachError, dataset_folder, protocols
+from controller.teach.progress import (
+    ExampleCounts,
+    ProgressDisplay,
+    ProgressLog,
+    ProgressPage,
+    drawable,
+)
+
+_TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 _log = logging.getLogger("controller")
 
@@ -70,11 +83,7 @@ class Session:
 
 
 def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> TeachPlan:
-    """Check what needs no sensor, and lay the vocabulary into the folder.
-
-    Args:
-        options: As the user gave them.
-        vocabulary: What is taught; by default the named one, or the folder's.
+    """Check what needs no sensor, and lay the vocabulary (the folder's if None) into the folder.
 
     Raises:
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
@@ -207,7 +216,10 @@ def _pipeline(session: Session) -> Pipeline:
     if model is not None:
         return Pipeline(model.settings, session.lesson.recognizer, model.mapping)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
-    return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
+    preprocess = PreprocessSettings(rate_hz=sensor.rate_hz, window=max(1, round(sensor.rate_hz)))
+    grid = sensor.geometry
+    settings = PipelineSettings(labels, grid.rows, grid.columns, preprocess, DebounceSettings())
+    return Pipeline(settings, _NullModel(len(labels)), Mapping())
 
 
 def _screen(session: Session, keyboard: Keyboard | None) -> Display:
@@ -225,7 +237,7 @@ def _screen(session: Session, keyboard: Keyboard | None) -> Display:
         plain=not encoding.startswith("utf"),
     )
     if drawable(sys.stderr):
-        return ProgressDisplay(sys.stderr, page, tally, bell=options.bell)
+        return ProgressDisplay(sys.stderr, page, tally)
     return ProgressLog(tally, say)
 
 
@@ -255,3 +267,44 @@ def _origin(session: Session) -> Provenance:
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
         hardware=sensor.hardware,
     )
+
+
+class OfflineLink(Link):
+    """A link without a host, and the clock of its `wait`."""
+
+    connected = False
+    dropped = 0
+
+    def __init__(self, speed: float) -> None:
+        """Begin; `speed` is how many times as fast as real time, 0: only waiting moves time."""
+        self._speed, self._now_s = speed, 0.0
+        self._start_s = time.monotonic()
+
+    def now_s(self) -> float:
+        """Return the session's time, seconds."""
+        return (time.monotonic() - self._start_s) * self._speed if self._speed else self._now_s
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Drop the message."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Let so much of the session's time pass."""
+        if self._speed:
+            time.sleep(timeout_s / self._speed)
+        else:
+            self._now_s += timeout_s + _TICK_S
+
+
+class _NullModel(Networks):
+    """Networks that recognise nothing, for a sensor without a model."""
+
+    def __init__(self, labels: int) -> None:
+        self._nothing = np.zeros(labels, dtype=np.float32)
+        self._nothing[NULL] = 1.0
+
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return "null" for certain, (classes,)."""
+        return self._nothing
