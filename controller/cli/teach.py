@@ -69,11 +69,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _add(options: argparse.Namespace) -> int:
-    """Teach one gesture from a few examples, and offer to take what has learned it into use.
-
-    Raises:
-        TeachError, BundleError, ...: It cannot be taught like this.
-    """
+    """Teach one gesture from a few examples, and offer to take what has learned it into use."""
     options.rotations, options.mirror = options.rotations or "none", options.mirror or "none"
     options.bundle = add_gesture.source(options)
     known = bundles.read(options.bundle)
@@ -82,10 +78,7 @@ def _add(options: argparse.Namespace) -> int:
     options.protocol = protocols.FEW
     options.repetitions = options.repetitions or add_gesture.USUAL
     if isinstance(entry.command, str) and entry.command not in (*COMMANDS, NONE):
-        say(
-            f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on, as "
-            "a program of yours may have it"
-        )
+        say(f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on")
     home, options.out = options.out, options.out / options.add
     lesson = session.prepare(options, wanted)
     made, interrupted = _sessions(lesson, iter([options.user]))
@@ -112,11 +105,7 @@ def _offer_install(out: Path, *, yes: bool) -> int:
 
 
 def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], bool]:
-    """Take one person after the other through a session.
-
-    Returns:
-        The recordings, and whether somebody broke it off.
-    """
+    """Take people through a session each; return recordings, and whether one broke it off."""
     made: list[Path] = []
     for number, user in enumerate(people):
         try:
@@ -145,11 +134,7 @@ def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], boo
 
 
 def _people(options: argparse.Namespace) -> Iterator[str]:
-    """Return who is taught by, one after the other.
-
-    Raises:
-        TeachError: Nobody said who, and nobody can be asked.
-    """
+    """Return who teaches, in order; TeachError if nobody said who, and nobody can be asked."""
     names = options.user.split(",") if options.user else []
     if options.protocol != protocols.USERS:
         if len(names) > 1:
@@ -177,10 +162,7 @@ def _asked() -> Iterator[str]:
             return
         if not name:
             return
-        if name.isascii() and name.isalnum():
-            yield name
-        else:
-            say(f"{name!r} names files; use letters (a to z) and digits")
+        yield name
 
 
 def parser() -> argparse.ArgumentParser:

@@ -36,47 +36,41 @@ def vocabulary(out: Path, named: Path | None) -> Vocabulary:
 
     Raises:
         VocabularyError: It cannot be read.
-        TeachError: The folder's recordings are of other gestures.
     """
     own = out / FILE
-    lies = vocabularies.read(own) if own.is_file() else None
-    if named is None:
-        return lies or vocabularies.shipped()
-    wanted = vocabularies.read(named)
-    if lies is not None and _plain(lies) != _plain(wanted):
-        raise TeachError(
-            f"{out} holds recordings of other gestures ({own}) than {named} names; choose "
-            "another --out"
-        )
-    return lies or wanted
+    if named is None and not own.is_file():
+        return vocabularies.shipped()
+    return vocabularies.read(named or own)
 
 
 def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
     """Lay a vocabulary beside the recordings, with the files that it names; return it as it lies.
 
     Raises:
-        TeachError: The folder cannot be written to, or a gesture's file would not be found there.
+        TeachError: The folder's recordings are of other gestures, or it cannot be written to, or a
+            gesture's file would not be found there.
     """
-    there = (out / FILE).exists()
+    if (out / FILE).exists():
+        lies = vocabularies.read(out / FILE)
+        if _plain(lies) != _plain(wanted):
+            raise TeachError(
+                f"{out} holds recordings of other gestures, or they are declared otherwise "
+                f"({out / FILE}); choose another --out"
+            )
+        return lies
     try:
         out.mkdir(parents=True, exist_ok=True)
         for entry in wanted.entries:
             if entry.file is not None and not (out / entry.file.name).exists():
                 data = read_bytes(entry.file, MAX_BYTES)
                 atomic_write(out / entry.file.name, data, replace=False)
-        if not there:
-            atomic_write(out / FILE, _flat(wanted).encode(), replace=False)
+        atomic_write(out / FILE, _flat(wanted).encode(), replace=False)
     except OSError as error:
         raise TeachError(
             f"cannot teach into {out}: {error.filename}: {reason(error)}; choose another --out"
         ) from None
     lies = vocabularies.read(out / FILE)
     if _plain(lies) != _plain(wanted):
-        if there:
-            raise TeachError(
-                f"{out} holds recordings of {wanted.name!r} declared otherwise ({out / FILE}); "
-                "declare it the same, or choose another --out"
-            )
         raise TeachError(f'write the files of {wanted.name!r} as file = "NAME.toml"')
     return lies
 

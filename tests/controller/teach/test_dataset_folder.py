@@ -59,8 +59,8 @@ def test_recordings_of_other_gestures_do_not_go_into_one_folder(mine: Path, tmp_
     out = tmp_path / "data"
     dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
     mine.write_text(KNOCK.replace("hold", "pause"))
-    with pytest.raises(TeachError, match=r"of other gestures .*; choose another --out"):
-        dataset_folder.vocabulary(out, mine)
+    with pytest.raises(TeachError, match=r"of other gestures, .*; choose another --out"):
+        dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
 
 
 def test_nobody_has_to_name_gestures(tmp_path: Path) -> None:
@@ -241,16 +241,16 @@ def test_what_fails_ends_the_row_with_its_own_status() -> None:
 
 
 @pytest.mark.parametrize(
-    ("answer", "agreed"), [("y", True), (" YES", True), ("", False), ("n", False), ("what?", False)]
+    ("answer", "agreed"),
+    [("y", True), (" YES", True), ("", False), ("what?", False), (None, False)],
 )
-def test_yes_is_a_word(answer: str, agreed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("builtins.input", lambda: answer)
+def test_only_yes_is_a_yes(
+    answer: str | None, agreed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def typed() -> str:
+        if answer is None:
+            raise EOFError
+        return answer
+
+    monkeypatch.setattr("builtins.input", typed)
     assert errors.agreed("Train now?") is agreed
-
-
-def test_a_question_that_nobody_answers_is_a_no(monkeypatch: pytest.MonkeyPatch) -> None:
-    def ended() -> str:
-        raise EOFError
-
-    monkeypatch.setattr("builtins.input", ended)
-    assert not errors.agreed("Train now?")
