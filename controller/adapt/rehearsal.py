@@ -55,14 +55,8 @@ class Rehearsal:
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Return all windows whose class is known, and variations of them.
 
-        Args:
-            window: Images in a window.
-            copies: Number of variations of each segment; the first is unchanged.
-            rng: Random generator of the variations.
-
-        Returns:
-            Windows, (n, window, rows, columns), and the number of each one's gesture, from 0, or
-            -1 without one, (n,).
+        The first of the `copies` is unchanged. Windows are (n, window, rows, columns); the second
+        array is the number of each one's gesture, from 0, or -1 without one, (n,).
         """
         segments = [*np.flatnonzero(self.first).tolist(), len(self.first)]
         images, label = from_bytes(self.images), self.label
@@ -108,12 +102,7 @@ class Rehearsal:
 
 
 def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
-    """Return the rehearsal data in a part.
-
-    Args:
-        data: The part.
-        grid: Rows and columns of the sensor.
-        classes: Number of classes of the bundle.
+    """Return the rehearsal data in a part, for `grid` = (rows, columns).
 
     Raises:
         RehearsalError: It is damaged, or of another sensor.
