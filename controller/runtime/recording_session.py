@@ -8,12 +8,9 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from controller import __version__
-from controller.capture import cue_plan
-from controller.capture.cue_plan import CuePlan
-from controller.capture.cues import CueSession
+from controller.capture.cues import CuePlan, CueSession, read_plan
 from controller.capture.labels import Labeller
-from controller.capture.run_files import RunFiles
-from controller.capture.session_recorder import SessionRecorder
+from controller.capture.session_recorder import RunFiles, SessionRecorder
 from controller.capture.status_line import StatusLine
 from controller.keymap.terminal import Keyboard
 from controller.recordings.recorder import Recorder
@@ -40,7 +37,7 @@ def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
         raise RecordingError(
             f"there is no label {options.label!r}; there are {', '.join(labels[1:])}"
         )
-    return None if options.cues is None else cue_plan.read(options.cues, labels)
+    return None if options.cues is None else read_plan(options.cues, labels)
 
 
 def recorder(

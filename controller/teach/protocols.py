@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import MAX_EXAMPLES, CueTiming, ExampleRequest
-from controller.capture.cues import NULL_LABEL
+from controller.capture.cues import MAX_EXAMPLES, NULL_LABEL, CueTiming, ExampleRequest
 from controller.teach import TeachError
 
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order

@@ -19,11 +19,9 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import ExampleRequest
-from controller.capture.cues import CueSession
+from controller.capture.cues import CueSession, ExampleRequest
 from controller.capture.labels import Labeller
-from controller.capture.run_files import RunFiles
-from controller.capture.session_recorder import SessionRecorder
+from controller.capture.session_recorder import RunFiles, SessionRecorder
 from controller.capture.simulated_hand import CuedHand
 from controller.capture.status_line import Display
 from controller.errors import count

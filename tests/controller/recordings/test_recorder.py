@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from controller import files
-from controller.capture.run_files import RunFiles
+from controller.capture.session_recorder import RunFiles
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal_file, reader, recorder, writer
 from controller.recordings.journal import decode

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
-from controller.capture.cue_plan import CueTiming, ExampleRequest
-from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.cues import Cue, CueSession, CueTiming, ExampleRequest, Phase
 from controller.capture.labels import FrameLabels, Labeller
 from controller.recognition.pipeline import Step
 from controller.teach import TeachError, protocols
