@@ -1,18 +1,15 @@
 """Is a recording any good? What is broken is named, what is sound is left in peace."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
 
-from controller.recordings import summary
 from controller.recordings.quality import check, labels, taxels
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.recording import Recording
-from tests.support.recordings import broken, of, origin, played, recordings
+from tests.support.recordings import broken, of, origin, played
 
 
 def report(recording: Recording) -> Report:
@@ -210,14 +207,6 @@ def test_an_untouched_counter_is_no_duplicate_of_another() -> None:
 
 
 # --- odd sensors ----------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@given(recordings())
-def test_whatever_a_file_holds_it_gets_a_verdict_and_a_summary(recording: Recording) -> None:
-    assert report(recording).level in Level
-    assert summary.lines(Path("one.npz"), recording)
-    json.dumps([report(recording).plain(), summary.facts(Path("one.npz"), recording)])
 
 
 @pytest.mark.parametrize(

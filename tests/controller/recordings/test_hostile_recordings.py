@@ -124,14 +124,6 @@ def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path) -> None:
         assert all(expected[path] in sentence for sentence in result["said"])
 
 
-@linux
-def test_a_pipe_in_a_file_s_place_is_not_waited_for(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe.npz"
-    os.mkfifo(pipe)
-    with pytest.raises(OSError, match="it is a pipe, expected is a file"):
-        npz.unpack(pipe, 1000)
-
-
 @given(text=st.text(max_size=100) | st.from_regex(r"\{'descr': '.*', 'fortran_order': .*\(.*\}"))
 def test_any_array_header_is_refused_or_an_array(text: str) -> None:
     data = one(headed(text.encode(errors="replace")[:4000], bytes(100)))

@@ -78,25 +78,6 @@ def test_a_label_is_amended_in_the_frames_so_far() -> None:
     assert whole(journal).excluded.tolist() == [False] * 8 + [True, True, False]
 
 
-amendments = st.tuples(
-    st.sampled_from(AMENDABLE), st.floats(-1, 3), st.floats(-1, 3), st.integers(0, 1)
-)
-
-
-@given(st.lists(amendments, max_size=12))
-def test_of_amendments_that_overlap_the_later_one_counts(
-    several: list[tuple[str, float, float, int]],
-) -> None:
-    journal = written(20)
-    expected = {name: getattr(whole(journal), name).copy() for name in AMENDABLE}
-    t = np.arange(1, 21) / 10
-    for column, from_s, to_s, value in several:
-        journal.amend(column, from_s, to_s, value)
-        expected[column][(t >= from_s) & (t < to_s)] = value
-    for name, column in expected.items():
-        np.testing.assert_array_equal(getattr(whole(journal), name), column)
-
-
 texts = st.text(max_size=30)  # any, zeros and all
 
 
@@ -226,18 +207,6 @@ def test_after_a_flipped_bit_nothing_is_read(data: st.DataObject) -> None:
 
 
 @settings(deadline=None)
-@given(st.lists(st.tuples(st.integers(0, 20_000), st.binary(max_size=600)), max_size=8))
-def test_any_damage_leaves_a_beginning(damage: list[tuple[int, bytes]]) -> None:
-    content = bytearray(written(200).data)
-    for place, noise in damage:
-        start = place % len(content)
-        content[start : start + len(noise)] = noise[: len(content) - start]
-    with suppress(RecordingError):
-        found = numbers(decode(bytes(content)))
-        assert found == list(range(1, 1 + len(found)))
-
-
-@settings(deadline=None)
 @given(st.permutations(range(8)), st.integers(0, BLOCK))
 def test_blocks_that_changed_places_are_never_taken_for_frames(
     order: list[int], phase: int
@@ -350,21 +319,6 @@ def place() -> Iterator[Path]:
 
 def record(session: Recorder, number: int) -> None:
     session.add(image(number), number / 10, number)
-
-
-def test_a_frame_during_a_sync_waits_for_the_next_sync(place: Path) -> None:
-    file = FakeFile()
-    session = Threadless(place, ORIGIN, {}, create=lambda path: file)
-    record(session, 1)
-    file.meanwhile = lambda: record(session, 2)
-    session.sync()
-    assert numbers(decode(bytes(file.kept))) == [1]
-    file.meanwhile = lambda: None
-    session.sync()
-    assert numbers(decode(bytes(file.kept))) == [1, 2]
-    syncs = file.syncs
-    session.sync()
-    assert file.syncs == syncs  # nothing is new
 
 
 steps = st.lists(

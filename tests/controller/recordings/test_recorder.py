@@ -2,7 +2,6 @@
 
 import contextlib
 import logging
-import shutil
 import subprocess
 import sys
 import threading
@@ -142,16 +141,6 @@ os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 # --- a disk with trouble --------------------------------------------------------------------------
 
 
-def test_the_loop_never_waits_for_a_disk_that_hangs(tmp_path: Path) -> None:
-    file = FakeFile()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
-    file.answers.clear()
-    add(session, 1, 500)  # would never return
-    file.answers.set()
-    assert session.close() == tmp_path / "one.npz"
-    assert len(reader.load(tmp_path / "one.npz").frames) == 500
-
-
 def test_a_full_disk_is_reported_once_and_written_later(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -172,17 +161,6 @@ def test_a_full_disk_is_reported_once_and_written_later(
     assert "cannot write" in told[0]
     assert "is up to date again" in told[1]
     assert len(reader.load(tmp_path / "one.npz").frames) == 120
-
-
-def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> None:
-    file = FakeFile()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
-    file.fails = True
-    add(session, 1, 30)
-    until(lambda: "input/output error; make room" in session.problem)
-    file.fails = False
-    file.until(lambda: on_disk(file) == list(range(1, 31)))
-    session.close()
 
 
 def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
@@ -325,17 +303,6 @@ def test_a_session_that_cannot_be_sealed_is_kept_elsewhere(
     assert not file.removed
 
 
-def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(tmp_path: Path, rescue: Path) -> None:
-    stick = tmp_path / "stick"
-    stick.mkdir()
-    session = Recorder(stick / "one.npz", ORIGIN, {})
-    add(session, 1, 5)
-    shutil.rmtree(stick)
-    with pytest.raises(RecordingError, match="the session is kept in"):
-        session.close()
-    assert rescued(rescue) == 5
-
-
 def test_where_no_place_is_left_the_message_names_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -364,17 +331,6 @@ def test_a_disk_that_hangs_is_not_waited_for_at_the_end(
         session.close()
     file.answers.set()
     assert rescued(rescue) == 5
-
-
-def test_a_frame_that_cannot_be_kept_loses_nothing_before_it(
-    tmp_path: Path,
-) -> None:
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
-    add(session, 1, 5)
-    with pytest.raises(RecordingError, match="frame 6 must be 2×3 numbers"):
-        session.add(image(6) * np.nan, 0.6, 6)
-    assert session.close() == tmp_path / "one.npz"
-    assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
 # --- names ----------------------------------------------------------------------------------------

@@ -1,8 +1,6 @@
 """Recordings: what goes in comes out, and nothing else is taken for one."""
 
-import io
 import json
-import zipfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -58,51 +56,6 @@ def changed(path: Path, **arrays: Any) -> Path:
     whole = {**npz.unpack(path, reader.MAX_BYTES), **arrays}
     path.write_bytes(npz.pack({name: array for name, array in whole.items() if array is not None}))
     return path
-
-
-def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
-    loaded = reader.load(record(tmp_path / "one.npz"))
-    assert loaded.origin == replace(ORIGIN, id=loaded.origin.id)
-    assert loaded.frames.shape == (30, 5, 5)
-    first = np.random.default_rng(3).normal(41.2, 2.9, (5, 5)).astype(np.float32)
-    assert loaded.frames[0].tobytes() == first.tobytes()
-    assert loaded.t[:3].tolist() == [0.1, 0.2, 0.3]
-    assert loaded.sequence[:3].tolist() == [1, 2, 3]
-    assert loaded.label[:3].tolist() == [1, 0, 1]
-    assert loaded.commands == (COMMAND,)
-    assert loaded.state["debounce.mean"].tolist() == [1.0, 0.0, 0.0]
-    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nothing is left beside
-
-
-def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
-    whole = record(tmp_path / "good.npz").read_bytes()
-    contents: dict[str, tuple[bytes, str]] = {
-        "empty": (b"", "is empty"),
-        "truncated": (whole[:-1], "not a whole .npz"),
-        "half": (whole[: len(whole) // 2], "not a whole .npz"),
-        "random": (np.random.default_rng(4).bytes(4000), "not a whole .npz"),
-        "text": (b"not a recording", "not a whole .npz"),
-        "zip": (zipped({"notes.txt": b"hello"}), "holds 'notes.txt'"),
-        "strange": (zipped({"meta.npy": b"hello"}), "not a whole .npz"),
-        "other": (npz.pack({"x": np.zeros(3)}), "is no recording of OrbTouch"),
-    }
-    for name, (data, complaint) in contents.items():
-        path = tmp_path / name
-        path.write_bytes(data)
-        with pytest.raises(RecordingError, match=complaint):
-            reader.load(path)
-    with pytest.raises(RecordingError, match="does not exist"):
-        reader.load(tmp_path / "absent.npz")
-    with pytest.raises(RecordingError, match="is not a file"):
-        reader.load(tmp_path)
-
-
-def zipped(members: dict[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in members.items():
-            archive.writestr(name, data)
-    return buffer.getvalue()
 
 
 def meta(**fields: Any) -> Any:

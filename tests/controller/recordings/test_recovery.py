@@ -2,7 +2,6 @@
 
 import io
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from controller.recordings import journal_file, reader, writer
+from controller.recordings import journal_file, reader
 from controller.recordings.journal import decode
 from controller.recordings.journal_file import leftovers, recover
 from controller.recordings.recorder import Recorder
@@ -129,21 +128,6 @@ def test_a_journal_kept_as_damaged_can_be_tried_again_and_stays(tmp_path: Path) 
     (tmp_path / "one.npz").unlink()
     assert recover(kept).path == tmp_path / "one.npz"
     assert names(tmp_path) == ["one.journal.damaged", "one.npz"]
-
-
-def test_a_folder_without_room_keeps_the_journal(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    journal = left(tmp_path)
-    monkeypatch.setattr(writer, "atomic_write", full)
-    with pytest.raises(
-        RecordingError, match="no space left on device; it is kept as it is: try again"
-    ):
-        recover(journal)
-    assert names(tmp_path) == ["one.journal"]
 
 
 def test_what_the_disk_reads_before_a_bad_block_is_recovered() -> None:
@@ -268,15 +252,6 @@ def test_the_journal_goes_only_after_its_recording_is_on_the_disk(
     assert calls == ["fsync", "link", "unlink", "fsync", "unlink", "fsync"]
 
 
-def test_two_recoveries_at_once_do_not_touch_the_same_journal(tmp_path: Path) -> None:
-    journal = left(tmp_path)
-    with journal.open("r+b") as other:
-        journal_file.lock(other)
-        with pytest.raises(journal_file.LockedError):
-            recover(journal)
-    assert recover(journal).path is not None
-
-
 def test_a_journal_that_is_sealed_meanwhile_is_left_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -289,9 +264,3 @@ def test_a_journal_that_is_sealed_meanwhile_is_left_alone(
     with pytest.raises(RecordingError, match="has been sealed meanwhile"):
         recover(journal)
     assert journal.read_text() == "the next one of this name"
-
-
-def test_a_journal_copied_to_another_folder_is_recovered_there(tmp_path: Path) -> None:
-    (tmp_path / "copy").mkdir()
-    copy = shutil.copy(left(tmp_path), tmp_path / "copy")
-    assert recover(Path(copy)).path == tmp_path / "copy" / "one.npz"
