@@ -31,9 +31,7 @@ def released(key: str) -> KeyEvent:
 
 
 ONE, TWO = typed("1"), typed("2")
-UNKNOWN = (
-    b"Q\t\r\xc3\xa4\x1b[A\x1bOP\x1b[15~\x1b[5;2~\x1b[<0;3;4M\x1b[99~\xff"  # arrows, a mouse ...
-)
+UNKNOWN = b"Q\t\r\xc3\xa4\x1b[A\x1bOP\x1b[15~\x1b[5;2~\x1b[<0;3;4M\x1b[99~\xff"
 
 
 @pytest.mark.parametrize(

@@ -16,23 +16,13 @@ from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import (
     Mark,
-    Provenance,
     RecordingError,
     SimulatedTruth,
     refuse_misfit,
 )
+from tests.support import small_journal
 
-ORIGIN = Provenance(
-    device_id="virtual-1",
-    rows=5,
-    columns=5,
-    pitch_mm=10.0,
-    rate_hz=10.0,
-    labels=("null", "press", "pinch"),
-    bundle="ab" * 32,
-    engine="onnxruntime 1.20",
-    software="0.1.0",
-)
+ORIGIN = replace(small_journal.ORIGIN, rows=5, columns=5)
 NEW_IN_FORM_2 = ("user", "session", "protocol", "preset", "seed")
 NEW_IN_FORM_3 = ("id", "started", "hardware", "unit")
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
