@@ -259,8 +259,7 @@ def _import_arrays(options: Namespace) -> int:
 def _trim(options: Namespace) -> int:
     """Write a piece of a recording into a new file."""
     return _changed(
-        options,
-        lambda whole, change: edit.trim(whole, options.begin_s, options.end_s, change),
+        options, lambda whole, change: edit.trim(whole, options.begin_s, options.end_s, change)
     )
 
 

@@ -48,11 +48,7 @@ class Signal(Enum):
     ANSWERED = auto()  # the end of the answers to QUERY
 
 
-_CONTROLS: Final = {
-    ord("c"): Signal.INTERRUPT,
-    ord("z"): Signal.SUSPEND,
-    ord("\\"): Signal.QUIT,
-}
+_CONTROLS: Final = {ord("c"): Signal.INTERRUPT, ord("z"): Signal.SUSPEND, ord("\\"): Signal.QUIT}
 
 QUERY: Final = b"\x1b[?u\x1b[c"  # kitty's protocol, and a query that every terminal answers
 # Enables presses and releases of all keys, on any layout, and the loss of the focus.

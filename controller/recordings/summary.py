@@ -80,7 +80,7 @@ def verdict(report: Report) -> list[str]:
         text += [
             f"  cadence   {duration(report.seconds)} at {rhythm.measured_hz:.2f} Hz "
             f"({rhythm.intended_hz:g} intended), {rhythm.missing} of "
-            f"{rhythm.missing + rhythm.frames} frames missing{stretches}",
+            f"{rhythm.missing + rhythm.frames} frames missing{stretches}"
         ]
     for source in report.said:
         text += _labels(source)

@@ -121,10 +121,7 @@ def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]
         lead = max(first - round(LEAD_S * loaded.rate_hz), int(ready.argmax()))
         tail = min(end + round(TAIL_S * loaded.rate_hz), len(images))
         example = Example(
-            entry.label,
-            images[lead:tail],
-            rotations=entry.rotations,
-            mirrored=entry.mirror == SELF,
+            entry.label, images[lead:tail], rotations=entry.rotations, mirrored=entry.mirror == SELF
         )
         if example.found(loaded.rate_hz) is not None:
             yield example

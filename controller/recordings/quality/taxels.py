@@ -11,12 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import (
-    DEAD,
-    TaxelInterpolator,
-    response_slope,
-    without_lead,
-)
+from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response_slope, without_lead
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
 from controller.recognition.sensor_health import taxel_names

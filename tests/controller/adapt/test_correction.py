@@ -80,9 +80,7 @@ def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
 
 
 @pytest.mark.slow
-def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(
-    tmp_path: Path,
-) -> None:
+def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path: Path) -> None:
     shelf = BundleStore(tmp_path)
     seen, install = images((25, 31)), copied(shelf)
 
@@ -238,9 +236,7 @@ def test_networks_are_exchanged_while_the_orb_runs(run_of_a_bundle: Run, tmp_pat
     np.testing.assert_array_equal(steps[-1].probabilities, step.probabilities)
 
 
-def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(
-    run_of_a_bundle: Run,
-) -> None:
+def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(run_of_a_bundle: Run) -> None:
     parts, _, _ = run_of_a_bundle
     fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))
     assert refreshed(parts) is not None

@@ -97,9 +97,7 @@ ONE_STROKE = st.tuples(
 
 
 @given(st.lists(ONE_STROKE))
-def test_every_key_goes_down_as_often_as_up(
-    told: list[tuple[KeyEvent, float]],
-) -> None:
+def test_every_key_goes_down_as_often_as_up(told: list[tuple[KeyEvent, float]]) -> None:
     holds, now_s = HeldKeys(), 0.0
     changes: list[KeyChange] = []
     for stroke, later_s in told:

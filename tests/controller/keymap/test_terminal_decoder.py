@@ -4,14 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.keymap.terminal_decoder import (
-    BACKSPACE,
-    SPACE,
-    Action,
-    Decoder,
-    KeyEvent,
-    Signal,
-)
+from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, Decoder, KeyEvent, Signal
 
 
 def strokes(data: bytes) -> list[KeyEvent | Signal]:

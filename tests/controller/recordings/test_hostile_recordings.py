@@ -87,9 +87,7 @@ def test_a_healthy_file_is_read_within_the_same_bounds(tmp_path: Path) -> None:
 
 
 @linux
-def test_the_largest_file_needs_little_more_memory_than_it_holds(
-    tmp_path: Path,
-) -> None:
+def test_the_largest_file_needs_little_more_memory_than_it_holds(tmp_path: Path) -> None:
     path = tmp_path / "large.npz"
     path.write_bytes(zeros((5_360_000, 5, 5)))
     # Half a gigabyte that nobody used before can cost a virtual machine seconds.

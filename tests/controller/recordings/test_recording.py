@@ -14,12 +14,7 @@ from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import (
-    Mark,
-    RecordingError,
-    SimulatedTruth,
-    refuse_misfit,
-)
+from controller.recordings.recording import Mark, RecordingError, SimulatedTruth, refuse_misfit
 from tests.support import small_journal
 
 ORIGIN = replace(small_journal.ORIGIN, rows=5, columns=5)

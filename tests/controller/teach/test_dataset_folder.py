@@ -225,8 +225,7 @@ def test_who_agrees_gets_a_bundle_and_others_are_told_how(
 
 
 @pytest.mark.parametrize(
-    ("answer", "agreed"),
-    [("y", True), (" YES", True), ("", False), ("no", False), (None, False)],
+    ("answer", "agreed"), [("y", True), (" YES", True), ("", False), ("no", False), (None, False)]
 )
 def test_only_yes_is_a_yes(
     answer: str | None, agreed: bool, monkeypatch: pytest.MonkeyPatch
