@@ -359,8 +359,3 @@ def test_an_id_is_letters_and_digits(tmp_path: Path, name: str) -> None:
         writer.next_free(tmp_path, name, "20200131")
     with pytest.raises(RecordingError, match=r"letters \(a to z\) and digits"):
         writer.next_free(tmp_path, "anna", name)
-
-
-def test_a_journal_lies_beside_its_recording() -> None:
-    assert writer.journal_of(Path("a/one.npz")) == Path("a/one.journal")
-    assert writer.journal_of(Path("a/one.two")) == Path("a/one.two.journal")

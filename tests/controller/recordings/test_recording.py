@@ -80,7 +80,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"t": TIMES[:-1]}, r"not float64 \(30\)"),
     ({"t": TIMES[::-1].copy()}, "does not rise"),
     ({"t": TIMES * np.nan}, "does not rise"),
-    ({"t": TIMES * 0}, "does not rise"),
     ({"label": np.full(30, 3, dtype=np.int16)}, "a label that it does not name"),
     ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
     ({"command_name": np.zeros(1)}, "without its"),
@@ -88,11 +87,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"state.debounce.mean": np.full(3, np.inf)}, "state that is not all finite"),
     ({"meta": None}, "no recording of OrbTouch"),
     ({"meta": np.array("{")}, "nothing legible"),
-    ({"meta": np.array("[1]")}, "nothing legible"),
     ({"meta": meta(schema=4)}, "has form 4, this program reads 1, 2, 3"),
     ({"meta": meta(rows=-1)}, "impossible things"),
-    ({"meta": meta(rows="5")}, "impossible things"),
-    ({"meta": meta(rate_hz=float("nan"))}, "impossible things"),
     ({"meta": meta(mood="good")}, "nothing legible"),
     ({"meta": meta(seed=-1)}, "impossible things"),
     ({"meta": meta(user=3)}, "impossible things"),
@@ -105,7 +101,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"event_onset": np.array([np.nan, 1.2])}, "end before they begin"),
     ({"event_name": np.zeros(2)}, "without its"),
     # What form 3 brought.
-    ({"button": np.full(30, 7, dtype=np.int16)}, "a button that it does not name"),
     ({"key": np.full(30, 3, dtype=np.int16)}, "a key that it does not name"),
     ({"cue": np.full(30, -2, dtype=np.int16)}, "a cue that it does not name"),
     ({"excluded": np.zeros(30, dtype=np.int8)}, r"not bool \(30\)"),
@@ -113,7 +108,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"rest": np.full((5, 5), np.nan, dtype=np.float32)}, "rest image that is not all numbers"),
     ({"mark_t": np.array([1.0])}, "a table without its 1 names, 'mark_kind'"),
     ({"command_t": np.array([np.nan])}, "commands whose times or probabilities"),
-    ({"sequence": np.zeros(30, dtype=np.int64)}, "'sequence' that does not rise"),
 ]
 
 
