@@ -93,11 +93,7 @@ def read_plan(path: Path, labels: Sequence[str]) -> CuePlan:
 
 
 def parse_plan(table: dict[str, Any], labels: Sequence[str]) -> CuePlan:
-    """Return the plan in a TOML table.
-
-    Raises:
-        RecordingError, ConfigError: The table is no plan.
-    """
+    """Return the plan in a TOML table; RecordingError, ConfigError if the table is no plan."""
     told = settings(_PlanTable, table)
     for label in told.labels:
         if label not in labels:

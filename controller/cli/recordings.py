@@ -2,17 +2,14 @@
 
 import argparse
 import json
-import secrets
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
 from controller.errors import TROUBLE, complain, count, printable, reason
 from controller.recordings import csv_export, edit, importer, journal_file, reader, summary, writer
-from controller.recordings.edit import MetadataChange
 from controller.recordings.quality import check as quality
 from controller.recordings.quality.check import Finding, FrameIndex, Level, Report
 from controller.recordings.recording import LABELLERS, Recording, RecordingError
@@ -233,7 +230,7 @@ def _export(options: Namespace) -> int:
         tables = csv_export.tables(reader.load(path))
         folder = _folder(options.out or path.parent)
         for end, text in tables.items():
-            _write(folder / (path.stem + end), csv_export.encode(text))
+            _write(folder / (path.stem + end), text.encode())
         print(folder / f"{path.stem}.json")
     return 0
 
@@ -259,7 +256,7 @@ def _import_arrays(options: Namespace) -> int:
 def _trim(options: Namespace) -> int:
     """Write a piece of a recording into a new file."""
     return _changed(
-        options, lambda whole, change: edit.trim(whole, options.begin_s, options.end_s, change)
+        options, lambda whole, source: edit.trim(whole, options.begin_s, options.end_s, source)
     )
 
 
@@ -267,8 +264,8 @@ def _relabel(options: Namespace) -> int:
     """Write a recording with other labels into a new file."""
     return _changed(
         options,
-        lambda whole, change: edit.relabel(
-            whole, options.begin_s, options.end_s, change,
+        lambda whole, source: edit.relabel(
+            whole, options.begin_s, options.end_s, source,
             label=options.label, column=options.column, excluded=options.excluded,
         ),
     )  # fmt: skip
@@ -332,13 +329,11 @@ def _ids(folder: Path) -> dict[str, Path]:
     return known
 
 
-def _changed(options: Namespace, change: Callable[[Recording, MetadataChange], Recording]) -> int:
+def _changed(options: Namespace, change: Callable[[Recording, str], Recording]) -> int:
     """Write a changed recording into a new file, and print its path."""
     out = options.out
     if out.suffix != ".npz":
         raise RecordingError(f"{out} would not be found as a recording; end its name in .npz")
-    when = datetime.now(UTC).isoformat(timespec="seconds")
-    source = MetadataChange(secrets.token_hex(16), options.file.name, when)
-    _write(out, edit.sealed(change(reader.load(options.file), source)))
+    _write(out, edit.sealed(change(reader.load(options.file), options.file.name)))
     print(out)
     return 0

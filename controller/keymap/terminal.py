@@ -1,7 +1,7 @@
 """Keyboard of the program's terminal, also over SSH.
 
 A thread reads, so that the time of each key is independent of the scans; `poll` never blocks. The
-terminal's state is restored when the program ends or is suspended, except after SIGKILL: type
+terminal's state is restored when the program ends or is suspended; after SIGKILL and SIGQUIT, type
 `reset`.
 """
 
@@ -101,11 +101,7 @@ else:
             yield None
             return
         found = PosixKeyboard(handle, clock)
-        handlers = {
-            signal.SIGTSTP: found.suspend,
-            signal.SIGCONT: found.resume,
-            signal.SIGQUIT: found.quit,
-        }
+        handlers = {signal.SIGTSTP: found.suspend, signal.SIGCONT: found.resume}
         before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
         try:
             found.resume()
@@ -162,12 +158,6 @@ else:
             os.kill(os.getpid(), signal.SIGTSTP)
             signal.signal(signal.SIGTSTP, before)  # after the suspension
             self.resume()
-
-        def quit(self, number: int, frame: FrameType | None) -> None:
-            """Restore the terminal and end with SIGQUIT."""
-            self._restore()
-            signal.signal(signal.SIGQUIT, signal.SIG_DFL)
-            os.kill(os.getpid(), signal.SIGQUIT)
 
         def close(self) -> None:
             """Restore the terminal, and end the thread."""
@@ -230,7 +220,6 @@ else:
     _SIGNALS: Final[dict[KeyEvent | Signal, signal.Signals]] = {
         Signal.INTERRUPT: signal.SIGINT,
         Signal.SUSPEND: signal.SIGTSTP,
-        Signal.QUIT: signal.SIGQUIT,
     }
 
     def _in_foreground(handle: int) -> bool:

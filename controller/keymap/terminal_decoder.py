@@ -42,13 +42,12 @@ class Signal(Enum):
 
     INTERRUPT = auto()  # Ctrl-C, where the terminal sends every key
     SUSPEND = auto()  # Ctrl-Z
-    QUIT = auto()  # Ctrl-\
     AWAY = auto()  # the window lost the focus: no releases follow
     SPEAKS_KITTY = auto()  # an answer to QUERY
     ANSWERED = auto()  # the end of the answers to QUERY
 
 
-_CONTROLS: Final = {ord("c"): Signal.INTERRUPT, ord("z"): Signal.SUSPEND, ord("\\"): Signal.QUIT}
+_CONTROLS: Final = {ord("c"): Signal.INTERRUPT, ord("z"): Signal.SUSPEND}
 
 QUERY: Final = b"\x1b[?u\x1b[c"  # kitty's protocol, and a query that every terminal answers
 # Enables presses and releases of all keys, on any layout, and the loss of the focus.

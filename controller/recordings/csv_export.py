@@ -57,11 +57,6 @@ def tables(recording: Recording) -> dict[str, str]:
     return files
 
 
-def encode(content: str) -> bytes:
-    """Return the content of a table as the bytes of its file."""
-    return content.encode("utf-8", "surrogatepass")
-
-
 def _header(recording: Recording) -> list[str]:
     rows, columns = recording.frames.shape[1:]
     taxels = [f"c_{row}_{column}" for row in range(rows) for column in range(columns)]

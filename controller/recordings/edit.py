@@ -1,6 +1,8 @@
 """Trim and relabel recordings: into a new recording, which names its source."""
 
-from dataclasses import dataclass, replace
+import secrets
+from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any, Final
 
 import numpy as np
@@ -21,16 +23,7 @@ from controller.recordings.recording import (
 NO_LABEL: Final = "unknown"  # the name of a missing label
 
 
-@dataclass(frozen=True, slots=True)
-class MetadataChange:
-    """Id of the new recording, name of its source, and the time of the change, ISO 8601."""
-
-    id: str
-    source: str
-    when: str
-
-
-def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataChange) -> Recording:
+def trim(recording: Recording, begin_s: float, end_s: float, source: str) -> Recording:
     """Return the frames with times in [begin_s, end_s), seconds, and their labels and tables.
 
     The pipeline's state is kept only with the first frame; RecordingError if no frame is left.
@@ -54,14 +47,14 @@ def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataCha
         **columns,
     )
     t = cut.t
-    return _marked(cut, float(t[0]), "trim", f"to {t[0]:g} to {t[-1]:g} s", change)
+    return _marked(cut, float(t[0]), "trim", f"to {t[0]:g} to {t[-1]:g} s", source)
 
 
 def relabel(
     recording: Recording,
     begin_s: float,
     end_s: float,
-    change: MetadataChange,
+    source: str,
     *,
     label: str | None = None,
     column: str = "label",
@@ -93,7 +86,7 @@ def relabel(
         done.append("excluded" if excluded else "included")
     t = recording.t[within]
     text = f"{count(int(within.sum()), 'frame')} of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
-    return _marked(replace(recording, **arrays), float(t[0]), "relabel", text, change)
+    return _marked(replace(recording, **arrays), float(t[0]), "relabel", text, source)
 
 
 def sealed(recording: Recording) -> bytes:
@@ -118,12 +111,11 @@ def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bo
     return np.asarray(within)
 
 
-def _marked(
-    recording: Recording, t_s: float, kind: str, text: str, change: MetadataChange
-) -> Recording:
+def _marked(recording: Recording, t_s: float, kind: str, text: str, source: str) -> Recording:
     """Return a recording with a new id and a mark that describes the change."""
-    source = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
-    mark = Mark(t_s, kind, f"{text}; from {source}, {change.when}, by orbtouch {software()}")
+    whole = f"{source} ({recording.origin.id})" if recording.origin.id else source
+    when = datetime.now(UTC).isoformat(timespec="seconds")
+    mark = Mark(t_s, kind, f"{text}; from {whole}, {when}, by orbtouch {software()}")
     marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)
-    origin = replace(recording.origin, id=change.id, schema=SCHEMA)
+    origin = replace(recording.origin, id=secrets.token_hex(16), schema=SCHEMA)
     return replace(recording, origin=origin, marks=tuple(marks))

@@ -115,11 +115,7 @@ def _inspect(path: Path) -> dict[str, npz.Shape]:
 
 
 def parse(arrays: npz.Arrays) -> Recording:
-    """Return the recording in some arrays.
-
-    Raises:
-        RecordingError: They are no recording.
-    """
+    """Return the recording in some arrays; RecordingError if they are no recording."""
     _refuse_excessive({name: (array.shape, array.dtype) for name, array in arrays.items()})
     origin = origin_of(arrays.get("meta"))
     frames = _array(arrays, "frames", np.float32, (-1, origin.rows, origin.columns))

@@ -75,20 +75,11 @@ def asks(
 def sites(rows: int, columns: int, rng: np.random.Generator) -> list[Place]:
     """Return where to touch: on the taxels and between four of them, grid units.
 
-    Args:
-        rows: Of taxels.
-        columns: Likewise.
-        rng: Draws `MOST_SITES` of a larger grid, half of them between taxels.
+    Of a larger grid, `MOST_SITES` are drawn.
     """
-    on = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
-    off = [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
-    return [*_draw(on, MOST_SITES - min(len(off), MOST_SITES // 2), rng),
-            *_draw(off, MOST_SITES // 2, rng)]  # fmt: skip
-
-
-def _draw(places: Sequence[Place], most: int, rng: np.random.Generator) -> list[Place]:
-    if len(places) <= most:
-        return list(places)
+    places = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
+    places += [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
+    most = min(len(places), MOST_SITES)
     return [places[i] for i in sorted(rng.choice(len(places), most, replace=False))]
 
 

@@ -161,7 +161,7 @@ def test_keys_come_at_once_and_are_not_shown(plain: Terminal) -> None:
     assert local & termios.ISIG
 
 
-@pytest.mark.parametrize("by", ["Ctrl-C", "SIGTERM", "an exception", "SIGQUIT"])
+@pytest.mark.parametrize("by", ["Ctrl-C", "SIGTERM", "an exception"])
 def test_the_terminal_is_left_as_it_was_found(plain: Terminal, by: str) -> None:
     match by:
         case "Ctrl-C":
@@ -172,8 +172,6 @@ def test_the_terminal_is_left_as_it_was_found(plain: Terminal, by: str) -> None:
             assert plain.line() == "ended by SIGTERM"
         case "an exception":
             plain.types(b"9")
-        case "SIGQUIT":
-            plain.types(b"\x1c")
     plain.wait()
     assert plain.attributes() == plain.before
 

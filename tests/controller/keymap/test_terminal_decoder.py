@@ -46,7 +46,6 @@ UNKNOWN = b"Q\t\r\xc3\xa4\x1b[A\x1bOP\x1b[15~\x1b[5;2~\x1b[<0;3;4M\x1b[99~\xff"
         (b"\x1b[38:49:49;1:1u", [pressed("1")]),  # a French keyboard has & where others have 1
         # Ctrl keys, on which the terminal no longer acts.
         (b"\x1b[99;5u\x1b[122;5:1u", [Signal.INTERRUPT, Signal.SUSPEND]),
-        (b"\x1b[92;69u", [Signal.QUIT]),
         (b"\x1b[1089::99;5u", [Signal.INTERRUPT]),  # с on a Russian keyboard
         (b"\x1b[106::99;5u", []),  # j, where others have c
         (b"\x1b[99;5:3u\x1b[49;5u\x1b[49;3u", [released("c")]),  # Ctrl-1; Alt-1
