@@ -1,7 +1,8 @@
 """Recorder of one session, file after file, none of which replaces another."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +20,8 @@ from controller.recordings.recorder import (
     refuse_unwritable,
     taken,
 )
-from controller.recordings.recording import RecordingError
+from controller.recordings.recording import Provenance, RecordingError, software
+from controller.sensors.base import Sensor
 
 ANONYMOUS: Final = "unknown"  # the user in the names of files, if not given
 LEAST_S: Final = 1.0  # a shorter session is not kept
@@ -202,3 +204,29 @@ def recover(folder: Path) -> None:
             continue
         except RecordingError as error:
             _log.warning("%s", error)
+
+
+def provenance(
+    sensor: Sensor, labels: Sequence[str], bundle: str, engine: str,
+    user: str, session: str, protocol: str,
+) -> Provenance:  # fmt: skip
+    """Return the provenance of a recording that begins now; `bundle` is a hash, "" for none."""
+    grid = sensor.geometry
+    return Provenance(
+        sensor.device_id,
+        grid.rows,
+        grid.columns,
+        grid.pitch_mm,
+        sensor.rate_hz,
+        tuple(labels),
+        bundle,
+        engine,
+        software(),
+        user,
+        session,
+        protocol,
+        preset=sensor.preset,
+        seed=sensor.seed,
+        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        hardware=sensor.hardware,
+    )

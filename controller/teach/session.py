@@ -8,7 +8,6 @@ import zlib
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -21,7 +20,7 @@ from controller.bundles.inference.networks import Recognizer
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cues import CueSession, ExampleRequest
 from controller.capture.labels import Labeller
-from controller.capture.session_recorder import RunFiles, SessionRecorder
+from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
 from controller.capture.status_line import Display
 from controller.errors import count
@@ -33,7 +32,7 @@ from controller.recognition.frames import PreprocessSettings, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
+from controller.recordings.recording import RATE_TOLERANCE
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.runtime.virtual_hand import VirtualHand
@@ -151,7 +150,11 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     made: list[Path] = []
 
     def record(state: dict[str, np.ndarray]) -> Recorder:
-        origin = _origin(session)
+        model, engine = session.model, session.lesson.recognizer.engine
+        origin = provenance(
+            sensor, vocabulary.labels, "" if model is None else model.hash, engine,
+            session.user, options.session, options.protocol,
+        )  # fmt: skip
         recorder = session.runs.begin(lambda path: Recorder(path, origin, state))
         made.append(recorder.path)
         return recorder
@@ -242,29 +245,6 @@ def _screen(session: Session, keyboard: Keyboard | None) -> Display:
 def say(line: str) -> None:
     """Print a message: to standard error, because results go to standard output."""
     print(line, file=sys.stderr, flush=True)
-
-
-def _origin(session: Session) -> Provenance:
-    """Return the provenance of a recording that begins now."""
-    sensor, options, model = session.sensor, session.lesson.options, session.model
-    return Provenance(
-        device_id=sensor.device_id,
-        rows=sensor.geometry.rows,
-        columns=sensor.geometry.columns,
-        pitch_mm=sensor.geometry.pitch_mm,
-        rate_hz=sensor.rate_hz,
-        labels=session.lesson.vocabulary.labels,
-        bundle=model.hash if model is not None else "",
-        engine=session.lesson.recognizer.engine,
-        software=software(),
-        user=session.user,
-        session=options.session,
-        protocol=options.protocol,
-        preset=sensor.preset,
-        seed=sensor.seed,
-        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=sensor.hardware,
-    )
 
 
 class OfflineLink(Link):
