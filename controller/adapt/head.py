@@ -89,11 +89,9 @@ class SplitNetwork:
 
 
 def split(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwork:
-    """Return a network as it was trained.
+    """Return the network in an ONNX file as it was trained.
 
-    Args:
-        model: The ONNX file.
-        base: Units of its second dense layer and classes when it was trained; None: as now.
+    `base`: units of its second dense layer and classes when it was trained; None: as now.
 
     Raises:
         FormError: The network has another form.

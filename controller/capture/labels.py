@@ -61,14 +61,10 @@ class Labeller:
         felt: bool = False,
         ready: bool = True,
     ) -> FrameLabels:
-        """Return the labels of the frame at `t_s`.
+        """Return the labels of the frame at `t_s`, after terminal events since the last frame.
 
-        Args:
-            t_s: Its time.
-            button: State of the sensor's button: None without one, "null" up, "" down, or a label.
-            events: Events of the terminal since the last frame.
-            felt: Whether the sensor is touched.
-            ready: Whether the baseline is known; cues wait for it.
+        `button` is the state of the sensor's button: None without one, "null" up, "" down, or a
+        label. `felt`: the sensor is touched. `ready`: its baseline is known; cues wait for it.
         """
         amends, marks = self._key_changes(events, t_s)
         voids: list[DiscardedExample] = []

@@ -118,9 +118,7 @@ Chord = tuple[str, ...]  # keys in the order of their presses; the last one is t
 def danger(keys: Collection[str], allowed: Collection[Chord]) -> str:
     """Return the dangerous chord among keys held together, "" if there is none.
 
-    Args:
-        keys: The held keys.
-        allowed: Chords that the user permits, if no other key is held with them.
+    A chord in `allowed` is permitted if no other key is held with it.
     """
     down = {_SIDES.get(key, key) for key in keys}
     for chord in DANGEROUS:

@@ -48,13 +48,7 @@ class KeyState:
     """
 
     def __init__(self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0) -> None:
-        """Begin without held keys, in the first profile.
-
-        Args:
-            key_map: The mapping.
-            armed: Whether to begin armed.
-            gap_s: Pause before a held key is pressed again, seconds.
-        """
+        """Begin in the first profile; after `gap_s` seconds a held key is pressed again."""
         self.armed = armed
         self.profile = key_map.first
         self.down: list[str] = []

@@ -111,13 +111,10 @@ def _decode(parameters: bytes, final: int) -> KeyEvent | Signal | None:
 
 
 def _key(code: int, base: int, modifiers: int, event: int) -> KeyEvent | Signal | None:
-    """Return the event of a key in kitty's protocol.
+    """Return the event of a key in kitty's protocol: 1 down, 2 repeated, 3 up.
 
-    Args:
-        code: The key in the user's layout.
-        base: The key there on an American keyboard, 0 if left out: a French 1 is "&".
-        modifiers: Bits.
-        event: 1 down, 2 repeated, 3 up.
+    `code` is the key in the user's layout, `base` that on an American keyboard, 0 if left out: a
+    French 1 is "&".
     """
     if modifiers & _CONTROL and event == 1:
         return _CONTROLS.get(code if code < 128 else base)

@@ -74,12 +74,7 @@ class Journal:
     """
 
     def __init__(self, origin: Provenance, state: State, recording_id: str) -> None:
-        """Begin with the header.
-
-        Args:
-            origin: Provenance of the frames; its id is replaced.
-            state: `Pipeline.state()` before the first frame.
-            recording_id: Random and unique.
+        """Begin with a header of the origin, under a random id, and `Pipeline.state()`.
 
         Raises:
             RecordingError: The origin or state is not valid in a recording.
@@ -253,13 +248,9 @@ def _crc(kind: int, content: bytes, before: int) -> int:
 def _recording(
     header: npz.Arrays, origin: Provenance, contents: dict[int, list[bytes]], amended: list[int]
 ) -> Recording | None:
-    """Return the recording of some records, checked like one in a file; None without a frame.
+    """Return the recording of contents by kind, checked like one in a file; None without a frame.
 
-    Args:
-        header: The origin as "meta", and the state.
-        origin: The same origin, parsed.
-        contents: Of the records, by kind.
-        amended: Number of frames before each amendment.
+    `header` has the origin as "meta", and the state; `amended` the frames before each amendment.
     """
     if not contents[Kind.FRAME]:
         return None

@@ -86,13 +86,9 @@ class Recorder:
         *,
         create: Callable[[Path], JournalFile] = JournalFile,
     ) -> None:
-        """Begin a recording: its journal is on the disk when this returns.
+        """Begin a recording after `Pipeline.state()`: its journal is on the disk when this returns.
 
-        Args:
-            path: The file to write; must not exist.
-            origin: Provenance of the frames; its id is replaced.
-            state: `Pipeline.state()` before the first frame.
-            create: Creates the journal's file.
+        The origin's id is replaced, and `create` makes the journal's file.
 
         Raises:
             TakenError: The file exists.

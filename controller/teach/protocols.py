@@ -41,14 +41,9 @@ def asks(
     repetitions: int,
     rng: np.random.Generator,
 ) -> list[ExampleRequest]:
-    """Return the examples of a session, in order.
+    """Return the examples of a session, in an order that `rng` draws.
 
-    Args:
-        protocol: One of `REPETITIONS`.
-        vocabulary: The gestures.
-        grid: Rows and columns of the sensor.
-        repetitions: Examples of each gesture, or of each place.
-        rng: Draws the order.
+    `repetitions` counts examples of each gesture, or of each place on a `grid` = (rows, columns).
 
     Raises:
         TeachError: No gesture has a place, or there are too many examples.
