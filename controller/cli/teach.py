@@ -178,95 +178,40 @@ def parser() -> argparse.ArgumentParser:
     )
     add = grammar.add_argument
     add_sensor(grammar, "what is touched; the virtual orb's own hand does what the cues ask for")
-    add(
-        "--labels",
-        metavar="FILE",
-        type=Path,
-        help=f"the gestures, a vocabulary (default: DIR/{FILE}, else the paper's)",
-    )
-    add(
-        "--protocol",
-        choices=tuple(protocols.REPETITIONS),
-        default=protocols.GESTURES,
+    add("--labels", metavar="FILE", type=Path,
+        help=f"the gestures, a vocabulary (default: DIR/{FILE}, else the paper's)")  # fmt: skip
+    add("--protocol", choices=tuple(protocols.REPETITIONS), default=protocols.GESTURES,
         help="gestures in any order; locations: on every site of the grid and between them; "
-        "users: one person after the other (default: gestures)",
-    )
-    add(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        default=OUT,
-        help=f"folder for the recordings; no file in it is ever replaced (default: {OUT})",
-    )
-    add(
-        "--user",
-        metavar="ID",
-        default="",
-        help="who touches the sensor: letters and digits; with --protocol users: ada,ben",
-    )
-    add(
-        "--session",
-        metavar="ID",
-        default=time.strftime("%Y%m%dT%H%M%S"),
-        help="which of the user's sessions: letters and digits (default: date and time)",
-    )
-    add(
-        "--repetitions",
-        metavar="N",
-        type=_repetitions,
-        default=0,
-        help=f"examples of each gesture, or of each place (default: "
-        f"{protocols.REPETITIONS[protocols.GESTURES]}, of places "
-        f"{protocols.REPETITIONS[protocols.LOCATIONS]})",
-    )
-    add(
-        "--bundle",
-        metavar="FILE",
-        type=Path,
-        help="the present model, whose opinion is shown (default: the one that ships, if it fits)",
-    )
-    add(
-        "--rate",
-        metavar="HZ",
-        type=rate,
-        help="sensor scans per second (default: the sensor's own)",
-    )
-    add(
-        "--speed",
-        metavar="X",
-        type=_speed,
-        default=1.0,
-        help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)",
-    )
-    add(
-        "--yes",
-        action="store_true",
-        help="train, tune and evaluate without a question; with --add, take it into use",
-    )
-    add(
-        "--add",
-        metavar="NAME",
+        "users: one person after the other (default: gestures)")  # fmt: skip
+    add("--out", metavar="DIR", type=Path, default=OUT,
+        help=f"folder for the recordings; no file is replaced (default: {OUT})")  # fmt: skip
+    add("--user", metavar="ID", default="",
+        help="who touches the sensor: letters, digits; for users: ada,ben")  # fmt: skip
+    add("--session", metavar="ID", default=time.strftime("%Y%m%dT%H%M%S"),
+        help="which of the user's sessions (default: date and time)")  # fmt: skip
+    usual = protocols.REPETITIONS
+    add("--repetitions", metavar="N", type=_repetitions, default=0,
+        help="examples of each gesture, or of each place (default: "
+        f"{usual[protocols.GESTURES]}, of places {usual[protocols.LOCATIONS]})")  # fmt: skip
+    add("--bundle", metavar="FILE", type=Path,
+        help="the model to compare with (default: the shipped one, if it fits)")  # fmt: skip
+    add("--rate", metavar="HZ", type=rate,
+        help="sensor scans per second (default: the sensor's own)")  # fmt: skip
+    add("--speed", metavar="X", type=_speed, default=1.0,
+        help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)")  # fmt: skip
+    add("--yes", action="store_true",
+        help="train, tune and evaluate unasked; with --add, take it into use")  # fmt: skip
+    add("--add", metavar="NAME",
         help=f"teach the bundle in use (or --bundle) one new gesture from a few examples "
         f"({add_gesture.USUAL}, or --repetitions 1, 3 ...), here and in seconds; with --user, how "
-        "somebody does one that it knows",
-    )
+        "somebody does one that it knows")  # fmt: skip
     add("--command", metavar="WORD", help="what the new gesture asks for, such as hold")
-    add(
-        "--rotations",
-        choices=ROTATIONS,
-        help="turns of the sensor that leave the new gesture the same (default: none)",
-    )
-    add(
-        "--mirror",
-        choices=(SELF, NO_MIRROR),
-        help="self: the new gesture's mirror image is the same gesture (default: none)",
-    )
-    add(
-        "--example",
-        metavar="DIR",
-        type=Path,
-        help=f"only write {FILE} to begin with, the paper's gestures and a new one, into DIR",
-    )
+    add("--rotations", choices=ROTATIONS,
+        help="turns that leave the new gesture the same (default: none)")  # fmt: skip
+    add("--mirror", choices=(SELF, NO_MIRROR),
+        help="self: its mirror image is the same gesture (default: none)")  # fmt: skip
+    add("--example", metavar="DIR", type=Path,
+        help=f"only write {FILE} to begin with, and a gesture, into DIR")  # fmt: skip
     return grammar
 
 
