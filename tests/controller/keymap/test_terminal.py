@@ -185,13 +185,6 @@ def test_a_terminal_that_can_tell_releases_is_asked_to(kitty: Terminal) -> None:
     assert kitty.attributes() == kitty.before
 
 
-def test_ctrl_c_ends_the_program_where_the_terminal_sends_a_key(kitty: Terminal) -> None:
-    kitty.types(b"\x1b[99;5u")
-    kitty.sees(DISABLE)
-    assert kitty.line() == "ended by SIGINT"
-    kitty.wait()
-
-
 def test_a_terminal_that_never_answers_delays_only_the_end(terminal: Terminal) -> None:
     assert terminal.line() == "ready"
     terminal.types(b"1")

@@ -111,16 +111,15 @@ def test_what_a_journal_takes_can_be_sealed_and_loaded_again(
     journal = Journal(ORIGIN, {}, ID)
     frame = np.array(taxels, dtype=np.float32).reshape(2, 3)
     add(journal, 1)
-    with suppress(RecordingError):
-        journal.add_rest(frame)
-    with suppress(RecordingError):
-        journal.add_frame(frame, t_s, number, who, False, (t_s, t_s))
-    with suppress(RecordingError):
-        journal.add_command(command)
-    with suppress(RecordingError):
-        journal.add_mark(*mark)
-    with suppress(RecordingError):
-        journal.amend(*amend)
+    for add_it in (
+        lambda: journal.add_rest(frame),
+        lambda: journal.add_frame(frame, t_s, number, who, False, (t_s, t_s)),
+        lambda: journal.add_command(command),
+        lambda: journal.add_mark(*mark),
+        lambda: journal.amend(*amend),
+    ):
+        with suppress(RecordingError):
+            add_it()
     arrays = npz.unpack(writer.pack(whole(journal)), reader.MAX_BYTES)
     assert len(reader.parse(arrays).frames) == len(whole(journal).frames)
 

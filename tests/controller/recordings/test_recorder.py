@@ -89,13 +89,6 @@ def test_the_journal_is_on_the_disk_before_the_first_frame(
     session.close()
 
 
-def test_every_recording_has_an_id_of_its_own(tmp_path: Path) -> None:
-    one, two = (Recorder(tmp_path / name, ORIGIN, {}) for name in ("one.npz", "two.npz"))
-    assert one.origin.id != two.origin.id
-    assert (one.close(), two.close()) == (None, None)
-    assert not list(tmp_path.iterdir())  # nothing was recorded, and nothing is left
-
-
 def test_frames_reach_the_disk_while_the_session_runs(tmp_path: Path) -> None:
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)

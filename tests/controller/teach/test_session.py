@@ -8,9 +8,8 @@ import pytest
 
 from controller.__main__ import main
 from controller.bundles import bundle, vocabulary
-from controller.cli import teach
 from controller.recordings import reader
-from controller.teach import dataset_folder, session
+from controller.teach import dataset_folder
 
 FAST = ("teach", "--sensor", "virtual", "--speed", "0")
 
@@ -197,13 +196,3 @@ sys.exit(main({argv!r}))
             assert terminal.attributes() == terminal.before
         finally:
             terminal.close()
-
-
-# --- what is needed --------------------------------------------------------------------------
-
-
-def test_a_lesson_says_how_many_examples_it_wants_where_nobody_did(mine: Path) -> None:
-    options = teach.parser().parse_args(["--out", str(mine)])
-    assert session.prepare(options).repetitions == 10
-    options = teach.parser().parse_args(["--out", str(mine), "--protocol", "locations"])
-    assert session.prepare(options).repetitions == 2
