@@ -77,12 +77,6 @@ def test_another_day_is_the_same_orb_and_person_with_other_noise_and_mood() -> N
     assert days[0].style.press_depth != days[1].style.press_depth
 
 
-def test_another_user_has_another_style_on_the_same_orb() -> None:
-    ada, ben = VirtualOrb(5, user=1), VirtualOrb(5, user=2)
-    assert ada.style.finger_radius != ben.style.finger_radius
-    assert (ada.read(0.1) == ben.read(0.1)).all()  # before anybody touches it
-
-
 def test_the_orb_that_plays_knows_the_gestures_of_a_vocabulary(
     mine: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

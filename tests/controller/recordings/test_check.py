@@ -45,20 +45,11 @@ def test_seconds_and_events_are_counted_per_class_and_labeller() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
-@pytest.mark.parametrize("place", ["2,3", "0,0"])
-def test_a_dead_taxel_is_named_by_row_and_column(preset: str, place: str) -> None:
-    found = report(broken(f"dead:{place}", preset=preset))
-    row, column = map(int, place.split(","))
-    assert found.useless == ((row, column),)
-    assert f"taxel row {row}, column {column}: dead" in found.findings[0].text
-    assert found.level is Level.DOUBTFUL
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "sentence"),
     [
+        ("dead:2,3", "taxel row 2, column 3: dead"),
+        ("dead:0,0", "taxel row 0, column 0: dead"),
         ("leaky:1,1", "taxel row 1, column 1: noisy"),
         ("open_row:1", "row 1: 1.4 pF where the others read 38; a lead is off"),
         ("open_column:4", "column 4: 1 pF where the others read 41"),

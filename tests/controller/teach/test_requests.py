@@ -23,7 +23,6 @@ from controller.teach.progress import (
     drawable,
     summary,
 )
-from controller.teach.session import OfflineLink
 
 FIVE = vocabulary.shipped()
 MODEL = FIVE.labels
@@ -250,17 +249,3 @@ def test_a_page_is_drawn_on_terminals_that_understand_it(monkeypatch: pytest.Mon
     assert [drawable(one) for one in (Terminal(), io.StringIO(), None)] == [True, False, False]
     monkeypatch.setenv("TERM", "dumb")
     assert not drawable(Terminal())
-
-
-# --- time -----------------------------------------------------------------------------------------
-
-
-def test_time_that_only_waiting_moves_waits_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("time.sleep", lambda s: pytest.fail("it slept"))
-    alone = OfflineLink(0.0)
-    for _ in range(10):
-        alone.wait(0.1)
-    assert alone.now_s() == pytest.approx(1.0)
-    assert alone.now_s() > 1.0 - 1e-9
-    assert not alone.connected
-    assert alone.poll() == []
