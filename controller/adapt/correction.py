@@ -33,11 +33,7 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def example(label: str, images: Images, rate_hz: float) -> Example:
-    """Return the latest touch in images up to now as an example of a label, "null" for none.
-
-    Raises:
-        AdaptError: There was no recent touch, or only a weak one.
-    """
+    """Return the latest touch in images as an example; AdaptError: none, or a weak one."""
     cut = latest(images, rate_hz)
     if cut is None:
         raise AdaptError(f"nothing touched the orb in the last {LATEST_S:g} s; correct it sooner")

@@ -223,11 +223,7 @@ def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -
 def _people(
     content: Mapping[str, bytes], names: int, inputs: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the user network's outputs, (n, 1 + names), for (n, window, rows, columns).
-
-    Raises:
-        AdaptError: It has no output for a user with a network.
-    """
+    """Return the user network's outputs, (n, 1 + names), or AdaptError if a user has none."""
     model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)

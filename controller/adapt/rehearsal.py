@@ -102,11 +102,7 @@ class Rehearsal:
 
 
 def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
-    """Return the rehearsal data in a part, for `grid` = (rows, columns).
-
-    Raises:
-        RehearsalError: It is damaged, or of another sensor.
-    """
+    """Return the data in a part, for `grid` = (rows, columns); RehearsalError if not of it."""
     try:
         a = npz.unpack(data, MAX_BYTES)
     except npz.NpzError as error:

@@ -62,30 +62,19 @@ class SessionRecorder:
         return self._labeller.done
 
     def turn(self) -> None:
-        """Continue in a new file if the present one is full; call it between two frames.
-
-        Raises:
-            RecordingError: One of them cannot be written.
-        """
+        """Continue in a new file if the present one is full, between two frames; RecordingError."""
         if self._recorder.full:
             self.go_on(self._begin)
 
     def go_on(self, begin: Callable[[State], Recorder]) -> None:
-        """Seal the present file and continue in a new one, as `begin` makes it.
-
-        Raises:
-            RecordingError: One of them cannot be written.
-        """
+        """Seal the present file, and continue in one that `begin` makes; RecordingError."""
         self._seal()
         self._begin = begin
         self._recorder = begin(self._pipeline.state())
         self._rested, self._least_s = False, 0.0
 
     def take(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
-        """Record a frame as it was read, (rows, columns), with the pipeline's result.
-
-        `label` is the index of the true label, -1 unknown. Return its labels.
-        """
+        """Record a frame as read, (rows, columns), with its true label, -1 unknown."""
         labels = self._labeller.label(
             step.t_s,
             button=button,
@@ -106,11 +95,7 @@ class SessionRecorder:
         self._recorder.mark(t_s, kind, text)
 
     def close(self) -> bool:
-        """Seal the recording, and return whether it was long enough to be kept. Only once.
-
-        Raises:
-            RecordingError: The file cannot be written; the message has the place of the data.
-        """
+        """Seal the recording once; return whether it was long enough to keep; RecordingError."""
         self._display.clear()
         return self._seal()
 
@@ -169,11 +154,7 @@ class RunFiles:
             refuse_taken(place)
 
     def begin(self, record: Callable[[Path], Recorder]) -> Recorder:
-        """Return a recorder into the next free file, again if another program takes that file.
-
-        Raises:
-            RecordingError: It cannot be written.
-        """
+        """Return a recorder into the next free file; RecordingError if it cannot be written."""
         path = self.next()
         while True:
             try:

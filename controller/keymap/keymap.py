@@ -125,11 +125,7 @@ class KeyMap:
         return next(iter(self.profiles))
 
     def beginning(self, profile: str) -> "KeyMap":
-        """Return the mapping with a profile first; "" leaves the file's order.
-
-        Raises:
-            KeyMapError: There is no such profile.
-        """
+        """Return the mapping with a profile first, "": as it is; KeyMapError if there is none."""
         if not profile:
             return self
         if profile not in self.profiles:
@@ -198,11 +194,7 @@ class _Timing:
 
 
 def load(path: Path, outputs: Outputs) -> KeyMap:
-    """Return a shipped mapping, "keyboard" or "gamepad", or that of a TOML file.
-
-    Raises:
-        KeyMapError: The file cannot be read, is no TOML, or its table cannot be used.
-    """
+    """Return a shipped mapping, "keyboard" or "gamepad", or that of a TOML file; KeyMapError."""
     text = ""
     try:
         if str(path) in _SHIPPED:
@@ -228,11 +220,7 @@ def _shipped(profile: str, outputs: Outputs) -> dict[str, Any]:
 
 
 def parse(table: dict[str, Any], outputs: Outputs) -> KeyMap:
-    """Return the mapping that a TOML table describes, as in this module's docstring.
-
-    Raises:
-        ConfigError: An entry cannot be understood, or is not allowed.
-    """
+    """Return the mapping in a TOML table; ConfigError if an entry cannot be understood."""
     file = settings(_File, table)
     if not file.profile:
         raise ConfigError("it has no profile; write [profile.NAME] above the commands")

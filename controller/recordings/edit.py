@@ -24,10 +24,7 @@ NO_LABEL: Final = "unknown"  # the name of a missing label
 
 
 def trim(recording: Recording, begin_s: float, end_s: float, source: str) -> Recording:
-    """Return the frames with times in [begin_s, end_s), seconds, and their labels and tables.
-
-    The pipeline's state is kept only with the first frame; RecordingError if no frame is left.
-    """
+    """Return the frames in [begin_s, end_s), seconds; RecordingError if there are none."""
     kept = _within(recording, begin_s, end_s)
     first, end = int(kept.argmax()), int(len(kept) - kept[::-1].argmax())
     span = slice(first, end)

@@ -106,11 +106,7 @@ def read(path: Path, description: Description) -> Arrays:
 
 
 def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
-    """Yield a recording of each user and session, in order of their names, always with one id.
-
-    Raises:
-        RecordingError: The arrays contradict the description.
-    """
+    """Yield a recording of each user and session; RecordingError if arrays are not as described."""
     frames = _frames(arrays, description)
     count = len(frames)
     times = _times(arrays, description, count)
@@ -269,10 +265,7 @@ def _stretches(
     rate_hz: float,
     description: Description,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return frames to keep, rising times, and numbers with gaps between stretches, each (n,).
-
-    A pause keeps its length; where time goes back, the next stretch begins a gap later.
-    """
+    """Return frames to keep, rising times, and numbers with a gap after each pause, each (n,)."""
     if times is None:
         number = np.arange(1, len(chosen) + 1)
         return chosen, number / rate_hz, number

@@ -74,11 +74,7 @@ class Journal:
     """
 
     def __init__(self, origin: Provenance, state: State, recording_id: str) -> None:
-        """Begin with a header of the origin, under a random id, and `Pipeline.state()`.
-
-        Raises:
-            RecordingError: The origin or state is not valid in a recording.
-        """
+        """Begin with origin and `Pipeline.state()`; RecordingError if one is not valid."""
         self.origin = dataclasses.replace(origin, id=recording_id)
         self.data = bytearray()
         self._crc = self._rows = 0
@@ -99,11 +95,7 @@ class Journal:
         excluded: bool,
         touch: Touch | None,
     ) -> None:
-        """Append a frame, (rows, columns); `labels` has an index for each of `LABELLERS`.
-
-        Raises:
-            RecordingError: The reader would refuse it, or the journal is full.
-        """
+        """Append a frame, (rows, columns), with its labels; RecordingError if not valid."""
         image = self._image(frame, f"frame {number}")
         if not (self._t_s < t_s < LATEST_S and self._sequence < number < 1 << 63):
             raise RecordingError(
@@ -117,11 +109,7 @@ class Journal:
         self._t_s, self._sequence = t_s, number
 
     def add_command(self, command: CommandRecord) -> None:
-        """Append a recognised command.
-
-        Raises:
-            RecordingError: The reader would refuse it, or the journal is full.
-        """
+        """Append a recognised command; RecordingError if the reader would refuse it."""
         c, touch = command, command.touch
         if not (math.isfinite(c.t_s) and math.isfinite(c.probability) and 0 <= c.frame < 1 << 63):
             raise RecordingError(f"the command {c} has a time, frame or probability that is none")
@@ -130,11 +118,7 @@ class Journal:
         self._add_row(Kind.COMMAND, c.t_s, c.frame, names[0], c.probability, place, names[1])
 
     def add_mark(self, t_s: float, kind: str, text: str) -> None:
-        """Append an event beside the frames; texts are cut after 1000 characters.
-
-        Raises:
-            RecordingError: The time is not a number, or the journal is full.
-        """
+        """Append an event; texts are cut after 1000 characters. RecordingError: no time."""
         if not abs(t_s) <= LATEST_S:
             raise RecordingError(f"a mark was made at {t_s} s; its time must be a number")
         self._add_row(Kind.MARK, t_s, _clean(kind), _clean(text))
@@ -144,11 +128,7 @@ class Journal:
         self._append(Kind.REST, self._image(frame, "the rest image"))
 
     def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
-        """Append a new value of a column for the frames so far with times in [from, to).
-
-        Raises:
-            RecordingError: There is no such column, or the value is not valid in it.
-        """
+        """Append a new value for the frames so far in [from, to); RecordingError if not valid."""
         possible = value in (0, 1) if column == "excluded" else self._known(value)
         if column not in AMENDABLE or not possible or math.isnan(from_s) or math.isnan(to_s):
             raise RecordingError(
@@ -194,11 +174,7 @@ class Decoded:
 
 
 def decode(data: bytes) -> Decoded:
-    """Return the content of a journal up to its first bad record.
-
-    Raises:
-        RecordingError: It has no whole header, or its records make no recording.
-    """
+    """Return the content up to the first bad record; RecordingError if it makes no recording."""
     if len(data) > MAX_BYTES:
         raise RecordingError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
     if not data:

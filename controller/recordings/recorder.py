@@ -47,12 +47,7 @@ def taken(path: Path) -> bool:
 
 
 def refuse_taken(path: Path) -> None:
-    """Refuse a path that cannot be recorded into; nothing is created.
-
-    Raises:
-        TakenError: The file or its journal exists.
-        RecordingError: Its folder is not writable.
-    """
+    """Refuse a file that exists (TakenError) or cannot be written (RecordingError)."""
     if os.path.lexists(path):
         raise TakenError(f"{path} exists and is kept as it is; record into another file")
     if os.path.lexists(place := writer.journal_of(path)):
@@ -130,12 +125,7 @@ class Recorder:
         touch: Touch | None = None,
         command: CommandRecord | None = None,
     ) -> None:
-        """Append one frame, (rows, columns), with its labels; never waits for the disk.
-
-        Raises:
-            RecordingError: Shape, numbers, order or labels of the frame are not valid; the frames
-                before it are kept.
-        """
+        """Append one frame, (rows, columns), without waiting; RecordingError if it is not valid."""
         with self._lock:
             labels = (label, button, key, cue)
             self._journal.add_frame(frame, t_s, number, labels, excluded, touch)
@@ -163,11 +153,7 @@ class Recorder:
         return self._journal.full
 
     def close(self, least_s: float = 0.0) -> Path | None:
-        """Seal the session; return its file, or None if it is shorter than `least_s` or closed.
-
-        Raises:
-            RecordingError: The file cannot be written; the message has the place of the data.
-        """
+        """Seal the session; return its file, or None if shorter than `least_s`; RecordingError."""
         if self._closing.is_set():
             return None
         self._closing.set()

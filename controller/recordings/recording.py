@@ -118,11 +118,7 @@ def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
 
 
 def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
-    """Refuse a recording that does not fit the bundle's networks.
-
-    Raises:
-        RecordingError: Sensor, unit or rate differ; 2 % of rate are allowed.
-    """
+    """Raise RecordingError if sensor, unit or rate (by 2 %) are not those of a bundle."""
     shape, expected = recording.frames.shape[1:], (bundle.rows, bundle.columns)
     if shape != expected:
         raise RecordingError(
@@ -152,11 +148,7 @@ def format_provenance(origin: Provenance) -> str:
 
 
 def parse_provenance(text: str) -> Provenance:
-    """Return the provenance in a JSON text from an untrusted file.
-
-    Raises:
-        RecordingError: It holds none, or an impossible one.
-    """
+    """Return the provenance in an untrusted JSON text; RecordingError if there is none."""
     if len(text) > MAX_PROVENANCE:
         raise RecordingError(TOO_LONG)
     try:

@@ -131,11 +131,7 @@ def first(user: str, session: str) -> str:
 
 
 def next_free(folder: Path, user: str, session: str) -> Path:
-    """Return the file of the next run: after every recording and journal of this session.
-
-    Raises:
-        RecordingError: The name of user or session has anything but letters and digits.
-    """
+    """Return the file of the next run; RecordingError if names are not of letters and digits."""
     for what, name in (("user", user), ("session", session)):
         if not (name.isascii() and name.isalnum() and len(name) <= LONGEST):
             raise RecordingError(

@@ -36,12 +36,7 @@ def source(options: argparse.Namespace) -> Path:
 
 
 def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
-    """Return the gesture that is to be taught, as a vocabulary of one.
-
-    Raises:
-        TeachError: It cannot be taught like this.
-        VocabularyError: Its name or its lines are none that a vocabulary has.
-    """
+    """Return the gesture to be taught as a vocabulary of one; TeachError, VocabularyError."""
     label, given = options.add, None
     if options.labels is not None:
         listed = vocabularies.read(options.labels)

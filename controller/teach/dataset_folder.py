@@ -32,11 +32,7 @@ class ExistingRecording:
 
 
 def vocabulary(out: Path, named: Path | None) -> Vocabulary:
-    """Return what is taught: the named vocabulary, else the folder's, else the paper's.
-
-    Raises:
-        VocabularyError: It cannot be read.
-    """
+    """Return the named vocabulary, else the folder's, else the paper's; VocabularyError."""
     own = out / FILE
     if named is None and not own.is_file():
         return vocabularies.shipped()
@@ -102,11 +98,7 @@ def count(marks: tuple[Mark, ...]) -> dict[str, int]:
 
 
 def example(out: Path) -> list[Path]:
-    """Write a vocabulary to begin with, and its new gesture; return the files.
-
-    Raises:
-        TeachError: One is there already, or the folder cannot be written to.
-    """
+    """Write a vocabulary to begin with, and a gesture; TeachError if they cannot be written."""
     source = files("controller.teach") / "example"
     made = []
     try:

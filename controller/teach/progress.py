@@ -63,10 +63,7 @@ class ExampleCounts:
         return self.wanted[label] - self.more[label]
 
     def understood(self, label: str) -> tuple[int, int] | None:
-        """Return how many examples the model took for what they are, of how many.
-
-        None where the model does not know the label. Of "null" nothing is what it should say.
-        """
+        """Return how many examples the model took for what they are, of how many; None: unknown."""
         if label not in self.model:
             return None
         right = "" if label == NULL_LABEL else label

@@ -68,10 +68,7 @@ def asks(
 
 
 def sites(rows: int, columns: int, rng: np.random.Generator) -> list[Place]:
-    """Return where to touch: on the taxels and between four of them, grid units.
-
-    Of a larger grid, `MOST_SITES` are drawn.
-    """
+    """Return where to touch, grid units: on taxels and between four; at most `MOST_SITES`."""
     places = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
     places += [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
     most = min(len(places), MOST_SITES)

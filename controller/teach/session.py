@@ -136,12 +136,7 @@ def begin(lesson: TeachPlan, user: str) -> Session:
 
 
 def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]) -> list[Path]:
-    """Run a session; return the recordings.
-
-    Raises:
-        SensorError: The sensor fails.
-        RecordingError: A recording cannot be written where it should be.
-    """
+    """Run a session; return the recordings. SensorError or RecordingError if it breaks off."""
     options, sensor, vocabulary = session.lesson.options, session.sensor, session.lesson.vocabulary
     pipeline = _pipeline(session)
     pace = protocols.PACES[options.protocol]

@@ -117,10 +117,7 @@ def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, .
 
 
 def spans(column: NDArray[np.int16], breaks: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
-    """Return (label, first frame, frame after the last) of every gesture in a column, (n,).
-
-    `breaks`, (n,), are the frames after a pause.
-    """
+    """Return (label, first, end) of every gesture in a column, (n,), parted by `breaks`, (n,)."""
     edges = np.flatnonzero((np.diff(column) != 0) | breaks[1:]) + 1
     bounds = [0, *edges.tolist(), len(column)]
     return [
