@@ -62,12 +62,12 @@ class SessionRecorder:
         return self._labeller.done
 
     def turn(self) -> None:
-        """Continue in a new file if the present one is full, between two frames; RecordingError."""
+        """Continue in a new file if the present one is full, or raise RecordingError."""
         if self._recorder.full:
             self.go_on(self._begin)
 
     def go_on(self, begin: Callable[[State], Recorder]) -> None:
-        """Seal the present file, and continue in one that `begin` makes; RecordingError."""
+        """Seal the file, continue in one that `begin` makes, or raise RecordingError."""
         self._seal()
         self._begin = begin
         self._recorder = begin(self._pipeline.state())
@@ -95,7 +95,7 @@ class SessionRecorder:
         self._recorder.mark(t_s, kind, text)
 
     def close(self) -> bool:
-        """Seal the recording once; return whether it was long enough to keep; RecordingError."""
+        """Seal the recording; return whether it was kept, or raise RecordingError."""
         self._display.clear()
         return self._seal()
 

@@ -194,7 +194,7 @@ class _Timing:
 
 
 def load(path: Path, outputs: Outputs) -> KeyMap:
-    """Return a shipped mapping, "keyboard" or "gamepad", or that of a TOML file; KeyMapError."""
+    """Return a shipped mapping, "keyboard" or "gamepad", or a file's; KeyMapError if it fails."""
     text = ""
     try:
         if str(path) in _SHIPPED:

@@ -153,7 +153,7 @@ class Recorder:
         return self._journal.full
 
     def close(self, least_s: float = 0.0) -> Path | None:
-        """Seal the session; return its file, or None if shorter than `least_s`; RecordingError."""
+        """Return the sealed file, None if shorter than `least_s`, or raise RecordingError."""
         if self._closing.is_set():
             return None
         self._closing.set()

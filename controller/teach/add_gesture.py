@@ -36,7 +36,7 @@ def source(options: argparse.Namespace) -> Path:
 
 
 def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
-    """Return the gesture to be taught as a vocabulary of one; TeachError, VocabularyError."""
+    """Return the gesture to be taught as a vocabulary of one; TeachError if it cannot be."""
     label, given = options.add, None
     if options.labels is not None:
         listed = vocabularies.read(options.labels)

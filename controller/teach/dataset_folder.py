@@ -32,7 +32,7 @@ class ExistingRecording:
 
 
 def vocabulary(out: Path, named: Path | None) -> Vocabulary:
-    """Return the named vocabulary, else the folder's, else the paper's; VocabularyError."""
+    """Return the named vocabulary, else the folder's, else the paper's."""
     own = out / FILE
     if named is None and not own.is_file():
         return vocabularies.shipped()
