@@ -102,7 +102,7 @@ class Rehearsal:
 
 
 def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
-    """Return the data in a part, for `grid` = (rows, columns); RehearsalError if they do not fit."""
+    """Return the data in a part, for `grid` = (rows, columns); RehearsalError if unfit."""
     try:
         a = npz.unpack(data, MAX_BYTES)
     except npz.NpzError as error:
