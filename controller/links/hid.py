@@ -15,7 +15,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from controller.errors import how_to_install
-from controller.keymap import keymap_file
+from controller.keymap import keymap
 from controller.keymap.keymap import KeyMap
 from controller.links.base import LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
@@ -48,7 +48,7 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
             f"cannot understand {url}; write hid: or an adapter as in hid:hci1, then ?keys=FILE "
             "(docs/hid.md)"
         )
-    keys = keymap_file.load(Path(options.get("keys", "gamepad")), OUTPUTS)
+    keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
     return HidLink(keys, welcome.name, adapter)

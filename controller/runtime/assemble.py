@@ -37,8 +37,8 @@ from controller.sensors import calibration_store
 from controller.sensors.base import Sensor, SensorError
 
 if TYPE_CHECKING:
-    from controller.capture.cue_plan import CuePlan
-    from controller.capture.run_files import RunFiles
+    from controller.capture.cues import CuePlan
+    from controller.capture.session_recorder import RunFiles
     from controller.keymap.terminal import Keyboard
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
@@ -88,7 +88,7 @@ def prepare(options: Namespace) -> Parts:
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
-        from controller.capture.run_files import RunFiles
+        from controller.capture.session_recorder import RunFiles
         from controller.runtime import recording_session
 
         plan = recording_session.plan(options, bundle.labels)
@@ -231,9 +231,9 @@ def _day(name: str, day: str) -> str:
     """Return the day of a simulated hand, as `controller teach --session DAY` names it."""
     if not day:
         return ""
-    from controller.recordings import naming
+    from controller.recordings import writer
 
-    return naming.first(name, day)
+    return writer.first(name, day)
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:

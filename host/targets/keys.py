@@ -12,7 +12,7 @@ from typing import Final
 
 import pygame
 
-from controller.keymap import keymap_file
+from controller.keymap import keymap
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
 from controller.keymap.terminal import Keyboard, keyboard
@@ -202,7 +202,7 @@ class KeysTarget(Target):
 def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     """Read the mapping (KeyMapError), and start the sender (BackendError)."""
     path = options.mapping or Path(kind)
-    key_map = keymap_file.load(path, _OUTPUTS[kind]).beginning(options.profile)
+    key_map = keymap.load(path, _OUTPUTS[kind]).beginning(options.profile)
     sender: Sender = Injector(options.backend, kind, key_map.keys)
     if options.dry_run:
         sender = DryRunInjector(partial(print, flush=True))

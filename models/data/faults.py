@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recordings.quality.response import respond
+from controller.recordings.quality.taxels import respond
 from controller.recordings.recording import Recording
 from controller.simulator.faults import KINDS, Fault
 

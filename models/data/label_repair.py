@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recordings.quality.labels import spans
-from controller.recordings.quality.response import Response, respond
+from controller.recordings.quality.taxels import Response, respond
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data.examples import Column, Labels, column, run_starts
 from models.results.training import Lateness

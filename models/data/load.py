@@ -15,8 +15,8 @@ from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.errors import count
 from controller.recognition.frames import PreprocessSettings
 from controller.recordings.quality import check
-from controller.recordings.quality.duplicates import FrameIndex
-from controller.recordings.quality.response import respond
+from controller.recordings.quality.check import FrameIndex
+from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
 from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, Recording
 from models.data import label_repair

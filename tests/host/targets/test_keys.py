@@ -11,8 +11,7 @@ import pytest
 
 from controller.errors import UserError
 from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD
-from controller.keymap.keymap_file import parse
+from controller.keymap.keymap import KEYBOARD, parse
 from controller.protocol.messages import Command, Contacts, Message, State, Telemetry
 from host import targets
 from host import window_loop as loop

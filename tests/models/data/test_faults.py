@@ -7,7 +7,7 @@ import pytest
 
 from controller.bundles import bundle
 from controller.recordings import writer
-from controller.recordings.quality.response import respond
+from controller.recordings.quality.taxels import respond
 from controller.simulator.faults import KINDS, Fault
 from models.__main__ import main
 from models.data import faults
