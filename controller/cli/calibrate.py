@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from controller.cli.sensor_options import add_sensor, load
-from controller.diagnostics.calibrate import SECONDS, judge
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.diagnostics.skin_checks import CALIBRATION_S, calibrate
 from controller.recognition.frames import Frame
 from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
@@ -28,11 +28,11 @@ def main(argv: Sequence[str]) -> int:
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
             return 0
         if not sensor.virtual:
-            print(f"hands off the orb for {SECONDS:.0f} seconds ...", file=sys.stderr)
-        frames = FrameReader(sensor).frames(SECONDS)
+            print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
+        frames = FrameReader(sensor).frames(CALIBRATION_S)
         last = calibration_store.load(sensor.device_id)
         before = None if last is None else last.rest
-        rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)
+        rows, rest, idle = calibrate(frames, sensor.rate_hz, before, anyway=options.anyway)
         kept = None if rest is None else _keep(sensor.device_id, rows, rest, idle)
     finally:
         sensor.close()

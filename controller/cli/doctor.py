@@ -4,8 +4,6 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +13,6 @@ from controller import files
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, load
 from controller.diagnostics import (
-    link_check,
     measurements,
     skin_checks,
     system_checks,
@@ -24,13 +21,11 @@ from controller.diagnostics import (
 )
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.links import PRINT
 from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorError
 
-REAL: Final = "orb"  # the sensor that needs the libraries and devices of a Raspberry Pi
-_BLUETOOTH: Final = "controller.diagnostics.bluetooth"
+REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
 RATE_HZ: Final = 10.0  # paper, section 4.1
 
 
@@ -61,8 +56,7 @@ def parser() -> argparse.ArgumentParser:
     add("--json", action="store_true", help="print one JSON object in place of the table")
     add("--bundle", metavar="FILE", type=Path, default=bundles.default_path(),
         help="networks that ONNX Runtime is tried with (default: those that ship)")  # fmt: skip
-    add("--link", metavar="URL", default=PRINT,
-        help="the link that is tried (default: a loopback on this machine)")  # fmt: skip
+    add("--link", metavar="URL", help="a link that is opened and closed")
     add("--no-touch", action="store_true", help="ask for no presses: leads that are swapped stay "
         "unseen")  # fmt: skip
     add("--bluetooth", action="store_true", help="look at Bluetooth as well")
@@ -76,14 +70,15 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
         SensorError: The command line asks for what does not exist.
     """
     real = sensors.name_of(options.sensor) == REAL
-    yield from system_checks.libraries(options.bundle, pi=real)
+    yield system_checks.runtime(options.bundle)
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
-    if real:
-        yield from system_checks.permissions()
-    yield link_check.link(options.link)
+    if options.link is not None:
+        yield system_checks.link(options.link)
     if options.bluetooth:
-        yield from _bluetooth()
+        from controller.diagnostics import bluetooth
+
+        yield from bluetooth.rows()
     try:
         sensor = load(options)
     except SensorError as error:
@@ -101,7 +96,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
 def _board_alone(wiring: Path | None) -> Iterator[Row]:
     """Yield what can be measured on a board on which no orb answers."""
     from controller.sensors.hardware.raspberry_pi import open_board
-    from controller.sensors.hardware.wiring_file import read
+    from controller.sensors.hardware.wiring import read
 
     try:
         board = open_board(read(wiring))
@@ -111,13 +106,6 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
         yield from wiring_checks.judge(measurements.measure(board), RATE_HZ)
     finally:
         board.close()
-
-
-def _bluetooth() -> Iterator[Row]:
-    if find_spec("controller.links.bluetooth") is None or find_spec(_BLUETOOTH) is None:
-        yield Row("Bluetooth", Verdict.UNKNOWN, "this version has no check of it")
-        return
-    yield from import_module(_BLUETOOTH).rows()
 
 
 def find_hand(watch: FrameReader) -> Finger | None:
@@ -146,7 +134,7 @@ def sensor_rows(
     try:
         yield from _skin(watch, bad, find)
         if driver is not None and driver.pump is not None and watch.air:
-            yield from skin_checks.air(watch.air, driver.pump.problem)
+            yield skin_checks.air(watch.air, driver.pump.problem)
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
 

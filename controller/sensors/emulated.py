@@ -16,9 +16,8 @@ from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.sensors.hardware.wiring_file import read
-from controller.sensors.orb import refuse_haste
-from controller.sensors.virtual import RATE_HZ, Virtual
+from controller.sensors.hardware.wiring import read
+from controller.sensors.virtual import Virtual
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.presets import PresetError, preset
 
@@ -42,8 +41,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     Raises:
         SensorError: The preset, a fault or the wiring cannot be used, or gpiozero is missing.
     """
-    wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
-    refuse_haste(wiring, rate_hz)
+    wiring = read(options.wiring)
     names, others = _split(options.fault)
     try:
         model = replace(
@@ -55,11 +53,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
         raise HardwareError(str(error)) from None
     orb = virtuals.arguments(replace(options, fault=others), rate_hz, model)
     readout = model.electronics.readout
-    around = replace(
-        BoardModel(),
-        noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
-        finger_pf=readout.finger_pf,
-    )  # fmt: skip
+    around = BoardModel(readout.noise_lsb, readout.mains, readout.mains_hz, readout.finger_pf)
     seeds = np.random.SeedSequence([options.seed, 1])
     emulated = Emulated(**orb, options=options)
     skin = emulated.skin[0]

@@ -5,25 +5,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from controller.sensors.hardware import HardwareAwayError
-from controller.sensors.hardware.controls import Controls
-from controller.sensors.hardware.converters import Chip
+from controller.sensors.hardware.converters import CHANNELS, Chip
+from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
-
-
-class Pins(Protocol):
-    """The pins of a board, by GPIO number."""
-
-    def drive(self, pin: int, high: bool) -> None:
-        """Make it an output: to the supply, or to ground."""
-
-    def release(self, pin: int) -> None:
-        """Make it an input without any pull: the pin floats."""
-
-    def level(self, pin: int) -> bool:
-        """Return whether it is high, from any driver."""
-
-    def close(self) -> None:
-        """Release all."""
 
 
 class Spi(Protocol):
@@ -55,7 +39,7 @@ class Board:
     """
 
     wiring: Wiring
-    pins: Pins
+    pins: GpioPins
     chip: Chip
     buses: tuple[Spi, ...]
     knobs: Controls
@@ -68,13 +52,12 @@ class Board:
         Raises:
             HardwareAwayError: The bus fails, or no converter answers.
         """
-        which, input_ = divmod(channel, self.chip.channels)
+        which, input_ = divmod(channel, CHANNELS)
         try:
             answer = self.buses[which].transfer(self.chip.request(input_))
         except OSError as error:
-            raise HardwareAwayError(
-                f"{self._device(which)} fails: {error.strerror or error}"
-            ) from None
+            words = f"{self._device(which)} fails: {error.strerror or error}"
+            raise HardwareAwayError(words) from None
         count = self.chip.decode(answer)
         if count is None:
             raise HardwareAwayError(

@@ -8,7 +8,6 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 
 from controller.__main__ import main
 from controller.diagnostics import measurements, system_checks, wiring_checks
-from controller.diagnostics.messages import SENTENCES
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
@@ -32,8 +31,6 @@ def test_a_sound_board_is_accused_of_nothing() -> None:
     [
         ("open_row:2", "open_row", "row 2"),
         ("open_column:4", "open_column", "column 4"),
-        ("weak_row:1=3", "weak_row", "row 1"),
-        ("weak_column:0=5", "weak_column", "column 0"),
         ("short_rows:3", "short_rows", "row 3"),
         ("short_columns:0", "short_columns", "column 0"),
         ("short_taxel:1,3", "short_taxel", "taxel (1,3)"),
@@ -41,12 +38,7 @@ def test_a_sound_board_is_accused_of_nothing() -> None:
         ("grounded_column:2", "grounded_column", "column 2"),
         ("high_row:0", "high_row", "row 0"),
         ("high_column:1", "high_column", "column 1"),
-        ("pull_up:2", "pull_up", "row 2"),
-        ("no_channel:3", "no_channel", "row 3"),
-        ("stuck_row:1", "grounded_row", "row 1"),
-        ("dead_row_pin:1", "dead_row_pin", "row 1"),
         ("dead:0,4", "dead", "taxel (0,4)"),
-        ("leaky:3,3", "leaky", "taxel (3,3)"),
         ("noisy:2=80", "noisy", "row 2"),
         ("no_bleed:0", "no_bleed", "row 0"),
         ("small_bleed:4", "small_bleed", "row 4"),
@@ -57,17 +49,13 @@ def test_a_sound_board_is_accused_of_nothing() -> None:
         ("no_converter", "no_converter", "converter"),
         ("silent_converter", "silent_converter", "converter"),
         ("bus_errors=0.2", "bus_errors", "bus"),
-        ("other_converter", "other_converter", "converter"),
         ("low_reference=0.8", "reference", "converter"),
         ("noise=150", "noise", "readings"),
-        ("mains=0.08", "mains", "readings"),
         ("slow_clock=40", "slow", "scan"),
     ],
 )
 def test_what_is_wrong_is_named_first(fault: str, code: str, where: str) -> None:
-    told = found(fault)
-    assert told[0] == (code, where)
-    assert code in SENTENCES
+    assert found(fault)[0] == (code, where)
 
 
 def test_inputs_that_are_swapped_are_named_both() -> None:
@@ -82,18 +70,13 @@ def test_two_faults_are_told_apart() -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("spoil", "code"),
-    [
-        (lambda count, rng: count & ~8, "stuck_bit"),
-        (lambda count, rng: count ^ 512 if rng.random() < 0.03 else count, "bit_errors"),
-    ],
-)
-def test_a_converter_that_lies_is_caught(spoil: object, code: str) -> None:
-    sensor = Wired(5, "nominal", spoil=spoil)  # type: ignore[arg-type]
+def test_a_converter_that_lies_is_caught() -> None:
+    sensor = Wired(
+        5, "nominal", spoil=lambda count, rng: count ^ 512 if rng.random() < 0.03 else count
+    )
     rows = wiring_checks.judge(measurements.measure(sensor.board), 10.0)
     sensor.close()
-    assert rows[0].code == code
+    assert rows[0].code == "bit_errors"
 
 
 @pytest.mark.slow

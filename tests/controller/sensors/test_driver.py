@@ -17,10 +17,9 @@ from gpiozero.pins.mock import MockFactory
 from controller.sensors import base as sensors
 from controller.sensors import orb
 from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
-from controller.sensors.hardware.emulated.adc import FakeChip
-from controller.sensors.hardware.emulated.board import EmulatedBoard
+from controller.sensors.hardware.emulated.board import EmulatedBoard, FakeChip
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.sensors.hardware.spi import SpiDev
+from controller.sensors.hardware.raspberry_pi import SpiDev
 
 
 @dataclass

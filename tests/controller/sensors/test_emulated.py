@@ -3,7 +3,6 @@
 import gc
 import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -168,16 +167,6 @@ def test_a_fault_of_the_skin_and_one_of_the_wiring_can_be_asked_for_together() -
     assert (frame[3] < 2.0).all()
     assert frame[1, 1] < 2.0
     assert (np.delete(frame, (1, 3), axis=0) > 20.0).all()
-
-
-def test_a_scan_that_takes_longer_than_a_frame_is_refused(tmp_path: Path) -> None:
-    slow = tmp_path / "slow.toml"
-    slow.write_text(
-        "[electrodes]\ncolumns = [5, 6]\nrows = [17, 27]\nchannels = [0, 1]\n"
-        "[times]\nsettle_us = 50000\n"
-    )
-    with pytest.raises(SensorError, match=r"a scan takes 20\d ms and 10 Hz leave 100"):
-        sensors.load("emulated", 10.0, wiring=slow)
 
 
 def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(

@@ -11,7 +11,7 @@ pytest.importorskip("gpiozero", reason="gpiozero knows the Raspberry Pi's header
 from gpiozero.pins.mock import MockFactory
 
 from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
-from controller.sensors.hardware.wiring_file import shipped
+from controller.sensors.hardware.wiring import Wiring
 from tests.reference import schematic
 
 PAGE = (ROOT / "docs" / "hardware.md").read_text(encoding="utf-8")
@@ -34,7 +34,7 @@ def numbers(cell: str) -> list[int]:
 
 
 def test_the_wiring_table_is_the_default_wiring() -> None:
-    wiring, rows = shipped(), table("### Wiring")
+    wiring, rows = Wiring(), table("### Wiring")
     by_name = {row[0]: row for row in rows}
     column = next(row for name, row in by_name.items() if name.startswith("column"))
     assert tuple(numbers(column[1])) == wiring.electrodes.columns
@@ -76,4 +76,4 @@ def test_the_faults_of_the_first_start_exist() -> None:
 
 
 def test_the_schematic_is_drawn_from_the_default_wiring() -> None:
-    assert schematic.FILE.read_text(encoding="utf-8") == schematic.draw(shipped())
+    assert schematic.FILE.read_text(encoding="utf-8") == schematic.draw(Wiring())

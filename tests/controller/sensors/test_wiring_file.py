@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from controller.sensors.hardware import HardwareError, schedule
-from controller.sensors.hardware.converters import find, names
-from controller.sensors.hardware.schedule import Slot
-from controller.sensors.hardware.wiring import Electrodes, Wiring
-from controller.sensors.hardware.wiring_file import parse, read, shipped
+from controller.sensors.hardware import HardwareError
+from controller.sensors.hardware.converters import CHIPS
+from controller.sensors.hardware.scanner import Slot, dark_slots, slots
+from controller.sensors.hardware.wiring import Electrodes, Wiring, parse, read
+from tests.support import ROOT
 
 TEXT = """
 name = "mine"
@@ -33,7 +33,8 @@ def complaint(text: str) -> str:
 
 
 def test_the_file_that_ships_is_the_default() -> None:
-    assert shipped() == Wiring()
+    path = ROOT / "controller" / "sensors" / "hardware" / "default.toml"
+    assert read(path) == read(None) == Wiring()
 
 
 def test_a_file_says_what_hangs_where_and_the_rest_is_usual() -> None:
@@ -140,24 +141,16 @@ def test_what_is_no_wiring_is_told_in_one_sentence(tmp_path: Path) -> None:
 
 def test_a_frame_goes_column_by_column_and_row_by_row() -> None:
     wiring = parse(TEXT, "mine.toml")
-    assert list(schedule.slots(wiring))[:4] == [
+    assert list(slots(wiring))[:4] == [
         Slot(0, (0,)), Slot(0, (1,)), Slot(0, (2,)), Slot(1, (0,)),
     ]  # fmt: skip
-    assert list(schedule.dark(wiring)) == [Slot(None, (0,)), Slot(None, (1,)), Slot(None, (2,))]
+    assert list(dark_slots(wiring)) == [Slot(None, (0,)), Slot(None, (1,)), Slot(None, (2,))]
 
 
 def test_all_rows_of_a_column_can_settle_together_in_any_order_of_columns() -> None:
     text = TEXT.replace('"taxel"', '"column"\norder = [1, 0]') + "ground = 7\n"
     wiring = parse(text, "mine.toml")
-    assert list(schedule.slots(wiring)) == [Slot(1, (0, 1, 2)), Slot(0, (0, 1, 2))]
-
-
-def test_columns_settle_together_in_less_time() -> None:
-    wiring = Wiring()
-    one_by_one = schedule.frame_s(wiring.scanned("taxel"), 15e-6, 44e-6)
-    together = schedule.frame_s(wiring, 15e-6, 44e-6)
-    assert together < 0.65 * one_by_one
-    assert one_by_one < 0.086  # the paper's cycle, section 5
+    assert list(slots(wiring)) == [Slot(1, (0, 1, 2)), Slot(0, (0, 1, 2))]
 
 
 # --- converters -----------------------------------------------------------------------------------
@@ -165,17 +158,9 @@ def test_columns_settle_together_in_less_time() -> None:
 
 def test_every_converter_asks_for_a_channel_and_understands_the_answer() -> None:
     # Data sheets DS21295 and DS21298, figures 6-1: what a microcontroller sends and receives.
-    assert find("mcp3008").request(5) == bytes((0b00000001, 0b11010000, 0))
-    assert find("mcp3008").decode(bytes((0xFF, 0b11111001, 0b10000001))) == 0b01_10000001
-    assert find("mcp3208").request(5) == bytes((0b00000111, 0b01000000, 0))
-    assert find("mcp3208").decode(bytes((0xFF, 0b11101010, 0b10000001))) == 0b1010_10000001
-
-
-def test_ones_all_the_way_are_no_converter() -> None:
-    for name in names():
-        assert find(name).decode(b"\xff\xff\xff") is None
-
-
-def test_an_unknown_converter_is_refused() -> None:
-    with pytest.raises(HardwareError, match="there are mcp3008, mcp3208"):
-        find("ads1115")
+    old, new = CHIPS["mcp3008"], CHIPS["mcp3208"]
+    assert old.request(5) == bytes((0b00000001, 0b11010000, 0))
+    assert old.decode(bytes((0xFF, 0b11111001, 0b10000001))) == 0b01_10000001
+    assert new.request(5) == bytes((0b00000111, 0b01000000, 0))
+    assert new.decode(bytes((0xFF, 0b11101010, 0b10000001))) == 0b1010_10000001
+    assert old.decode(b"\xff\xff\xff") is new.decode(b"\xff\xff\xff") is None
