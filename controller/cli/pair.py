@@ -1,4 +1,4 @@
-"""`controller pair`: let a host find this orb and pair with it, for a limited time."""
+"""`controller pair` and `key`: join this orb and a host, over Bluetooth or by a shared key."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import asyncio
 import logging
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from controller.errors import how_to_install
@@ -19,12 +20,12 @@ from controller.links.bluetooth.bluez import (
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS
+from controller.links.bluetooth.identifiers import ALIAS, WINDOW_S
+from controller.protocol import psk
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import Confirm, PairingAgent
 
-WINDOW_S: Final = 120
 LONGEST_S: Final = 600
 
 
@@ -113,3 +114,17 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
     host = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
     print(f"paired with {host}" if bonded(device) else f"{host} paired without a bond", flush=True)
     return 0 if bonded(device) else 1
+
+
+def key(argv: Sequence[str]) -> int:
+    """Run `controller key` and return its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="controller key",
+        description="Write a random key into a new file that only you can read. Copy it to the "
+        "other machine (scp keeps it yours), and name it with --key on both: docs/link.md.",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path)
+    path = parser.parse_args(argv).file
+    psk.make(path)
+    print(path)
+    return 0

@@ -28,10 +28,9 @@ from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welc
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings.recording import RATE_TOLERANCE
-from controller.runtime.device import Device
+from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter, status_file
-from controller.runtime.realtime import IdleCollector
-from controller.runtime.virtual_hand import VirtualHand
+from controller.runtime.process import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor, SensorError

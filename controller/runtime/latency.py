@@ -17,7 +17,7 @@ import numpy as np
 
 from controller.files import atomic_write, runtime_folder
 from controller.protocol.messages import LatencyReport, StageTime
-from controller.runtime.realtime import IdleCollector
+from controller.runtime.process import IdleCollector
 
 # The device's hops in order, each named by the work that ends with it.
 HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")

@@ -29,9 +29,8 @@ from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
-from controller.runtime.device import Device
+from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows

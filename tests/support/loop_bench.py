@@ -17,9 +17,8 @@ from controller.recognition.frames import Frame, Image, State, Window
 from controller.recognition.pipeline import Networks, Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
-from controller.runtime.device import Device
+from controller.runtime.device import Device, TimedPerform, VirtualHand
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import TimedPerform, VirtualHand
 from controller.sensors.base import Geometry, Sensor, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())

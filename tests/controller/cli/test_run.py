@@ -39,9 +39,8 @@ from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.assemble import TOKEN
-from controller.runtime.device import Device
-from controller.runtime.shutdown import signals
-from controller.runtime.virtual_hand import VirtualHand
+from controller.runtime.device import Device, VirtualHand
+from controller.runtime.process import signals
 from controller.sensors import base as sensors
 from controller.sensors.virtual import show
 from tests.support.loop_bench import MessageLog

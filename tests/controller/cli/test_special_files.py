@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from controller.__main__ import main
-from controller.cli.commands import COMMANDS
+from controller.cli import COMMANDS
 from tests.support.special_files import KINDS, answer, make
 
 if sys.platform != "linux":
@@ -115,7 +115,7 @@ def grammars() -> Iterator[tuple[str, argparse.ArgumentParser]]:
     def caught(grammar: argparse.ArgumentParser, *_: object) -> None:
         raise LookupError(grammar)
 
-    for command in (" ", *COMMANDS):
+    for command in (name or " " for name in COMMANDS):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(argparse.ArgumentParser, "parse_args", caught)
             with pytest.raises(LookupError) as found:

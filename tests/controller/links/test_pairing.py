@@ -15,7 +15,7 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.__main__ import main as controller
-from controller.cli import pair, status
+from controller.cli import pair, service
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
@@ -126,7 +126,7 @@ def test_without_bluez_there_is_no_paired_orb(fake: FakeBluez) -> None:
 def test_status_names_adapters_and_hosts(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status.main(["--json"])
+    service.status(["--json"])
     (adapter,) = json.loads(capsys.readouterr().out)["bluetooth"]["adapters"]
     assert adapter["name"] == "hci0"
     assert adapter["on"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from controller.protocol.messages import LatencyReport, StageTime
-from controller.runtime import realtime
+from controller.runtime import process
 from controller.runtime.latency import HOPS, LatencyReporter, LatencyStatistics
 
 ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
@@ -52,7 +52,7 @@ def test_an_empty_ledger_says_nothing() -> None:
 
 
 def test_garbage_is_swept_between_frames_only() -> None:
-    sweeper = realtime.IdleCollector()
+    sweeper = process.IdleCollector()
     try:
         assert not gc.isenabled()
         before = gc.get_stats()[1]["collections"]
@@ -73,7 +73,7 @@ def test_real_time_that_is_not_allowed_is_said_and_done_without(
     def refuse(process: int, policy: int, parameter: object) -> None:
         raise PermissionError(1, "Operation not permitted")
 
-    assert not realtime.real_time(refuse)
+    assert not process.real_time(refuse)
     assert "allow it with `ulimit -r 10`" in caplog.text
 
 
@@ -82,7 +82,7 @@ def test_no_product_of_a_step_asks_for_memory_any_more() -> None:
     program = """
 import sys
 import numpy as np
-from controller.runtime import realtime as quiet
+from controller.runtime import process as quiet
 
 def pages():
     return int(open("/proc/self/statm").read().split()[0])
@@ -107,7 +107,7 @@ print(product() * 4 // 1024)
 @pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="this system has no SCHED_FIFO")
 def test_real_time_is_asked_for_this_thread_alone() -> None:
     asked: list[tuple[int, int]] = []
-    assert realtime.real_time(lambda process, policy, parameter: asked.append((process, policy)))
+    assert process.real_time(lambda process, policy, parameter: asked.append((process, policy)))
     assert asked == [(0, os.SCHED_FIFO)]
 
 

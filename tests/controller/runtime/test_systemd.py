@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from controller.cli import service, status
+from controller.cli import service
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import explain
 from controller.links.bluetooth.identifiers import SERVICE_UUID
-from controller.runtime.long_press import HOLD_S, LongPress
-from controller.runtime.systemd import BEATS, WatchdogHeartbeat
+from controller.runtime.device import HOLD_S, LongPress
+from controller.runtime.process import BEATS, WatchdogHeartbeat
 from tests.support import ROOT
 
 if sys.platform == "win32":
@@ -163,12 +163,12 @@ def test_the_unit_names_this_installation(capsys: pytest.CaptureFixture[str]) ->
 def test_the_state_of_the_service_is_told_in_lines() -> None:
     text = "LoadState=loaded\nActiveState=active\nSubState=running\nNRestarts=2\n"
     text += "StatusText=waiting for a host at rfcomm://00:AA:01:01:00:01:22\n"
-    assert status.service_lines(status.parse(text)) == [
+    assert service.service_lines(service.parse(text)) == [
         "service    active (running), restarted 2 times",
         "           waiting for a host at rfcomm://00:AA:01:01:00:01:22",
     ]
-    assert "not installed" in status.service_lines({"LoadState": "not-found"})[0]
-    assert "does not run here" in status.service_lines({})[0]
+    assert "not installed" in service.service_lines({"LoadState": "not-found"})[0]
+    assert "does not run here" in service.service_lines({})[0]
 
 
 def test_a_button_that_is_held_tells_once_and_again_after_it_was_let_go() -> None:
