@@ -64,11 +64,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def examine(options: argparse.Namespace) -> Iterator[Row]:
-    """Yield all rows.
-
-    Raises:
-        SensorError: The command line asks for what does not exist.
-    """
+    """Yield all rows; SensorError if the command line asks for what does not exist."""
     real = sensors.name_of(options.sensor) == REAL
     yield system_checks.runtime(options.bundle)
     yield system_checks.disk(files.state_folder())

@@ -31,11 +31,7 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
 
 
 def load(options: argparse.Namespace) -> Sensor:
-    """Return the sensor that `add_sensor`'s options choose.
-
-    Raises:
-        SensorError: It cannot be used.
-    """
+    """Return the sensor that `add_sensor`'s options choose, or raise SensorError."""
     return sensors.load(
         options.sensor, seed=options.seed, preset=options.preset, fault=tuple(options.fault),
         wiring=options.wiring,

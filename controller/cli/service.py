@@ -49,12 +49,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def unit(program: Sequence[str], options: Sequence[str]) -> str:
-    """Return the unit.
-
-    Args:
-        program: Command of the controller.
-        options: Its options.
-    """
+    """Return the unit that runs a program, the command of the controller, with options."""
     text = files("controller.runtime").joinpath(NAME).read_text(encoding="utf-8")
     words = " ".join(_quoted(word) for word in (*program, *options))
     text = text.replace("@COMMAND@", words).replace("@GROUPS@", " ".join(_groups()))

@@ -40,11 +40,7 @@ class FrameReader:
         return self._number / self.sensor.rate_hz
 
     def frames(self, seconds: float) -> Frames:
-        """Return the frames of so many seconds, (n, rows, columns), pF.
-
-        Raises:
-            SensorError: The sensor gives none.
-        """
+        """Return the frames of so many seconds, (n, rows, columns), pF, or raise SensorError."""
         return np.array([self._next() for _ in range(max(1, round(seconds * self.sensor.rate_hz)))])
 
     def _next(self) -> Frame:

@@ -78,11 +78,7 @@ class Parts:
 
 
 def prepare(options: Namespace) -> Parts:
-    """Return all parts of a run.
-
-    Raises:
-        UserError: A part cannot be built.
-    """
+    """Return all parts of a run, or raise UserError."""
     bundle, mapping, recognizer = _deployed(options)
     _check_user(options, bundle)
     plan = runs = None
@@ -114,10 +110,9 @@ def prepare(options: Namespace) -> Parts:
 
 
 def renew(parts: Parts) -> Parts:
-    """Return the parts with bundle and mapping read again; the link stays, and its host reconnects.
+    """Return the parts with bundle and mapping read again; the link stays, its host reconnects.
 
-    Raises:
-        UserError: They cannot be used; the old parts are unchanged.
+    UserError if they cannot be used; the old parts are then unchanged.
     """
     bundle, mapping, recognizer = _deployed(parts.options)
     sensor = _sensor(parts.options, bundle)
@@ -130,11 +125,7 @@ def renew(parts: Parts) -> Parts:
 
 
 def refreshed(parts: Parts) -> Parts | None:
-    """Return the parts with the networks now in use; None: the bundle differs in more than these.
-
-    Raises:
-        UserError: They cannot be used; the old parts are unchanged.
-    """
+    """Return the parts with the networks now in use; None if more differs. UserError."""
     bundle, mapping, recognizer = _deployed(parts.options)
     before = parts.bundle.settings, parts.bundle.pitch_mm, parts.mapping
     if (bundle.settings, bundle.pitch_mm, mapping) != before:
@@ -143,11 +134,7 @@ def refreshed(parts: Parts) -> Parts | None:
 
 
 def exchange(parts: Parts, device: Device) -> None:
-    """Replace the networks of a running device by those of `refreshed` parts.
-
-    Raises:
-        RecordingError: The next file of a recording cannot be begun.
-    """
+    """Replace the networks of a running device, and begin the next file of its recording."""
     device.pipeline.exchange(parts.recognizer)
     if device.recorder is not None and parts.runs is not None:
         from controller.runtime import recording_session
@@ -236,11 +223,7 @@ def _day(name: str, day: str) -> str:
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:
-    """Return files of gestures for the simulated hand, besides the shipped ones.
-
-    Raises:
-        VocabularyError: The file that names them is no vocabulary.
-    """
+    """Return files of gestures for the simulated hand besides the shipped ones; VocabularyError."""
     if options.labels is None:
         return ()
     from controller.bundles import vocabulary

@@ -160,12 +160,7 @@ class Device:
     def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
         """Scan the frame that is due, and send its results; None: the sensor is away.
 
-        Args:
-            rate_hz: The rate as measured, for the telemetry.
-            late_s: Time since it was due.
-
-        Raises:
-            SensorError: The sensor gives no frame any more.
+        The rate as measured goes into the telemetry. SensorError if there will be no further frame.
         """
         assert self.due is not None
         number, t_s = self.due
@@ -212,11 +207,7 @@ class Device:
         self.due = next(self._schedule, None)
 
     def close(self) -> None:
-        """Finish the recording and release the sensor.
-
-        Raises:
-            RecordingError: The recording cannot be written.
-        """
+        """Finish the recording, or raise RecordingError, and release the sensor."""
         self.untimed()
         try:
             self.sensor.close()

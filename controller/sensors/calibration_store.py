@@ -60,11 +60,7 @@ def path(device_id: str, where: Path | None = None) -> Path:
 
 
 def save(calibration: Calibration, where: Path | None = None) -> Path:
-    """Keep a calibration in the place of the device's last one, and return its file.
-
-    Raises:
-        OSError: It cannot be written.
-    """
+    """Keep a calibration in place of the device's last one; return its file. OSError."""
     file = path(calibration.device_id, where)
     plain = {
         "version": VERSION,
@@ -97,11 +93,7 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
 
 
 def forget(device_id: str, where: Path | None = None) -> bool:
-    """Remove what is kept of a device; return whether there was something.
-
-    Raises:
-        OSError: It cannot be removed.
-    """
+    """Remove what is kept of a device; return whether there was something, or raise OSError."""
     file = path(device_id, where)
     there = file.exists()
     file.unlink(missing_ok=True)

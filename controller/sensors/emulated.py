@@ -26,11 +26,7 @@ _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says 
 
 @dataclass(frozen=True)
 class Options(virtuals.Options):
-    """Options of a virtual orb, whose faults may be of its wiring, too.
-
-    Attributes:
-        wiring: How it is wired; None: as docs/hardware.md draws it.
-    """
+    """Options of a virtual orb, whose faults may be of its wiring; None is docs/hardware.md's."""
 
     wiring: Path | None = None
 
@@ -62,11 +58,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
 
 
 def _split(texts: tuple[str, ...]) -> tuple[list[str], tuple[str, ...]]:
-    """Return the faults of the wiring, and those of the virtual orb.
-
-    Raises:
-        HardwareError: One is neither.
-    """
+    """Return the faults of the wiring, and those of the virtual orb, or raise HardwareError."""
     kinds = {text: re.split("[:=]", text)[0] for text in texts}
     known = dict.fromkeys([*WiringFault.kinds, *Fault.kinds])
     for text, kind in kinds.items():
@@ -94,11 +86,7 @@ class Emulated(Virtual):
         self._now_s = 0.0
 
     def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads.
-
-        Raises:
-            HardwareAwayError: A fault keeps the driver from reading.
-        """
+        """Return the scan that ends at `t_s`, pF, or raise HardwareAwayError for a fault."""
         super().read(t_s)
         self.bench.breathe(t_s - self._now_s)
         self._now_s = t_s

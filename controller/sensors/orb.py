@@ -18,11 +18,7 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True)
 class Options(SensorOptions):
-    """Options of the orb.
-
-    Attributes:
-        wiring: How it is wired; None: as docs/hardware.md draws it.
-    """
+    """Options of the orb: how it is wired; None: as docs/hardware.md draws it."""
 
     wiring: Path | None = None
 
@@ -67,11 +63,7 @@ class Orb(Sensor):
         self.geometry = Geometry(wiring.rows, wiring.columns, wiring.pitch_mm)
 
     def read(self, t_s: float) -> Frame:
-        """Return a scan, (rows, columns), picofarads.
-
-        Raises:
-            HardwareAwayError: There is none now.
-        """
+        """Return a scan, (rows, columns), picofarads, or raise HardwareAwayError."""
         return self.driver.frame(t_s)
 
     def button(self, t_s: float) -> str | None:

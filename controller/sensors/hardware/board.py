@@ -14,11 +14,7 @@ class Spi(Protocol):
     """One chip on an SPI bus."""
 
     def transfer(self, data: bytes) -> bytes:
-        """Write bytes, and return as many that were read meanwhile.
-
-        Raises:
-            OSError: The bus fails.
-        """
+        """Write bytes, and return as many that were read meanwhile, or raise OSError."""
 
     def close(self) -> None:
         """Release the bus."""
@@ -47,11 +43,7 @@ class Board:
     clock: Callable[[], float]
 
     def convert(self, channel: int) -> int:
-        """Return one conversion, counts; channels number all converters through.
-
-        Raises:
-            HardwareAwayError: The bus fails, or no converter answers.
-        """
+        """Return one conversion of a channel, counted over all converters; HardwareAwayError."""
         which, input_ = divmod(channel, CHANNELS)
         try:
             answer = self.buses[which].transfer(self.chip.request(input_))

@@ -12,11 +12,7 @@ class GpioPins:
     """Pins as electrodes: driven to either side, or floating."""
 
     def __init__(self, factory: Any, pins: Iterable[int]) -> None:
-        """Take pins by their GPIO numbers, and ground them; gpiozero's factory is closed with us.
-
-        Raises:
-            HardwareError: A pin does not exist, or is in use by another program.
-        """
+        """Take pins by GPIO numbers, and ground them; gpiozero's factory is closed with them."""
         from gpiozero import GPIODevice, GPIOZeroError
 
         self.factory = factory
@@ -59,11 +55,7 @@ class Controls:
     """The label button, the status LED and the pump of a wiring, as far as it has them."""
 
     def __init__(self, factory: Any, wiring: Wiring) -> None:
-        """Take their pins from gpiozero's factory; LED and pump are off.
-
-        Raises:
-            HardwareError: A pin is in use by another program.
-        """
+        """Take their pins from gpiozero's factory; LED and pump are off."""
         from gpiozero import LED, Button, GPIOZeroError, OutputDevice
 
         self._button = self._led = self._pump = None

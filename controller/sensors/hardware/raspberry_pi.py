@@ -57,11 +57,7 @@ def serial() -> str:
 
 
 def raspberry() -> Any:
-    """Return gpiozero's factory of this computer's pins.
-
-    Raises:
-        MissingHardwareError: A library is missing, or this computer's pins cannot be had.
-    """
+    """Return gpiozero's factory of this computer's pins, or raise MissingHardwareError."""
     # lgpio leaves a pipe in the folder where it is imported.
     os.environ.setdefault("LG_WD", tempfile.gettempdir())
     try:
@@ -114,11 +110,7 @@ class SpiDev:
             ) from None
 
     def transfer(self, data: bytes) -> bytes:
-        """Write bytes, and return as many that were read meanwhile.
-
-        Raises:
-            OSError: The bus fails.
-        """
+        """Write bytes, and return as many that were read meanwhile, or raise OSError."""
         if self._spi is None:
             self._open()
         try:

@@ -64,11 +64,7 @@ class Scan:
 
 
 class Scanner:
-    """Reads taxels one by one, or a column at once.
-
-    Attributes:
-        board: On which.
-    """
+    """Reads taxels of its `board` one by one, or a column at once."""
 
     def __init__(self, board: Board) -> None:
         """Ground all electrodes."""
@@ -79,11 +75,7 @@ class Scanner:
             board.pins.drive(pin, False)
 
     def scan(self) -> Scan:
-        """Return one frame.
-
-        Raises:
-            HardwareAwayError: The converter does not answer.
-        """
+        """Return one frame; HardwareAwayError if the converter does not answer."""
         shape = self._wiring.rows, self._wiring.columns
         counts, age_s = np.empty(shape), np.empty(shape)
         for slot in self._slots:
@@ -95,10 +87,7 @@ class Scanner:
     def dark(self, readings: int) -> Array:
         """Return what each row reads while no column is raised, (rows,): the mean of some readings.
 
-        It does not depend on what touches the orb.
-
-        Raises:
-            HardwareAwayError: The converter does not answer.
+        It does not depend on what touches the orb. HardwareAwayError as of `scan`.
         """
         counts = np.zeros(self._wiring.rows)
         for _ in range(readings):

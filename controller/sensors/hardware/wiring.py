@@ -200,11 +200,7 @@ Use = tuple[str, str, str, int]  # table, key, what uses it, and the number of a
 
 
 def read(path: Path | None) -> Wiring:
-    """Return the wiring in a file, or without one the default wiring.
-
-    Raises:
-        HardwareError: It cannot be read, or is none; one sentence, with the line.
-    """
+    """Return the wiring in a file, without one the default; HardwareError with the line."""
     if path is None:
         return Wiring()
     try:
@@ -214,11 +210,7 @@ def read(path: Path | None) -> Wiring:
 
 
 def parse(text: str, source: str) -> Wiring:
-    """Return the wiring in a text of TOML; messages begin with its `source`.
-
-    Raises:
-        HardwareError: It is none.
-    """
+    """Return the wiring in a text of TOML; HardwareError messages begin with its `source`."""
     try:
         table = parse_toml(text)
     except ConfigError as error:
@@ -235,11 +227,7 @@ def parse(text: str, source: str) -> Wiring:
 
 
 def _wiring(table: dict[str, Any]) -> Wiring:
-    """Return the wiring of a table; parts that it does not name are not there.
-
-    Raises:
-        ConfigError: An entry cannot be used.
-    """
+    """Return the wiring of a table, without the parts that it does not name; ConfigError."""
     electrodes = table.get("electrodes")
     if electrodes is None:
         raise ConfigError("has no table [electrodes], which names the pins of rows and columns")
@@ -257,11 +245,7 @@ def _wiring(table: dict[str, Any]) -> Wiring:
 
 
 def _gain(rows: Any) -> tuple[tuple[float, ...], ...]:
-    """Return the gains of taxels, row by row.
-
-    Raises:
-        ConfigError: They are no numbers within limits.
-    """
+    """Return the gains of taxels, row by row, or raise ConfigError."""
     low, high = _GAIN
     if isinstance(rows, list) and all(isinstance(row, list) for row in rows):
         numbers = [one for row in rows for one in row]

@@ -194,7 +194,8 @@ def damaged() -> Iterator[str]:
     yield from ("", "[" * 50_000, "3", "[]", '{"pid": ' + "9" * 5000 + "}")
     for key in SOUND:
         yield json.dumps({name: value for name, value in SOUND.items() if name != key})
-        for value in (None, [], {}, "x", -(2**70), [[]]):
+        values: tuple[object, ...] = (None, [], {}, "x", -(2**70), [[]])
+        for value in values:
             yield json.dumps({**SOUND, key: value})
 
 

@@ -102,10 +102,8 @@ class EmulatedBoard:
     ) -> None:
         """Build an orb with faults; the seed draws the parts' tolerances and the noise.
 
-        The taxels, pF, (rows, columns), are drawn as well if they are not given.
-
-        Raises:
-            MissingHardwareError: gpiozero is missing.
+        The taxels, pF, (rows, columns), are drawn as well if they are not given. Without gpiozero
+        it raises MissingHardwareError.
         """
         try:
             from controller.sensors.hardware.emulated.pins import CircuitFactory
