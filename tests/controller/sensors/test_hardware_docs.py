@@ -66,12 +66,7 @@ def test_the_tables_pins_are_where_a_raspberry_pi_has_them() -> None:
 def test_every_fault_that_can_be_tried_is_listed() -> None:
     listed = re.findall(r"^\| `([a-z_]+)(?::[RC,]+)?` \|", PAGE, re.MULTILINE)
     assert listed == list(KINDS)
-
-
-def test_the_faults_of_the_first_start_exist() -> None:
-    asked = re.findall(r"--fault ([a-z_:0-9,=.]+)$", PAGE, re.MULTILINE)
-    assert asked
-    for text in asked:
+    for text in re.findall(r"--fault ([a-z_:0-9,=.]+)$", PAGE, re.MULTILINE):
         WiringFault.parse(text)
 
 
