@@ -30,7 +30,6 @@ from controller.runtime.process import (
     ShutdownSignals,
     WatchdogHeartbeat,
     real_time,
-    reserve,
     signals,
 )
 
@@ -81,7 +80,6 @@ def _run(parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None) -> 
     if printing and replaying:
         _replay(open_device(parts, 1), lambda: bool(shutdown))
         return
-    reserve()
     if parts.options.realtime:
         real_time()
     watchdog = WatchdogHeartbeat()

@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterator, Mapping
 from types import FrameType
 from typing import Final
 
-import numpy as np
-
 BEATS: Final = 3  # heartbeats per watchdog interval; sd_notify(3) requires two
 PRIORITY: Final = 10  # of SCHED_FIFO; kernel threads have 50 and more
 COLLECT_S: Final = 5.0  # between two collections
@@ -160,16 +158,6 @@ class IdleCollector:
         """Switch automatic collection on again."""
         gc.enable()
         gc.unfreeze()
-
-
-def reserve() -> None:
-    """Make NumPy's BLAS allocate its memory now: 32 MiB of addresses, once.
-
-    It allocates at its first product, which would be during a frame, and ends the process if that
-    fails.
-    """
-    square = np.ones((64, 64))
-    np.matmul(square, square)
 
 
 def real_time(schedule: Schedule | None = _SCHEDULE) -> bool:

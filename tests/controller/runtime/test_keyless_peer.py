@@ -3,7 +3,6 @@
 import logging
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.recordings import reader
-from controller.recordings.recorder import Recorder
 from controller.runtime import loop
 from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
@@ -146,30 +144,6 @@ def test_sessions_of_a_moment_leave_no_recordings(
     assert len(reader.load(kept[0]).t) == 12
     assert caplog.messages[0] == "nothing was recorded: there was less than a second to keep"
     assert len(caplog.messages) == 2  # and the one that was
-
-
-def test_a_file_that_goes_on_is_kept_however_short(tmp_path: Path) -> None:
-    class Full(Recorder):
-        full = property(lambda self: self.taken >= 15)
-        taken = 0
-
-        def add(self, *arguments: Any, **others: Any) -> None:
-            self.taken += 1
-            super().add(*arguments, **others)
-
-    bench = Bench(await_host=True)
-    device = bench.open()
-    tape = bench.tape(tmp_path / "unused.npz", device.pipeline)
-    tape.close()
-    names = iter(("1.npz", "2.npz"))
-    origin = tape._recorder.origin
-    tape._begin = lambda state: Full(tmp_path / next(names), origin, state)
-    tape._recorder = tape._begin(device.pipeline.state())
-    device.recorder = tape
-    for _ in range(18):
-        device.advance(10.0)
-    device.close()
-    assert [len(reader.load(tmp_path / name).t) for name in ("1.npz", "2.npz")] == [15, 3]
 
 
 def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path: Path) -> None:

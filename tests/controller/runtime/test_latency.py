@@ -3,8 +3,6 @@
 import gc
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,8 +10,6 @@ import pytest
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime import process
 from controller.runtime.latency import HOPS, LatencyReporter, LatencyStatistics
-
-ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
 
 
 def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:
@@ -64,33 +60,6 @@ def test_real_time_is_asked_for_this_thread_and_done_without_where_not_allowed(
 
     assert not process.real_time(refuse)
     assert "allow it with `ulimit -r 10`" in caplog.text
-
-
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="only Linux tells")
-def test_no_product_of_a_step_asks_for_memory_any_more() -> None:
-    program = """
-import sys
-import numpy as np
-from controller.runtime import process as quiet
-
-def pages():
-    return int(open("/proc/self/statm").read().split()[0])
-
-def product():
-    before = pages()
-    np.linalg.solve(np.eye(30) + 1.0, np.ones((30, 30)) @ np.ones((30, 30)))
-    return pages() - before
-
-if "reserved" in sys.argv:
-    quiet.reserve()
-print(product() * 4 // 1024)
-"""
-    grown = [
-        int(subprocess.check_output([sys.executable, "-c", program, word], env=ONE_THREAD))
-        for word in ("reserved", "unprepared")
-    ]
-    assert grown[0] < 2  # MiB
-    assert grown[0] <= grown[1]  # how much it would have been is the library's own affair
 
 
 def test_a_frame_counts_when_it_has_ended_all_hops_and_reports_come_once_a_second(
