@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
@@ -35,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
     sensors.name_of(options.sensor)  # a wrong name is refused before anything is measured
     rows = list(examine(options))
     if options.json:
-        plain = {"healthy": not faulty(rows), "rows": [row.plain() for row in rows]}
+        plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))
     else:
         print(table(rows))
@@ -119,9 +120,9 @@ def sensor_rows(
     bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
     if driver is not None:
         measured = measurements.measure(driver.board)
-        if isinstance(measured, measurements.UnresponsiveBoard):
-            yield from wiring_checks.judge(measured, sensor.rate_hz)
-            return  # nothing else can be read
+        if isinstance(measured, Row):
+            yield measured  # and nothing else can be read
+            return
         found = wiring_checks.WiringChecks(measured, sensor.rate_hz)
         yield from found.faults
         yield from found.sound()

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.diagnostics.report import Row, fault
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS
@@ -69,34 +70,16 @@ class Measurements:
         return np.where(ratio < 0.999, tau_s, np.inf)
 
 
-@dataclass(frozen=True, slots=True)
-class UnresponsiveBoard:
-    """A board whose converter does not answer.
-
-    Attributes:
-        failed: Share of conversions that nothing answered.
-        reason: What the last of them said.
-        zeros: It answers nothing but zeros.
-    """
-
-    failed: float
-    reason: str
-    zeros: bool = False
-
-
-def measure(board: Board) -> Measurements | UnresponsiveBoard:
-    """Measure a board; all electrodes are grounded afterwards."""
-    answer = _answers(board)
-    if answer.failed > 0.0 or answer.zeros:
-        return answer
+def measure(board: Board) -> Measurements | Row:
+    """Measure a board, or return why it cannot be; all electrodes are grounded afterwards."""
     try:
-        return _Probe(board).measured()
+        return _silence(board) or _Probe(board).measured()
     except HardwareAwayError as error:
-        return UnresponsiveBoard(1.0 / _TRIES, str(error))
+        return fault("bus_errors", "bus", str(error))
 
 
-def _answers(board: Board) -> UnresponsiveBoard:
-    """Return how a converter answers while every row is at the supply: anything but zeros."""
+def _silence(board: Board) -> Row | None:
+    """Return why a converter does not answer while every row is at the supply; None: it does."""
     electrodes = board.wiring.electrodes
     failed, reason, most = 0, "", 0
     for pin in electrodes.rows:
@@ -110,7 +93,12 @@ def _answers(board: Board) -> UnresponsiveBoard:
             most = max(most, count)
     for pin in electrodes.rows:
         board.pins.drive(pin, False)
-    return UnresponsiveBoard(failed / _TRIES, reason, zeros=failed == 0 and most == 0)
+    if failed == _TRIES:
+        return fault("no_converter", "converter", reason)
+    if failed:
+        share = f"{100 * failed / _TRIES:.0f} % of the transfers failed"
+        return fault("bus_errors", "bus", f"{share}: {reason}")
+    return fault("silent_converter", "converter") if most == 0 else None
 
 
 class _Probe:

@@ -1,7 +1,7 @@
 """Results of checks: one row for each thing that was looked at, and the sentences of faults."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from textwrap import wrap
 from typing import Final
@@ -36,10 +36,6 @@ class Row:
     found: str
     advice: str = ""
     code: str = ""
-
-    def plain(self) -> dict[str, str]:
-        """Return the row as plain data."""
-        return {key: str(value) for key, value in asdict(self).items()}
 
 
 def faulty(rows: Iterable[Row]) -> bool:

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.measurements import LATE_S, Measurements, UnresponsiveBoard
+from controller.diagnostics.measurements import LATE_S, Measurements
 from controller.diagnostics.report import Row, Verdict, fault
 from controller.simulator.readout import NOMINAL_PF
 
@@ -246,13 +246,8 @@ class WiringChecks:
         return float(self._tau_s[row]) * 1e6 / (self._taxels_pf(row) + ground_pf)
 
 
-def judge(measured: Measurements | UnresponsiveBoard, rate_hz: float) -> list[Row]:
+def judge(measured: Measurements | Row, rate_hz: float) -> list[Row]:
     """Return what is wrong with a board, what explains most first; [] where nothing is."""
-    if isinstance(measured, Measurements):
-        return WiringChecks(measured, rate_hz).faults
-    if measured.zeros:
-        return [fault("silent_converter", "converter")]
-    if measured.failed == 1.0:
-        return [fault("no_converter", "converter", measured.reason)]
-    share = f"{100 * measured.failed:.0f} % of the transfers failed"
-    return [fault("bus_errors", "bus", f"{share}: {measured.reason}")]
+    if isinstance(measured, Row):
+        return [measured]
+    return WiringChecks(measured, rate_hz).faults

@@ -74,11 +74,12 @@ class Wired(Sensor):
         self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
         self.board = self.bench.board
         if spoil is not None:
+            said = spoil
 
             class Spoilt(Chip):
                 def decode(self, answer: bytes) -> int | None:
                     count = super().decode(answer)
-                    return None if count is None else spoil(count, rng)
+                    return None if count is None else said(count, rng)
 
             chip = self.board.chip
             self.board = replace(self.board, chip=Spoilt(chip.bits, chip.fastest_hz))
