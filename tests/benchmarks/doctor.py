@@ -107,48 +107,34 @@ def healthy(name: str, number: int) -> list[tuple[str, str, str]]:
         sensor.close()
 
 
-def line(kind: str, told: list[tuple[str, bool]]) -> str:
-    """Return a row of the confusion matrix: the usual diagnosis first, then all others."""
-    right = CALLED.get(kind, kind)
-    hits = [place for code, place in told if code == right]
-    others = Counter(code for code, _ in told if code != right).most_common()
-    words = ", ".join(f"{code} {count}" for code, count in others)
-    place = f"{100 * np.mean(hits):6.0f}%" if hits else "      -"
-    return f"{kind:<18}{100 * len(hits) / len(told):6.0f}%{place}  {words}"
-
-
 def main() -> None:
-    """Print a matrix for each preset, and what sound orbs are accused of."""
+    """Print how often each fault is named, for each preset, and what sound orbs are accused of."""
     options = command_line(__doc__, orbs=50, healthy=500, workers=1).parse_args()
     results = Results("doctor")
-    accused: list[tuple[str, str, str]] = []
     kinds = (*SIZES, SPOILT, *TOUCHED)
     with ProcessPoolExecutor(options.workers) as pool:
         for name in PRESETS:
-            jobs = {
-                kind: pool.map(one, repeat(kind), repeat(name), range(options.orbs), chunksize=5)
-                for kind in kinds
-            }
-            print(f"\n{name}: {len(kinds)} kinds of faults, {options.orbs} orbs each")
-            print(f"{'truth':<18}{'named':>7}{'place':>7}  otherwise", flush=True)
-            answers = {}
-            for kind, job in jobs.items():
-                answers[kind] = list(job)
-                print(line(kind, answers[kind]), flush=True)
-            named = [
-                code == CALLED.get(kind, kind) for kind, told in answers.items()
-                for code, _ in told
-            ]  # fmt: skip
-            seen = [code != NOTHING for told in answers.values() for code, _ in told]
+            print(f"\n{name}: {options.orbs} orbs each; share named, share placed, other answers")
+            named = []
+            for kind in kinds:
+                told = list(pool.map(one, repeat(kind), repeat(name), range(options.orbs)))
+                right = [code == CALLED.get(kind, kind) for code, _ in told]
+                places = np.mean(
+                    [place for (_, place), hit in zip(told, right, strict=True) if hit]
+                )
+                others = Counter(code for code, _ in told if code != CALLED.get(kind, kind))
+                print(
+                    f"{kind:<18}{np.mean(right):6.2f}{np.mean(placed):6.2f}  {dict(others)}",
+                    flush=True,
+                )
+                named += right
             results.note("faults_named", float(np.mean(named)), "share", preset=name)
-            results.note("faults_seen", float(np.mean(seen)), "share", preset=name)
-            flags = list(pool.map(healthy, repeat(name), range(options.healthy), chunksize=10))
-            flagged = sum(bool(flag) for flag in flags)
-            accused += [one for flag in flags for one in flag]
-            share = flagged / max(1, options.healthy)
+            flags = list(pool.map(healthy, repeat(name), range(options.healthy)))
+            share = sum(bool(flag) for flag in flags) / max(1, options.healthy)
             results.note("healthy_flagged", share, "share", preset=name, goal=0.01)
-    for code, where, found in accused:
-        print(f"  accused: {code} at {where}: {found}")
+            for accused in flags:
+                for code, where, found in accused:
+                    print(f"  accused: {code} at {where}: {found}")
     results.finish(options.json)
 
 

@@ -240,6 +240,7 @@ class Process:
     """`controller` in a child process."""
 
     def __init__(self, *argv: str | Path, token: str = "") -> None:
+        self.end: socket.socket | None = None
         environment = {**os.environ, TOKEN: token}
         command = [sys.executable, "-m", "controller", *map(str, argv)]
         pipe = subprocess.PIPE
@@ -255,19 +256,16 @@ class Process:
         line: dict[str, object] = json.loads(text)
         return line
 
-    def stop(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
+    def connect(self) -> HandMadeHost:
+        """Connect to it, after it has told where it listens."""
+        place, port = str(self.line()["listening"]).removeprefix("socket://").split(":")
+        self.end = end = socket.create_connection((place, int(port)), timeout=PATIENCE_S)
+        return HandMadeHost(lambda: end.recv(4096), end.sendall)
+
+    def stop(self, number: int | None = signal.SIGTERM) -> tuple[int, str, str]:
         """Ask it to end; return its exit status and what else it had to say."""
-        self.child.send_signal(number)
-        return self.end()
-
-    def abandon(self) -> tuple[int, str, str]:
-        """Let go of its standard input, as the system does for a host that is killed."""
-        assert self.child.stdin is not None
-        self.child.stdin.close()
-        self.child.stdin = None
-        return self.end()
-
-    def end(self) -> tuple[int, str, str]:
+        if number is not None:
+            self.child.send_signal(number)
         out, err = self.child.communicate(timeout=PATIENCE_S)
         return self.child.returncode, out, err
 
@@ -275,6 +273,8 @@ class Process:
         if self.child.poll() is None:
             self.child.kill()
         self.child.communicate()
+        if self.end is not None:
+            self.end.close()
 
 
 def hear(host: HandMadeHost, last: type[Message]) -> list[Message]:
@@ -288,7 +288,6 @@ def hear(host: HandMadeHost, last: type[Message]) -> list[Message]:
 
 
 Start = Callable[..., Process]
-Connect = Callable[[Process], HandMadeHost]
 
 
 @pytest.fixture
@@ -304,26 +303,12 @@ def start() -> Iterator[Start]:
         yield start
 
 
-@pytest.fixture
-def connect() -> Iterator[Connect]:
-    """Connect to a process that listens."""
-    with ExitStack() as stack:
-
-        def connect(process: Process) -> HandMadeHost:
-            place, port = str(process.line()["listening"]).removeprefix("socket://").split(":")
-            end = socket.create_connection((place, int(port)), timeout=PATIENCE_S)
-            stack.enter_context(end)
-            return HandMadeHost(lambda: end.recv(4096), end.sendall)
-
-        yield connect
-
-
 def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
-    start: Start, connect: Connect, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    start: Start, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "granted.npz"
     process = start("--link", "listen://127.0.0.1:0", "--seed", "4", "--record", path, token="t")
-    host = connect(process)
+    host = process.connect()
     assert isinstance(host.greet(dataclasses.replace(JOIN, token="t")), Welcome)
     heard: list[Message] = []
     for number, place in enumerate(((0.5, 3.0), (3.5, 3.0), (2.0, 0.3)), 1):
@@ -341,16 +326,19 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
     assert [(line["command"], line["t"]) for line in lines] == commands
 
 
-def test_an_orb_with_a_token_refuses_strangers(start: Start, connect: Connect) -> None:
+def test_an_orb_with_a_token_refuses_strangers(start: Start) -> None:
     process = start("--link", "listen://127.0.0.1:0", token="secret")
-    assert isinstance(connect(process).greet(JOIN), Refuse)
+    assert isinstance(process.connect().greet(JOIN), Refuse)
     assert process.stop(signal.SIGINT)[0] == 0
 
 
 def test_an_orb_of_a_host_s_own_ends_when_the_host_does(start: Start) -> None:
     process = start("--link", "listen://127.0.0.1:0", token="secret")
     assert "listening" in process.line()
-    status, _, messages = process.abandon()
+    assert process.child.stdin is not None
+    process.child.stdin.close()  # as the system does for a host that is killed
+    process.child.stdin = None
+    status, _, messages = process.stop(None)
     assert status == 0
     assert "no host for" not in messages  # it waited for no other host
 
@@ -394,7 +382,7 @@ def test_a_session_of_cues_ends_by_itself_and_is_named_after_who_and_when(
         jitter_s = 0
     """)
     who = ("--record", tmp_path, "--user", "ada", "--session", "1")
-    status, printed, messages = start("--cues", plan, "--seed", "4", *who).end()
+    status, printed, messages = start("--cues", plan, "--seed", "4", *who).stop(None)
     assert (status, "the simulated hand follows the cues" in messages) == (0, True)
     lines = [json.loads(line) for line in printed.splitlines()]
     cues = [line for line in lines if "cue" in line]
