@@ -119,14 +119,10 @@ def main() -> None:
             for kind in kinds:
                 told = list(pool.map(one, repeat(kind), repeat(name), range(options.orbs)))
                 right = [code == CALLED.get(kind, kind) for code, _ in told]
-                places = np.mean(
-                    [place for (_, place), hit in zip(told, right, strict=True) if hit]
-                )
+                placed = [place for (_, place), hit in zip(told, right, strict=True) if hit]
                 others = Counter(code for code, _ in told if code != CALLED.get(kind, kind))
-                print(
-                    f"{kind:<18}{np.mean(right):6.2f}{np.mean(placed):6.2f}  {dict(others)}",
-                    flush=True,
-                )
+                shares = f"{np.mean(right):6.2f}{np.mean(placed):6.2f}"
+                print(f"{kind:<18}{shares}  {dict(others)}", flush=True)
                 named += right
             results.note("faults_named", float(np.mean(named)), "share", preset=name)
             flags = list(pool.map(healthy, repeat(name), range(options.healthy)))
