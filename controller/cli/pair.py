@@ -20,7 +20,7 @@ from controller.links.bluetooth.bluez import (
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS, WINDOW_S
+from controller.links.bluetooth.identifiers import ALIAS
 from controller.protocol import psk
 
 if TYPE_CHECKING:
@@ -46,19 +46,11 @@ def _parser() -> argparse.ArgumentParser:
         epilog="The orb's own button does the same, without digits. See docs/bluetooth.md.",
     )
     add = parser.add_argument
-    add(
-        "--seconds",
-        metavar="N",
-        type=_seconds,
-        default=WINDOW_S,
-        help=f"for how long, 1 to {LONGEST_S} (default: {WINDOW_S})",
-    )
+    add("--seconds", metavar="N", type=_seconds, default=0,
+        help=f"for how long, 1 to {LONGEST_S} (default: two minutes)")  # fmt: skip
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
-    add(
-        "--yes",
-        action="store_true",
-        help="pair with the first host, without digits or a question",
-    )
+    add("--yes", action="store_true",
+        help="pair with the first host, without digits or a question")  # fmt: skip
     return parser
 
 
@@ -70,7 +62,13 @@ def _seconds(words: str) -> int:
 
 async def _pair(options: argparse.Namespace) -> int:
     """Open the pairing window until a host has paired or the time is up."""
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
+    from controller.links.bluetooth.pairing_agent import (
+        NO_SCREEN,
+        SCREEN,
+        WINDOW_S,
+        PairingAgent,
+        accept_all,
+    )
     from controller.links.bluetooth.prompt import Prompt
 
     confirm: Confirm = accept_all if options.yes else Prompt().confirm
@@ -83,7 +81,7 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
         agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
-        return await _wait(bus, adapter, agent, options.seconds)
+        return await _wait(bus, adapter, agent, options.seconds or WINDOW_S)
     finally:
         bus.close()
 

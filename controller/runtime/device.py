@@ -9,7 +9,6 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link
-from controller.links.bluetooth.identifiers import WINDOW_S
 from controller.links.log_limit import LogLimit
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
@@ -32,7 +31,8 @@ if TYPE_CHECKING:
     from controller.capture.cues import Cue
     from controller.capture.session_recorder import SessionRecorder
 
-HOLD_S: Final = 5.0  # of the button, longer than a press that labels: opens the pairing window
+HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair ...
+PAIR_S: Final = 120  # ... for so long
 RECENT_S: Final = 4.0  # of images are kept for corrections
 _TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
 
@@ -230,7 +230,7 @@ class Device:
             _log.info("the sensor is back after %.1f s", t_s - self._away_s)
             self._away_s = None
         if self._pairs and self._button.step(self.sensor.button(t_s), t_s):
-            self.link.pair(WINDOW_S)
+            self.link.pair(PAIR_S)
         return frame
 
     def _wait(self, t_s: float, why: str) -> None:

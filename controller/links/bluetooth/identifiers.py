@@ -9,7 +9,6 @@ SERIAL_PORT_UUID: Final = "00001101-0000-1000-8000-00805f9b34fb"
 # A custom service record must name its RFCOMM channel, 1 to 30; BlueZ's own profiles have 9 to 17.
 CHANNEL: Final = 22
 ALIAS: Final = "OrbTouch"
-WINDOW_S: Final = 120  # duration of the pairing window
 
 AGENT_PATH: Final = "/orbtouch/agent"
 SERIAL_PATH: Final = "/orbtouch/serial"

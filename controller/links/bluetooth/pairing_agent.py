@@ -15,7 +15,7 @@ from dbus_fast.annotations import DBusObjectPath, DBusStr, DBusUInt16, DBusUInt3
 from dbus_fast.service import ServiceInterface, dbus_method
 
 from controller.links.bluetooth.bluez import ADAPTER, ROOT, BluetoothError, bonded, named
-from controller.links.bluetooth.identifiers import AGENT_PATH, WINDOW_S
+from controller.links.bluetooth.identifiers import AGENT_PATH
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.bluez import Bus
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 MANAGER: Final = "org.bluez.AgentManager1"
 NO_SCREEN: Final = "NoInputNoOutput"  # "just works"; the pairing window is the confirmation
 SCREEN: Final = "DisplayYesNo"  # both sides show six digits, for the user to compare
+WINDOW_S: Final = 120  # duration of the pairing window
 
 # Called with the name and address of a host, and the six digits, "" if there are none.
 Confirm = Callable[[str, str], Awaitable[bool]]
