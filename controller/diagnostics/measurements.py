@@ -30,37 +30,22 @@ _AGAIN: Final = 6  # readings of which a mean is taken
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurements:
-    """Measurements of a board; counts as shares of full scale, so 0 ... 1.
+    """Measurements of a board; counts as shares of full scale, so 0 ... 1."""
 
-    Attributes:
-        wiring: Of the board.
-        step: The converter's step, of full scale.
-        scan_s: What one scan takes.
-        dark: Each row by itself, with no column raised, (rows,).
-        dark_late: The same after `LATE_S`, (rows,).
-        held: Row i charged by its pin and let go: what channel k reads, (rows, rows).
-        held_late: The same `LATE_S` later, by its own channel, (rows,).
-        row_touch: Row i driven high and row k floating: what channel k reads, (rows, rows).
-        column_high: Whether a column stays high when its pin lets go, (columns,).
-        column_low: Whether it stays low, (columns,).
-        column_touch: Column i driven high: whether column k, floating, is high, (columns, columns).
-        shares: Scans, (n, rows, columns).
-        picofarads: What the driver makes of them, (n, rows, columns).
-    """
-
-    wiring: Wiring
-    step: float
-    scan_s: float
-    dark: Array
-    dark_late: Array
-    held: Array
-    held_late: Array
-    row_touch: Array
-    column_high: Flags
-    column_low: Flags
+    wiring: Wiring  # of the board
+    step: float  # the converter's step, of full scale
+    scan_s: float  # what one scan takes
+    dark: Array  # each row by itself, with no column raised, (rows,)
+    dark_late: Array  # the same after `LATE_S`, (rows,)
+    held: Array  # row i charged by its pin and let go: what channel k reads, (rows, rows)
+    held_late: Array  # the same `LATE_S` later, by its own channel, (rows,)
+    row_touch: Array  # row i driven high and row k floating: what channel k reads, (rows, rows)
+    column_high: Flags  # whether a column stays high when its pin lets go, (columns,)
+    column_low: Flags  # whether it stays low, (columns,)
+    # column i driven high: whether column k, floating, is high, (columns, columns)
     column_touch: Flags
-    shares: Array
-    picofarads: Array
+    shares: Array  # scans, (n, rows, columns)
+    picofarads: Array  # what the driver makes of them, (n, rows, columns)
 
     def time_constants_s(self) -> Array:
         """Return the time constant with which each row loses its charge, (rows,), seconds."""

@@ -21,21 +21,13 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes:
-        name: What was looked at: "SPI bus", "row 2", "taxel (1,3)".
-        verdict: How it is.
-        found: What was measured or seen, with units; never empty.
-        advice: What to do; "" where it is good.
-        code: A word for programs, such as "open_row"; "" where it is good.
-    """
-
-    name: str
-    verdict: Verdict
-    found: str
-    advice: str = ""
-    code: str = ""
+    name: str  # what was looked at: "SPI bus", "row 2", "taxel (1,3)"
+    verdict: Verdict  # how it is
+    found: str  # what was measured or seen, with units; never empty
+    advice: str = ""  # what to do; "" where it is good
+    code: str = ""  # a word for programs, such as "open_row"; "" where it is good
 
 
 def faulty(rows: Iterable[Row]) -> bool:

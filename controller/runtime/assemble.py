@@ -47,31 +47,18 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """Checked parts of a run.
+    """Checked parts of a run."""
 
-    Attributes:
-        options: Of the command line.
-        bundle: The one in use.
-        recognizer: Its networks.
-        mapping: Its mapping, or an override of it.
-        sensor: The sensor of the first session, before its first frame.
-        link: The link for messages.
-        owned: Whether a host started this process.
-        runs: Files for recordings; None: no recording.
-        plan: Cues of a recording; None: without cues.
-        collector: Garbage collection between frames; None: Python's own.
-    """
-
-    options: Namespace
-    bundle: Bundle
-    recognizer: Recognizer
-    mapping: Mapping
-    sensor: Sensor
-    link: Link
-    owned: bool
-    runs: RunFiles | None
-    plan: CuePlan | None
-    collector: IdleCollector | None = None
+    options: Namespace  # of the command line
+    bundle: Bundle  # the one in use
+    recognizer: Recognizer  # its networks
+    mapping: Mapping  # its mapping, or an override of it
+    sensor: Sensor  # the sensor of the first session, before its first frame
+    link: Link  # the link for messages
+    owned: bool  # whether a host started this process
+    runs: RunFiles | None  # files for recordings; None: no recording
+    plan: CuePlan | None  # cues of a recording; None: without cues
+    collector: IdleCollector | None = None  # garbage collection between frames; None: Python's own
 
 
 # --- before the first frame -----------------------------------------------------------------------

@@ -26,21 +26,13 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """One calibration.
+    """One calibration."""
 
-    Attributes:
-        device_id: Of which sensor.
-        rest: What it read untouched, (rows, columns), picofarads.
-        idle: Mean of |z - 1| meanwhile.
-        made: When, ISO 8601.
-        verdict: "good" or "doubtful".
-    """
-
-    device_id: str
-    rest: Frame
-    idle: float
-    made: str
-    verdict: str
+    device_id: str  # of which sensor
+    rest: Frame  # what it read untouched, (rows, columns), picofarads
+    idle: float  # mean of |z - 1| meanwhile
+    made: str  # when, ISO 8601
+    verdict: str  # "good" or "doubtful"
 
     @property
     def known(self) -> StoredBaseline:

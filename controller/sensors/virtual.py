@@ -25,24 +25,15 @@ _EVERY_S = (1.8, 3.2)  # from one performance to the next
 
 @dataclass(frozen=True)
 class Options(SensorOptions):
-    """Options of a virtual orb.
-
-    Attributes:
-        seed: Which orb and hand are simulated, 32 bits.
-        preset: Quality of the orb.
-        fault: Faults of the orb: controller/simulator/faults.py.
-        gestures: Files of further gestures of its hand.
-        user: User whose hand it is; "" the first one.
-        day: Name of one of their sessions; "" the first one.
-    """
+    """Options of a virtual orb."""
 
     simulated: ClassVar[bool] = True
-    seed: int = 1
-    preset: str = "nominal"
-    fault: tuple[str, ...] = ()
-    gestures: tuple[Path, ...] = ()
-    user: str = ""
-    day: str = ""
+    seed: int = 1  # which orb and hand are simulated, 32 bits
+    preset: str = "nominal"  # quality of the orb
+    fault: tuple[str, ...] = ()  # faults of the orb: controller/simulator/faults.py
+    gestures: tuple[Path, ...] = ()  # files of further gestures of its hand
+    user: str = ""  # user whose hand it is; "" the first one
+    day: str = ""  # name of one of their sessions; "" the first one
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Virtual":

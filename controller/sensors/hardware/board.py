@@ -22,25 +22,15 @@ class Spi(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """One orb's hardware, open.
+    """One orb's hardware, open."""
 
-    Attributes:
-        wiring: What hangs on it.
-        pins: Its pins.
-        chip: The type of its converters.
-        buses: One a converter.
-        knobs: Button, LED and pump.
-        wait: Waits for so many seconds.
-        clock: Seconds that never go back.
-    """
-
-    wiring: Wiring
-    pins: GpioPins
-    chip: Chip
-    buses: tuple[Spi, ...]
-    knobs: Controls
-    wait: Callable[[float], None]
-    clock: Callable[[], float]
+    wiring: Wiring  # what hangs on it
+    pins: GpioPins  # its pins
+    chip: Chip  # the type of its converters
+    buses: tuple[Spi, ...]  # one a converter
+    knobs: Controls  # button, LED and pump
+    wait: Callable[[float], None]  # waits for so many seconds
+    clock: Callable[[], float]  # seconds that never go back
 
     def convert(self, channel: int) -> int:
         """Return one conversion of a channel, counted over all converters; HardwareAwayError."""

@@ -8,15 +8,10 @@ CHANNELS: Final = 8  # single-ended inputs of each type
 
 @dataclass(frozen=True, slots=True)
 class Chip:
-    """One type of converter, which answers three bytes with its count in the lowest bits.
+    """One type of converter, which answers three bytes with its count in the lowest bits."""
 
-    Attributes:
-        bits: Resolution.
-        fastest_hz: The SPI clock that it is good for at 3.3 V.
-    """
-
-    bits: int
-    fastest_hz: int
+    bits: int  # resolution
+    fastest_hz: int  # the SPI clock that it is good for at 3.3 V
 
     def request(self, channel: int) -> bytes:
         """Return the bytes that ask for a channel: a start bit, single-ended, the channel."""

@@ -19,15 +19,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One charge: a column, and the rows that are read against it.
+    """One charge: a column, and the rows that are read against it."""
 
-    Attributes:
-        column: Which is raised; None: none is, so that what is read is the rows' own.
-        rows: Which float, in the order of conversion; all others are grounded.
-    """
-
-    column: int | None
-    rows: tuple[int, ...]
+    column: int | None  # which is raised; None: none is, so that what is read is the rows' own
+    rows: tuple[int, ...]  # which float, in the order of conversion; all others are grounded
 
 
 def slots(wiring: Wiring) -> Iterator[Slot]:
@@ -52,15 +47,10 @@ def _groups(wiring: Wiring) -> list[tuple[int, ...]]:
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """Result of a frame's slots.
+    """Result of a frame's slots."""
 
-    Attributes:
-        counts: Mean of each reading's conversions, (rows, columns).
-        age_s: Their mean time since the column's rise, (rows, columns).
-    """
-
-    counts: Array
-    age_s: Array
+    counts: Array  # mean of each reading's conversions, (rows, columns)
+    age_s: Array  # their mean time since the column's rise, (rows, columns)
 
 
 class Scanner:

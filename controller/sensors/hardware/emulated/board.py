@@ -30,15 +30,10 @@ _DEFLATE_PER_MIN: Final = 0.01  # share of its pressure that a sound orb loses
 
 @dataclass
 class FakeChip:
-    """An MCP3008 or MCP3208, clocked in SPI mode 0.
+    """An MCP3008 or MCP3208, clocked in SPI mode 0."""
 
-    Attributes:
-        bits: Its resolution.
-        measure: Returns what an input sees, of full scale, as it is sampled.
-    """
-
-    bits: int
-    measure: Callable[[int], float]
+    bits: int  # its resolution
+    measure: Callable[[int], float]  # returns what an input sees, of full scale, as it is sampled
 
     def transfer(self, data: bytes) -> bytes:
         """Clock all bits through: start, single-ended, three of channel, a pause, null, result."""
@@ -66,19 +61,12 @@ class FakeChip:
 
 @dataclass(frozen=True, slots=True)
 class BoardModel:
-    """What is heard on the board.
+    """What is heard on the board."""
 
-    Attributes:
-        noise_lsb: Deviation of a row's conversion, counts of 4096; other inputs have 1.
-        mains: Relative hum, quadruple under a firm finger.
-        mains_hz: Its frequency.
-        finger_pf: What a firm finger adds to its row.
-    """
-
-    noise_lsb: float = 1.0
-    mains: float = 0.0015
-    mains_hz: float = 60.0
-    finger_pf: float = 2.0
+    noise_lsb: float = 1.0  # deviation of a row's conversion, counts of 4096; other inputs have 1
+    mains: float = 0.0015  # relative hum, quadruple under a firm finger
+    mains_hz: float = 60.0  # its frequency
+    finger_pf: float = 2.0  # what a firm finger adds to its row
 
 
 class EmulatedBoard:
