@@ -112,7 +112,7 @@ def renew(parts: Parts) -> Parts:
 
 
 def refreshed(parts: Parts) -> Parts | None:
-    """Return the parts with the networks now in use; None if more differs. UserError."""
+    """Return the parts with the networks now in use, or None if more differs."""
     bundle, mapping, recognizer = _deployed(parts.options)
     before = parts.bundle.settings, parts.bundle.pitch_mm, parts.mapping
     if (bundle.settings, bundle.pitch_mm, mapping) != before:
@@ -210,7 +210,7 @@ def _day(name: str, day: str) -> str:
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:
-    """Return files of gestures for the simulated hand besides the shipped ones; VocabularyError."""
+    """Return files of gestures for the simulated hand besides the shipped ones."""
     if options.labels is None:
         return ()
     from controller.bundles import vocabulary

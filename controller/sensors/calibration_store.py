@@ -52,7 +52,7 @@ def path(device_id: str, where: Path | None = None) -> Path:
 
 
 def save(calibration: Calibration, where: Path | None = None) -> Path:
-    """Keep a calibration in place of the device's last one; return its file. OSError."""
+    """Keep a calibration in the place of the last one; return its file, or raise OSError."""
     file = path(calibration.device_id, where)
     plain = {
         "version": VERSION,

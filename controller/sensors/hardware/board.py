@@ -33,7 +33,7 @@ class Board:
     clock: Callable[[], float]  # seconds that never go back
 
     def convert(self, channel: int) -> int:
-        """Return one conversion of a channel, counted over all converters; HardwareAwayError."""
+        """Return one conversion, counts, by a channel of all, or raise HardwareAwayError."""
         which, input_ = divmod(channel, CHANNELS)
         try:
             answer = self.buses[which].transfer(self.chip.request(input_))

@@ -65,7 +65,7 @@ class Scanner:
             board.pins.drive(pin, False)
 
     def scan(self) -> Scan:
-        """Return one frame; HardwareAwayError if the converter does not answer."""
+        """Return one frame, or raise HardwareAwayError."""
         shape = self._wiring.rows, self._wiring.columns
         counts, age_s = np.empty(shape), np.empty(shape)
         for slot in self._slots:

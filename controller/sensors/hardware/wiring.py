@@ -160,7 +160,7 @@ Use = tuple[str, str, str, int]  # table, key, what uses it, and the number of a
 
 
 def read(path: Path | None) -> Wiring:
-    """Return the wiring in a file, without one the default; HardwareError with the line."""
+    """Return the wiring in a file, or the default; HardwareError says what is wrong where."""
     if path is None:
         return Wiring()
     try:
@@ -187,7 +187,7 @@ def parse(text: str, source: str) -> Wiring:
 
 
 def _wiring(table: dict[str, Any]) -> Wiring:
-    """Return the wiring of a table, without the parts that it does not name; ConfigError."""
+    """Return the wiring of a table, without what it does not name, or raise ConfigError."""
     electrodes = table.get("electrodes")
     if electrodes is None:
         raise ConfigError("has no table [electrodes], which names the pins of rows and columns")
