@@ -11,7 +11,7 @@ from typing import Final
 
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
-from controller.cli import install
+from controller.cli.bundles import install
 from controller.cli.sensor_options import add_sensor, rate
 from controller.errors import (
     INTERRUPTED,
@@ -26,7 +26,7 @@ from controller.errors import (
 from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
-from controller.runtime.shutdown import signals
+from controller.runtime.process import signals
 from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import TeachPlan, say
@@ -98,7 +98,7 @@ def _add(options: argparse.Namespace) -> int:
 def _offer_install(out: Path, *, yes: bool) -> int:
     """Take a bundle into use, if that is wanted, or say how."""
     if yes or (_interactive() and agreed("Take it into use now?")):
-        return install.main([str(out)])
+        return install([str(out)])
     say(f"take it into use with: controller install {shlex.quote(str(out))}")
     say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
     return 0

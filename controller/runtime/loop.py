@@ -61,8 +61,7 @@ class Loop:
             await_host: Begin when a host connects, instead of now.
             orphan_s: End after this time without a host; None: never.
             updater: Handler of bundles and corrections from the host.
-            exchange: Replaces the networks of a device by those of the bundle now in use;
-                returns False if that needs a new run.
+            exchange: Replaces the networks of a device by those in use; False: it takes a new run.
         """
         self.missed = 0  # frames skipped because they were late
         self.device: Device | None = None
@@ -80,9 +79,7 @@ class Loop:
     def run(self, stopped: Callable[[], bool]) -> None:
         """Run until `stopped`, the schedule's end, or orphaned; the last device is closed.
 
-        Raises:
-            SensorError: The sensor fails.
-            RecordingError: A recording cannot be written.
+        SensorError if the sensor fails, RecordingError if a recording cannot be written.
         """
         seen_s = self._clock()
         try:

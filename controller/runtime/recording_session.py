@@ -26,11 +26,7 @@ FREE: Final = "free"  # the protocol of a recording without cues
 
 
 def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
-    """Return the cues of a recording; None: without cues.
-
-    Raises:
-        RecordingError: The plan cannot be read, or has labels that the bundle has not.
-    """
+    """Return the cues of a recording, None without cues, or raise RecordingError."""
     if options.label and options.label not in labels[1:]:
         raise RecordingError(
             f"there is no label {options.label!r}; there are {', '.join(labels[1:])}"

@@ -33,9 +33,8 @@ from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE
-from controller.runtime.device import Device
+from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows

@@ -18,9 +18,8 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
-from controller.cli import bundles as models
-from controller.cli import install as install_command
-from controller.cli import rollback, run
+from controller.cli import bundles as commands
+from controller.cli import run
 from controller.runtime import assemble as parts
 from tests.support.onnx_files import model, node, value
 
@@ -319,8 +318,7 @@ def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
 def test_install_models_rollback(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for module in (install_command, models, rollback):
-        monkeypatch.setattr(module, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    monkeypatch.setattr(commands, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
     path = variant(tmp_path, 1)
     assert main(["install", str(path)]) == 0
     out = capsys.readouterr().out
@@ -339,7 +337,7 @@ def test_install_models_rollback(
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(models, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    monkeypatch.setattr(commands, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
     parts = bundles.unpack(SHIPPED.read_bytes())
     card = '[card]\n"\\u001b]0;key\\u0007" = "\\u202e"\nmade = 1979-05-27\n'
     text = parts[bundles.MANIFEST].replace(b"[card]\n", card.encode())
@@ -359,7 +357,7 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
 def test_a_terminal_without_our_letters_keeps_nothing_from_being_installed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(install_command, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    monkeypatch.setattr(commands, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
     monkeypatch.setattr(
         selftest, "run", lambda path: [selftest.SelfTestResult("numpy", 50.0, 60.0)]
     )
@@ -388,7 +386,7 @@ def test_models_says_what_is_a_correction_of_what(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shelf = BundleStore(tmp_path / "shelf")
-    monkeypatch.setattr(models, "BundleStore", lambda: shelf)
+    monkeypatch.setattr(commands, "BundleStore", lambda: shelf)
     first = put(shelf, variant(tmp_path, 1), corrects="")
     put(shelf, variant(tmp_path, 2), corrects=first)
     assert main(["models"]) == 0

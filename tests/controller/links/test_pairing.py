@@ -16,7 +16,7 @@ if missing():
 
 
 from controller.__main__ import main as controller
-from controller.cli import pair, status
+from controller.cli import pair, service
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
@@ -108,7 +108,7 @@ def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
 def test_status_names_adapters_and_hosts(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status.main(["--json"])
+    service.status(["--json"])
     (adapter,) = json.loads(capsys.readouterr().out)["bluetooth"]["adapters"]
     assert adapter["name"] == "hci0"
     assert adapter["on"]
@@ -118,7 +118,7 @@ def test_status_names_adapters_and_hosts(
 
 def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:
     found = {row.code: row for row in bluetooth.rows() if row.code}
-    assert set(found) <= {"no_service", "not_trusted", "blocked", "old_bluez"}
+    assert set(found) <= {"no_service", "not_trusted", "blocked"}
     assert found["no_service"].advice.startswith("start it: sudo systemctl start orbtouch")
     fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", False))
     assert "bluetoothctl power on" in {row.advice for row in bluetooth.rows()}
