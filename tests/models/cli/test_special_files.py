@@ -14,7 +14,7 @@ from models.data.simulate import DataSet
 from models.reports import page
 from models.reports.page import ReportData
 from models.results import storage
-from models.studies.information import games
+from models.studies.information import channel
 from models.studies.sweep import run
 from tests.support.report_results import evaluation
 from tests.support.special_files import KINDS, answer, make
@@ -198,11 +198,11 @@ def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
     path = tmp_path / "game.json"
     good = '{"events": [[0, 500, "drop"]], "commands": [[450, "drop"]], "seconds": 5.5}'
     path.write_text(f"noise\n{good}\n")
-    assert games.read(path).minutes == pytest.approx(5.5 / 60)
+    assert channel.read(path).minutes == pytest.approx(5.5 / 60)
     for old, new in (("[[0, 500,", "[[500,"), ('"drop"]]', "7]]"), ("5.5", '"long"')):
         path.write_text(good.replace(old, new))
-        with pytest.raises(games.GameError, match="holds no game; make one with"):
-            games.read(path)
+        with pytest.raises(channel.GameError, match="holds no game; make one with"):
+            channel.read(path)
 
 
 def test_a_full_disk_is_one_sentence_that_names_the_file_and_leaves_no_half(
