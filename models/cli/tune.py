@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
     from models.evaluation.tune import Goal, spread, tune, write
-    from models.reports import markdown, tables, terminal_plot
+    from models.reports import markdown, tables
     from models.results import storage
 
     if arguments.out:
@@ -98,7 +98,6 @@ def run(arguments: argparse.Namespace) -> int:
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
     idle = count(round(found.idle_minutes), "idle minute")
     print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
-    print(terminal_plot.draw(found))
     print(markdown.table(tables.thresholds(found)))
     print(found.goal)
     if (far := spread(streams)) is not None:

@@ -35,9 +35,8 @@ def evaluation(found: Evaluation) -> str:
             parts.append(markdown.table(tables.sessions("user", result.by_user)))
         if result.sessions > 1:
             parts.append(markdown.table(tables.sessions("session", result.by_session)))
-    for name in dict.fromkeys(one.on for one in found.broken):
-        rows = [one for one in found.broken if one.on == name]
-        parts += [f"## {name}, with a fault", markdown.table(tables.broken(rows))]
+    if found.broken:
+        parts += ["## With a fault", markdown.table(tables.broken(found.broken))]
     return "\n\n".join(parts)
 
 

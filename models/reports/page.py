@@ -1,13 +1,11 @@
 """Page writer: reports as one HTML file that needs no network, light and dark, on paper too.
 
-Pages are Jinja2 templates in `templates/`, with autoescape. `render` fills one of them; `study` is
-the page of any experiment. A report page of trainings and evaluations keeps its data inside, so
-that a later command can add to it.
+Pages are Jinja2 templates in `templates/`, with autoescape. A page keeps its data inside, so that a
+later command can add to it.
 """
 
 import json
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib import resources
@@ -21,8 +19,6 @@ from controller import config
 from controller.bundles.bundle import Bundle
 from models import formatting
 from models.reports import cards, figures, sections, tables
-from models.reports.sections import Matrix
-from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Evaluation, Tuning
 from models.results.training import Training
@@ -57,59 +53,6 @@ class ReportData:
         return self.evaluation.bundle if self.evaluation is not None else ""
 
 
-@dataclass(frozen=True, slots=True)
-class Drawing:
-    """A figure of a study's page: an SVG element of `figures.svg`, and its caption."""
-
-    svg: Markup
-    caption: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A section of a study's page.
-
-    Attributes:
-        title: Its heading.
-        parts: Its content: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
-    """
-
-    title: str
-    parts: Sequence[str | Table | Matrix | Drawing | Sequence[str]]
-
-
-def render(template: str, **values: Any) -> str:
-    """Return a page.
-
-    Args:
-        template: A file in `templates/`.
-        values: Its variables.
-    """
-    return _environment().get_template(template).render(values)
-
-
-def study(
-    title: str,
-    content: Sequence[Section],
-    *,
-    lead: str = "",
-    headlines: Sequence[tuple[str, str, str]] = (),
-    command: str = "",
-) -> str:
-    """Return the page of an experiment.
-
-    Args:
-        title: Heading of the page.
-        content: Its sections; those without parts are left out.
-        lead: A sentence below the title.
-        headlines: The most important figures: value, meaning, and a remark.
-        command: Command line.
-    """
-    return render(
-        "study.html", title=title, content=content, lead=lead, headlines=headlines, command=command
-    )
-
-
 def html(data: ReportData) -> str:
     """Return the report page of what was trained, tuned and judged.
 
@@ -118,7 +61,8 @@ def html(data: ReportData) -> str:
     """
     if data == ReportData():
         raise ValueError("there is nothing to report; train, tune or evaluate first")
-    return render("report.html", data=data, packed=Markup(pack(data)))
+    template = _environment().get_template("report.html")
+    return template.render(data=data, packed=Markup(pack(data)))
 
 
 def write(path: Path, data: ReportData) -> None:
@@ -144,14 +88,9 @@ def write_training(out: Path, loaded: Bundle, found: Training) -> None:
 
 
 def write_users(out: Path, found: UserResult) -> None:
-    """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb of identified users."""
+    """Write NAME.md and NAME.json beside the bundle NAME.orb of identified users."""
     storage.write_text(out.with_suffix(".md"), f"{cards.users(found)}\n")
     storage.write_json(out.with_suffix(".json"), found)
-    about = f"Identified by {', '.join(found.gestures)}. {found.split}"
-    people = Section("People", [about, *found.notes, cards.USERS_WARNING, *tables.users(found)])
-    made = Section("How it was made", [Markup("<code>{}</code>").format(found.command)])
-    title = f"{found.name}: user identification"
-    storage.write_text(out.with_suffix(".html"), study(title, [people, made]))
 
 
 def read(path: Path) -> ReportData | None:

@@ -1,21 +1,19 @@
 """Content of a report's sections that is computed: warnings, summaries, maps and matrices."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from markupsafe import Markup
 
 from models.formatting import count, duration, label, percent, several
-from models.reports import figures, tables
+from models.reports import tables
 from models.reports.tables import Table
 from models.results import missed_gestures
-from models.results.evaluation import Broken, Evaluation
+from models.results.evaluation import Evaluation
 from models.results.training import ENOUGH, ClassRow, SessionRow, Training
-
-DEAD: Final = "dead:"  # a fault of one taxel: "dead:ROW,COLUMN"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,21 +100,6 @@ def chip(kind: str, text: str) -> Markup:
     return Markup('<span class="chip {}">{}</span>').format(kind, text)
 
 
-def most_confused(found: Training) -> str:
-    """Return the two gestures that are confused most, a sentence."""
-    assert found.gesture is not None
-    counts, names = found.gesture.event_confusion, found.labels
-    pairs = [
-        (counts[i][j] + counts[j][i], sum(counts[i]) + sum(counts[j]), names[i], names[j])
-        for i in range(1, len(names))
-        for j in range(i + 1, len(names))
-    ]
-    swapped, both, one, other = max(pairs, default=(0, 0, "", ""))
-    if not swapped:
-        return "No gesture was taken for another."
-    return f"Most often confused: {label(one)} and {label(other)}, in {swapped} of {both} events."
-
-
 def label_summary(found: Training) -> dict[str, Any] | None:
     """Return sums and means of all labels' lateness, by name; None where labels are the truth."""
     late = [row.lateness for row in found.sessions if row.lateness is not None]
@@ -166,41 +149,4 @@ def flattered(found: Evaluation, trained: Training | None) -> str:
         f"{known} of the {several(len(judged), 'session')} judged here "
         f"{'is' if known == 1 else 'are'} called like those that it learned from. If they are the "
         "same, these figures flatter: judge it on others."
-    )
-
-
-def taxel(one: Broken) -> tuple[int, int] | None:
-    """Return the row and column of a dead taxel; None: something else is broken."""
-    if not one.fault.startswith(DEAD):
-        return None
-    row, _, column = one.fault.removeprefix(DEAD).partition("=")[0].partition(",")
-    return int(row), int(column)
-
-
-def faults(
-    found: Evaluation, size: tuple[int, int]
-) -> Iterator[tuple[str, Markup | None, str, Table]]:
-    """Yield for each set of sessions its name and its figures under faults.
-
-    These are a map of event accuracy with each taxel dead, the worst of them in a sentence, and the
-    table of all other faults.
-    """
-    usual = {result.name: result.event_accuracy.value for result in found.results}
-    for name in dict.fromkeys(one.on for one in found.broken):
-        here = [one for one in found.broken if one.on == name]
-        dead = {place: one.event_accuracy.value for one in here if (place := taxel(one))}
-        whole = usual.get(name, math.nan)
-        drawn = figures.dead_taxels(dead, whole, size) if dead else None
-        others = tables.broken(one for one in here if not taxel(one))
-        yield name, drawn, _cost(dead, whole), others
-
-
-def _cost(dead: Mapping[tuple[int, int], float], usual: float) -> str:
-    """Return the dead taxel that costs most, a sentence."""
-    worst = min(dead, key=lambda place: dead[place], default=None)
-    if worst is None or dead[worst] >= usual:
-        return "None of them costs a gesture."
-    return (
-        f"The worst is row {worst[0]}, column {worst[1]}: {percent(dead[worst])}; unbroken, "
-        f"{percent(usual)}."
     )

@@ -104,6 +104,7 @@ _ROWS: Final[tuple[Column, ...]] = (
     ("position error", lambda r: number(r.location_error)),
 )
 _BROKEN: Final[tuple[Column, ...]] = (
+    ("on", lambda b: b.on),
     ("fault", lambda b: b.fault),
     ("meaning", lambda b: b.meaning),
     ("event accuracy", lambda b: share_interval(b.event_accuracy)),
@@ -142,7 +143,7 @@ def sessions(what: str, rows: Iterable[Row]) -> Table:
 
 def broken(rows: Iterable[Broken]) -> Table:
     """Return the figures under each fault, the worst first."""
-    return table(_BROKEN, sorted(rows, key=lambda one: one.event_accuracy.value), words=2)
+    return table(_BROKEN, sorted(rows, key=lambda one: one.event_accuracy.value), words=3)
 
 
 def thresholds(found: Tuning) -> Table:

@@ -14,7 +14,6 @@ gesture is ignored, one for none is a false alarm.
 """
 
 import itertools
-import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
