@@ -29,36 +29,24 @@ Windows = NDArray[np.float32]  # (windows, images, rows, columns)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetworkInputs:
-    """Windows that the device's preprocessing makes of a recording.
+    """Windows that the device's preprocessing makes of a recording."""
 
-    Attributes:
-        windows: Every whole window, oldest first.
-        last: Last frame of each, (windows,).
-    """
-
-    windows: Windows
-    last: NDArray[np.int64]
+    windows: Windows  # every whole window, oldest first
+    last: NDArray[np.int64]  # last frame of each, (windows,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """Output of the pipeline for a recording, frame by frame.
+    """Output of the pipeline for a recording, frame by frame."""
 
-    Attributes:
-        truth: Ground truth of the recording.
-        ready: The frame ends a whole window, (n,).
-        probabilities: One per class, (n, classes); 1 for null where no window ends.
-        touches: Position of the present touch, grid units, NaN at rest, (n, 2).
-        sigmas: Standard deviation of it, grid units, NaN where the bundle gives none, (n,).
-        answers: Gestures that fired, in order.
-    """
-
-    truth: GroundTruth
-    ready: NDArray[np.bool_]
+    truth: GroundTruth  # ground truth of the recording
+    ready: NDArray[np.bool_]  # the frame ends a whole window, (n,)
+    # one per class, (n, classes); 1 for null where no window ends
     probabilities: NDArray[np.float32]
-    touches: NDArray[np.float64]
+    touches: NDArray[np.float64]  # position of the present touch, grid units, NaN at rest, (n, 2)
+    # standard deviation of it, grid units, NaN where the bundle gives none, (n,)
     sigmas: NDArray[np.float64]
-    answers: tuple[Answer, ...]
+    answers: tuple[Answer, ...]  # gestures that fired, in order
 
 
 class Batched:

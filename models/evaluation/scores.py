@@ -66,15 +66,10 @@ def confusion(named: NDArray[np.integer], label: NDArray[np.integer], classes: i
 
 @dataclass(frozen=True, slots=True)
 class Events:
-    """Runs of windows of one gesture.
+    """Runs of windows of one gesture."""
 
-    Attributes:
-        label: Class of each, (events,).
-        named: Class that its mean probability names, null aside, (events,).
-    """
-
-    label: NDArray[np.int64]
-    named: NDArray[np.int64]
+    label: NDArray[np.int64]  # class of each, (events,)
+    named: NDArray[np.int64]  # class that its mean probability names, null aside, (events,)
 
 
 def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabilities) -> Events:

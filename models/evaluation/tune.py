@@ -36,21 +36,13 @@ GRID: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Costs of a choice, and its limits.
+    """Costs of a choice, and its limits."""
 
-    Attributes:
-        lost: Cost of each per cent of F1 that is missing.
-        alarm: Of one false alarm in an idle minute.
-        wait: Of a second of latency.
-        latest_s: Greatest median latency.
-        alarms_per_min: Most false alarms in an idle minute.
-    """
-
-    lost: float = 1.0
-    alarm: float = 5.0
-    wait: float = 1.0
-    latest_s: float = 0.42
-    alarms_per_min: float = 0.02
+    lost: float = 1.0  # cost of each per cent of F1 that is missing
+    alarm: float = 5.0  # of one false alarm in an idle minute
+    wait: float = 1.0  # of a second of latency
+    latest_s: float = 0.42  # greatest median latency
+    alarms_per_min: float = 0.02  # most false alarms in an idle minute
 
     def cost(self, point: Point) -> float:
         """Return the cost of a point."""

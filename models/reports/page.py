@@ -31,17 +31,12 @@ MOST_TOUCHES: Final = 1000  # of a position map; more would make the page heavy,
 
 @dataclass(frozen=True, slots=True)
 class ReportData:
-    """Content of a report page.
+    """Content of a report page."""
 
-    Attributes:
-        training: Results of `models train`; None: nothing was trained.
-        tuning: Results of `models tune`; None: the debounce settings were not chosen.
-        evaluation: Results of `models evaluate`; None: nothing was judged.
-    """
-
-    training: Training | None = None
+    training: Training | None = None  # results of `models train`; None: nothing was trained
+    # results of `models tune`; None: the debounce settings were not chosen
     tuning: Tuning | None = None
-    evaluation: Evaluation | None = None
+    evaluation: Evaluation | None = None  # results of `models evaluate`; None: nothing was judged
 
     @property
     def name(self) -> str:

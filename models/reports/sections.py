@@ -18,14 +18,10 @@ from models.results.training import ENOUGH, ClassRow, SessionRow, Training
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """A confusion matrix: rows are what was done, columns what it was taken for.
+    """A confusion matrix: rows are what was done, columns what it was taken for."""
 
-    Attributes:
-        columns: Names of the columns.
-        rows: Name of each row, its counts, and their sum; 0 where the row has no shares.
-    """
-
-    columns: Sequence[str]
+    columns: Sequence[str]  # names of the columns
+    # name of each row, its counts, and their sum; 0 where the row has no shares
     rows: Sequence[tuple[str, Sequence[int], int]]
 
 

@@ -28,17 +28,11 @@ Column = tuple[str, Callable[[Any], str]]  # its title, and its cell of a row
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of texts.
+    """A table of texts."""
 
-    Attributes:
-        head: Titles of the columns.
-        rows: Their cells.
-        words: Number of columns on the left that hold words; the others hold numbers.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: int = 1
+    head: Sequence[str]  # titles of the columns
+    rows: Sequence[Sequence[str]]  # their cells
+    words: int = 1  # number of columns on the left that hold words; the others hold numbers
 
 
 def table(columns: Sequence[Column], rows: Iterable[Any], words: int = 1) -> Table:

@@ -6,17 +6,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure and its 95 % interval; the bounds are NaN where there is but one session.
+    """A figure and its 95 % interval; the bounds are NaN where there is but one session."""
 
-    Attributes:
-        value: The figure over all sessions.
-        low: Lower bound.
-        high: Upper bound.
-    """
-
-    value: float
-    low: float
-    high: float
+    value: float  # the figure over all sessions
+    low: float  # lower bound
+    high: float  # upper bound
 
     def __str__(self) -> str:
         """Return it for a table, such as "0.9977 (0.9961–0.9989)"."""

@@ -51,39 +51,22 @@ NONE: Final = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Options of a cross-validation.
+    """Options of a cross-validation."""
 
-    Attributes:
-        paths: Folders and files of recordings.
-        out: JSON file of the results; finished parts are kept beside it until all are.
-        by: Group that is held out together: "user" or "session".
-        folds: Number of folds.
-        steps: Training batches of each network; 0: the recipe's.
-        window: Images in a window; 0: those of a second.
-        labels: Source of the labels.
-        all: Take recordings that fail the check.
-        given: Take labels as given; else they are moved to the touch.
-        choose: Each fold chooses settings among its own people.
-        sound: No taxel or electrode dies in training.
-        plain: Judge trees on the touch's trajectory, too.
-        seed: Of everything random.
-        command: Command line.
-    """
-
-    paths: tuple[Path, ...]
-    out: Path
-    by: str = "user"
-    folds: int = 5
-    steps: int = 0
-    window: int = 0
-    labels: Choice = "auto"
-    all: bool = False
-    given: bool = False
-    choose: bool = False
-    sound: bool = False
-    plain: bool = True
-    seed: int = 0
-    command: str = ""
+    paths: tuple[Path, ...]  # folders and files of recordings
+    out: Path  # JSON file of the results; finished parts are kept beside it until all are
+    by: str = "user"  # group that is held out together: "user" or "session"
+    folds: int = 5  # number of folds
+    steps: int = 0  # training batches of each network; 0: the recipe's
+    window: int = 0  # images in a window; 0: those of a second
+    labels: Choice = "auto"  # source of the labels
+    all: bool = False  # take recordings that fail the check
+    given: bool = False  # take labels as given; else they are moved to the touch
+    choose: bool = False  # each fold chooses settings among its own people
+    sound: bool = False  # no taxel or electrode dies in training
+    plain: bool = True  # judge trees on the touch's trajectory, too
+    seed: int = 0  # of everything random
+    command: str = ""  # command line
 
 
 def cross(request: Request, say: Say) -> CrossValidation:

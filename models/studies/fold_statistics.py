@@ -24,114 +24,65 @@ Probabilities = NDArray[np.floating]  # (windows, classes)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """All windows, in the order of the recordings.
+    """All windows, in the order of the recordings."""
 
-    Attributes:
-        label: Class, (windows,).
-        stretch: Number of the run of windows of one class, rising, (windows,).
-        person: Number of the person, (windows,).
-        kind: Number of the session's name, (windows,).
-        touched: Touched share of its images, a number of `TOUCHED`, (windows,).
-        labels: Names of the classes.
-        people: Names of the people.
-        kinds: Names of the sessions.
-    """
-
-    label: Index
-    stretch: Index
-    person: Index
-    kind: Index
-    touched: Index
-    labels: tuple[str, ...]
-    people: tuple[str, ...]
-    kinds: tuple[str, ...]
+    label: Index  # class, (windows,)
+    stretch: Index  # number of the run of windows of one class, rising, (windows,)
+    person: Index  # number of the person, (windows,)
+    kind: Index  # number of the session's name, (windows,)
+    touched: Index  # touched share of its images, a number of `TOUCHED`, (windows,)
+    labels: tuple[str, ...]  # names of the classes
+    people: tuple[str, ...]  # names of the people
+    kinds: tuple[str, ...]  # names of the sessions
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Scores of one model.
+    """Scores of one model."""
 
-    Attributes:
-        name: Name of the model.
-        windows: Share of windows named rightly, with its interval over people.
-        stretches: Share of stretches that their mean probability names rightly, with its interval.
-        confusion: Number of windows, true class by named class.
-        by_fold: Share of windows, for each fold.
-        by_person: Share of windows, for each person.
-        by_kind: Share of windows, for each session's name.
-        by_touched: Share of windows, for each of `TOUCHED`.
-        cpu_s: CPU time of training and answers, seconds.
-    """
-
-    name: str
-    windows: Figure
+    name: str  # name of the model
+    windows: Figure  # share of windows named rightly, with its interval over people
+    # share of stretches that their mean probability names rightly, with its interval
     stretches: Figure
-    confusion: tuple[tuple[int, ...], ...]
-    by_fold: tuple[float, ...]
-    by_person: tuple[float, ...]
-    by_kind: tuple[float, ...]
-    by_touched: tuple[float, ...]
-    cpu_s: float
+    confusion: tuple[tuple[int, ...], ...]  # number of windows, true class by named class
+    by_fold: tuple[float, ...]  # share of windows, for each fold
+    by_person: tuple[float, ...]  # share of windows, for each person
+    by_kind: tuple[float, ...]  # share of windows, for each session's name
+    by_touched: tuple[float, ...]  # share of windows, for each of `TOUCHED`
+    cpu_s: float  # CPU time of training and answers, seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Lead of our model over another, with its interval over people.
+    """Lead of our model over another, with its interval over people."""
 
-    Attributes:
-        name: Name of the other model.
-        windows: Difference of the shares of windows.
-        stretches: Difference of the shares of stretches.
-        ahead: Number of people of whom ours names more windows rightly.
-    """
-
-    name: str
-    windows: Figure
-    stretches: Figure
-    ahead: int
+    name: str  # name of the other model
+    windows: Figure  # difference of the shares of windows
+    stretches: Figure  # difference of the shares of stretches
+    ahead: int  # number of people of whom ours names more windows rightly
 
 
 @dataclass(frozen=True, slots=True)
 class CrossValidation:
-    """All results of a cross-validation, as its JSON file has them.
+    """All results of a cross-validation, as its JSON file has them."""
 
-    Attributes:
-        command: Command line.
-        software: Version of this program.
-        data: The data set, a sentence.
-        how: The recipe, sentences.
-        labels: Names of the classes.
-        majority: Share of the commonest class.
-        windows: Number of windows.
-        stretches: Number of stretches.
-        people: Their names.
-        held: People judged in each fold.
-        chosen: Settings that each fold chose, in words; empty if they are given.
-        kinds: Names of the sessions; empty if there is one.
-        touched: Windows of each of `TOUCHED`.
-        models: Scores; ours first.
-        gains: Lead of ours over each of the others.
-        reading_cpu_s: CPU time of reading and preparing the recordings, seconds.
-        cpu_minutes: CPU time of everything, minutes.
-    """
-
-    command: str
-    software: str
-    data: str
-    how: tuple[str, ...]
-    labels: tuple[str, ...]
-    majority: float
-    windows: int
-    stretches: int
-    people: tuple[str, ...]
-    held: tuple[str, ...]
-    chosen: tuple[str, ...]
-    kinds: tuple[str, ...]
-    touched: tuple[int, ...]
-    models: tuple[Model, ...]
-    gains: tuple[Gain, ...]
-    reading_cpu_s: float
-    cpu_minutes: float
+    command: str  # command line
+    software: str  # version of this program
+    data: str  # the data set, a sentence
+    how: tuple[str, ...]  # the recipe, sentences
+    labels: tuple[str, ...]  # names of the classes
+    majority: float  # share of the commonest class
+    windows: int  # number of windows
+    stretches: int  # number of stretches
+    people: tuple[str, ...]  # their names
+    held: tuple[str, ...]  # people judged in each fold
+    chosen: tuple[str, ...]  # settings that each fold chose, in words; empty if they are given
+    kinds: tuple[str, ...]  # names of the sessions; empty if there is one
+    touched: tuple[int, ...]  # windows of each of `TOUCHED`
+    models: tuple[Model, ...]  # scores; ours first
+    gains: tuple[Gain, ...]  # lead of ours over each of the others
+    reading_cpu_s: float  # CPU time of reading and preparing the recordings, seconds
+    cpu_minutes: float  # CPU time of everything, minutes
 
 
 def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:

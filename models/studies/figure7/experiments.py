@@ -64,19 +64,12 @@ Row = dict[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Amount of teaching and training.
+    """Amount of teaching and training."""
 
-    Attributes:
-        minutes: Of teaching; the paper's 29, and 30 for places.
-        epochs: Of the paper's CNN-3D; its own are 500.
-        place_epochs: Of the paper's CNN-2D; its own are 2,000.
-        seed: Of users, sessions, and training.
-    """
-
-    minutes: float = 12.0
-    epochs: int = 40
-    place_epochs: int = 400
-    seed: int = 7
+    minutes: float = 12.0  # of teaching; the paper's 29, and 30 for places
+    epochs: int = 40  # of the paper's CNN-3D; its own are 500
+    place_epochs: int = 400  # of the paper's CNN-2D; its own are 2,000
+    seed: int = 7  # of users, sessions, and training
 
     def recipe(self, name: str) -> Recipe:
         """Return a recipe, the paper's with these numbers of epochs."""
@@ -92,15 +85,12 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Training of one network, and its judgement on unseen sessions.
+    """Training of one network, and its judgement on unseen sessions."""
 
-    Attributes:
-        task: Returns the training task of a share of the examples, and their number.
-        judge: Returns a trained task's scores: "day", "people", ...; with True those of whole
-            touches as well, "day events" or "day presses", ...
-    """
-
+    # returns the training task of a share of the examples, and their number
     task: Callable[[float], tuple[Task, int]]
+    # returns a trained task's scores: "day", "people", ...; with True those of whole touches as
+    # well, "day events" or "day presses", ...
     judge: Callable[[Any, bool], Row]
 
 

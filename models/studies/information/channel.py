@@ -45,17 +45,11 @@ Numbers = NDArray[np.int64]  # (gestures,): index of a command, or of `NOTHING` 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Use:
-    """The best use of a channel.
+    """The best use of a channel."""
 
-    Attributes:
-        nats: Information of each use.
-        seconds: Mean duration of a use.
-        share: Relative frequency of each symbol, (inputs,).
-    """
-
-    nats: float
-    seconds: float
-    share: Shares
+    nats: float  # information of each use
+    seconds: float  # mean duration of a use
+    share: Shares  # relative frequency of each symbol, (inputs,)
 
 
 def information(share: ArrayLike, given: Transitions) -> float:
@@ -129,25 +123,16 @@ class _Game:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """Some sessions of one player, pooled.
+    """Some sessions of one player, pooled."""
 
-    Attributes:
-        commands: Names of the commands, the inputs of the channel.
-        meant: Command intended by each gesture, (gestures,).
-        output: Output of each gesture, (gestures,).
-        seconds: Duration of a use of each command, the mean gesture and a pause, (commands,).
-        late_s: From touch to command, median.
-        minutes: Length.
-        alarms: Commands that answer no gesture.
-    """
-
-    commands: tuple[str, ...]
-    meant: Numbers
-    output: Numbers
+    commands: tuple[str, ...]  # names of the commands, the inputs of the channel
+    meant: Numbers  # command intended by each gesture, (gestures,)
+    output: Numbers  # output of each gesture, (gestures,)
+    # duration of a use of each command, the mean gesture and a pause, (commands,)
     seconds: NDArray[np.float64]
-    late_s: float
-    minutes: float
-    alarms: int
+    late_s: float  # from touch to command, median
+    minutes: float  # length
+    alarms: int  # commands that answer no gesture
 
     def counts(self, pick: Numbers | slice = slice(None)) -> NDArray[np.int64]:
         """Return the counts of picked gestures (n,) by intention (rows) and output (columns)."""

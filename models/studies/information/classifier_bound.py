@@ -49,15 +49,11 @@ class Fold(NamedTuple):
 
 
 class HeldOut(NamedTuple):
-    """Answers to held-out windows.
+    """Answers to held-out windows."""
 
-    Attributes:
-        log_p: Logarithms of calibrated probabilities, (n, classes); NaN where nothing was tested.
-        temperature: Another temperature, of whole gestures, (n,).
-    """
-
+    # logarithms of calibrated probabilities, (n, classes); NaN where nothing was tested
     log_p: Logits
-    temperature: NDArray[np.float64]
+    temperature: NDArray[np.float64]  # another temperature, of whole gestures, (n,)
 
 
 @dataclass(frozen=True, slots=True)

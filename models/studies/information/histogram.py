@@ -29,17 +29,11 @@ Classes = NDArray[np.integer]  # (frames,), from 0
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """Entropies and information of several sensors in nats, (sensors,) each.
+    """Entropies and information of several sensors in nats, (sensors,) each."""
 
-    Attributes:
-        h_z: Entropy of each sensor's quantised signal.
-        h_y: Entropy of the labels, the same for each.
-        information: Mutual information of each sensor with the labels.
-    """
-
-    h_z: NDArray[np.float64]
-    h_y: NDArray[np.float64]
-    information: NDArray[np.float64]
+    h_z: NDArray[np.float64]  # entropy of each sensor's quantised signal
+    h_y: NDArray[np.float64]  # entropy of the labels, the same for each
+    information: NDArray[np.float64]  # mutual information of each sensor with the labels
 
 
 def statistics(

@@ -26,19 +26,12 @@ CHUNK: Final = 128  # points whose distances to all others are in memory at once
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exclusion:
-    """Pairs of points that may not be neighbours: those of one group, and those close in time.
+    """Pairs of points that may not be neighbours: those of one group, and those close in time."""
 
-    Attributes:
-        group: Group of each point, such as its event, (n,).
-        time: Time of each point, counted within its session, (n,).
-        session: Session of each point, (n,).
-        window: Largest difference in time that is excluded.
-    """
-
-    group: NDArray[np.integer]
-    time: NDArray[np.integer]
-    session: NDArray[np.integer]
-    window: int = 0
+    group: NDArray[np.integer]  # group of each point, such as its event, (n,)
+    time: NDArray[np.integer]  # time of each point, counted within its session, (n,)
+    session: NDArray[np.integer]  # session of each point, (n,)
+    window: int = 0  # largest difference in time that is excluded
 
     def mask(self, rows: NDArray[np.integer]) -> NDArray[np.bool_]:
         """Return which pairs of some points and all points are excluded, (rows, n)."""

@@ -40,21 +40,13 @@ Session = tuple[NDArray[np.float64], NDArray[np.int64]]  # z (frames, taxels), l
 
 @dataclass(frozen=True, slots=True)
 class RecordingSet:
-    """Sessions that belong together.
+    """Sessions that belong together."""
 
-    Attributes:
-        name: Title of the set.
-        paths: Files; none: people are simulated.
-        preset: Quality of the simulated orbs.
-        choice: Source of the labels.
-        quick: A third of the simulated minutes, and one seed.
-    """
-
-    name: str
-    paths: tuple[Path, ...] = ()
-    preset: str = ""
-    choice: Choice = "auto"
-    quick: bool = False
+    name: str  # title of the set
+    paths: tuple[Path, ...] = ()  # files; none: people are simulated
+    preset: str = ""  # quality of the simulated orbs
+    choice: Choice = "auto"  # source of the labels
+    quick: bool = False  # a third of the simulated minutes, and one seed
 
     def recordings(self) -> list[Recording]:
         """Return all sessions."""

@@ -32,27 +32,17 @@ Numbers = NDArray[np.int64]  # (n,)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """Windows of several sessions.
+    """Windows of several sessions."""
 
-    Attributes:
-        x: Changes of the taxels, about 1 under a touch, float32 (n, images, taxels).
-        y: Class of each window, that of its last frame, (n,).
-        session: Session of each, (n,).
-        frame: Last frame of each, counted among the usable ones of its session, (n,).
-        event: Number of the touch, or of the pause between touches, across sessions, (n,).
-        labels: Names of the classes, "null" first.
-        rate_hz: Frames per second.
-        grid: Rows and columns of taxels.
-    """
-
+    # changes of the taxels, about 1 under a touch, float32 (n, images, taxels)
     x: NDArray[np.float32]
-    y: Numbers
-    session: Numbers
-    frame: Numbers
-    event: Numbers
-    labels: tuple[str, ...]
-    rate_hz: float
-    grid: tuple[int, int]
+    y: Numbers  # class of each window, that of its last frame, (n,)
+    session: Numbers  # session of each, (n,)
+    frame: Numbers  # last frame of each, counted among the usable ones of its session, (n,)
+    event: Numbers  # number of the touch, or of the pause between touches, across sessions, (n,)
+    labels: tuple[str, ...]  # names of the classes, "null" first
+    rate_hz: float  # frames per second
+    grid: tuple[int, int]  # rows and columns of taxels
 
     @property
     def flat(self) -> NDArray[np.float32]:

@@ -24,17 +24,11 @@ Counts = NDArray[np.float64]  # sum and count of each held-out user or session, 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """Score of a task.
+    """Score of a task."""
 
-    Attributes:
-        key: Name in a result's "held".
-        words: What it is, in reports.
-        share: It is a share, and more is better; else an error, and less is.
-    """
-
-    key: str
-    words: str
-    share: bool = True
+    key: str  # name in a result's "held"
+    words: str  # what it is, in reports
+    share: bool = True  # it is a share, and more is better; else an error, and less is
 
     def figure(self, counts: Counts) -> Figure:
         """Return the score of counts, (groups, 2), and its interval."""
@@ -50,29 +44,17 @@ MEASURES: Final = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """One point of a sweep.
+    """One point of a sweep."""
 
-    Attributes:
-        at: Values on the axes, without the seed.
-        trainings: Number of trainings.
-        figure: Score on what was held out.
-        frames: Share of frames named rightly; NaN if frames are not named.
-        random: Score on windows at random, mean of the trainings; NaN: unknown.
-        by_seed: Score of each seed.
-        learned: Users, sessions, minutes and windows learned from, means.
-        held: Names of the held-out users or sessions.
-        counts: Sums and counts of the score.
-    """
-
-    at: dict[str, Any]
-    trainings: int
-    figure: Figure
-    frames: float
-    random: float
-    by_seed: tuple[float, ...]
-    learned: dict[str, float]
-    held: tuple[str, ...]
-    counts: Counts
+    at: dict[str, Any]  # values on the axes, without the seed
+    trainings: int  # number of trainings
+    figure: Figure  # score on what was held out
+    frames: float  # share of frames named rightly; NaN if frames are not named
+    random: float  # score on windows at random, mean of the trainings; NaN: unknown
+    by_seed: tuple[float, ...]  # score of each seed
+    learned: dict[str, float]  # users, sessions, minutes and windows learned from, means
+    held: tuple[str, ...]  # names of the held-out users or sessions
+    counts: Counts  # sums and counts of the score
 
     def amount(self, axis: str) -> float:
         """Return the place on a numeric axis; for 0, "all", what was learned from."""
@@ -135,17 +117,11 @@ def _counted(
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The best of several points.
+    """The best of several points."""
 
-    Attributes:
-        best: The point.
-        second: The next one.
-        lead: How much better the best one is, with its interval over the same users.
-    """
-
-    best: Point
-    second: Point
-    lead: Figure
+    best: Point  # the point
+    second: Point  # the next one
+    lead: Figure  # how much better the best one is, with its interval over the same users
 
 
 def choose(points: Sequence[Point], measure: Measure) -> Choice | None:

@@ -40,21 +40,13 @@ class PlanError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A sweep's data, recipe, hold-out and axes.
+    """A sweep's data, recipe, hold-out and axes."""
 
-    Attributes:
-        name: Name of the file, without its suffix.
-        data: Settings of the simulation, or {"folders": [...]}.
-        train: Settings of [train], the recipe's by their dotted names.
-        test: Settings of [test]: "by", and "folds" or "hold".
-        axes: Name and values of each axis, in the file's order.
-    """
-
-    name: str
-    data: dict[str, Any]
-    train: dict[str, Any]
-    test: dict[str, Any]
-    axes: dict[str, list[Any]]
+    name: str  # name of the file, without its suffix
+    data: dict[str, Any]  # settings of the simulation, or {"folders": [...]}.
+    train: dict[str, Any]  # settings of [train], the recipe's by their dotted names
+    test: dict[str, Any]  # settings of [test]: "by", and "folds" or "hold"
+    axes: dict[str, list[Any]]  # name and values of each axis, in the file's order
 
     @property
     def simulated(self) -> bool:

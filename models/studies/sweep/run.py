@@ -51,23 +51,14 @@ class ClusterLostError(TroubleError):
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A plan, and where it is run.
+    """A plan, and where it is run."""
 
-    Attributes:
-        plan: What is trained.
-        folder: Holds the results.
-        digest: Hash of the recordings and their vocabulary; "" if data are simulated.
-        places: Absolute folders of the recordings.
-        workers: Processes on this machine.
-        cluster: Address of a Dask scheduler; "": this machine.
-    """
-
-    plan: Plan
-    folder: Path
-    digest: str = ""
-    places: tuple[str, ...] = ()
-    workers: int = 1
-    cluster: str = ""
+    plan: Plan  # what is trained
+    folder: Path  # holds the results
+    digest: str = ""  # hash of the recordings and their vocabulary; "" if data are simulated
+    places: tuple[str, ...] = ()  # absolute folders of the recordings
+    workers: int = 1  # processes on this machine
+    cluster: str = ""  # address of a Dask scheduler; "": this machine
 
     def named(self) -> dict[str, Job]:
         """Return all jobs by name, in the plan's order."""

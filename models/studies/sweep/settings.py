@@ -29,20 +29,13 @@ _Made = TypeVar("_Made")
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Type and range of one setting.
+    """Type and range of one setting."""
 
-    Attributes:
-        default: Value if the file does not set it; a list holds any number of texts.
-        least: Smallest number.
-        most: Largest number.
-        words: Allowed texts; empty: any.
-        check: Raises ValueError for a value that cannot be used.
-    """
-
-    default: Any
-    least: float = -inf
-    most: float = inf
-    words: tuple[str, ...] = ()
+    default: Any  # value if the file does not set it; a list holds any number of texts
+    least: float = -inf  # smallest number
+    most: float = inf  # largest number
+    words: tuple[str, ...] = ()  # allowed texts; empty: any
+    # raises ValueError for a value that cannot be used
     check: Callable[[Any], object] | None = None
 
     def read(self, value: Any) -> Any:
