@@ -25,7 +25,7 @@ from models.data.simulate import generate
 from models.data.splits import HoldOut
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
-from models.studies.sweep import settings
+from models.studies.sweep import plan
 from models.training import user_task
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
@@ -58,7 +58,7 @@ def train(job: Mapping[str, Any]) -> Result:
     """
     asked = job["train"]
     prepare_torch(asked["seed"])
-    recipe = settings.recipe_of(asked)
+    recipe = plan.recipe_of(asked)
     plain = replace(recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
     source = json.dumps(job["data"], sort_keys=True)
     data = _read(source, plain, asked["labels"], asked["window"], asked["all"])
@@ -95,7 +95,7 @@ def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool)
 
     if "folders" not in data:
         with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as folder:
-            simulation = settings.data_set(data)
+            simulation = plan.data_set(data)
             generate(simulation, Path(folder), data["users"], data["sessions"], 1, _ignore)
             return read([Path(folder)])
     found = read([Path(folder) for folder in data["folders"]])
@@ -175,7 +175,7 @@ def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
     )
     if not len(own.label) or not len(new.label):
         raise ValueError("no recording has a gesture, and users are identified by gestures")
-    how, augmentation = settings.user_recipe_of(asked)
+    how, augmentation = plan.user_recipe_of(asked)
     random = user_task.random_windows(len(own.ends), asked["seed"])
     net, score = user_task.train_users(
         own, 1 + len(names), asked["seed"], recipe=how, augmentation=augmentation, random=random
@@ -194,7 +194,7 @@ def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
             "random": _number(score), "held": held}  # fmt: skip
 
 
-# A task is a line here, and its measure in models/studies/sweep/figures.py.
+# A task is a line here, and its measure in models/studies/sweep/report.py.
 TASKS: Final[dict[str, Callable[[Data, Data, Recipe, Train], Result]]] = {
     "gesture": _gestures,
     "location": _locations,

@@ -112,29 +112,19 @@ def test_who_is_told_apart_is_judged_on_other_days_of_their_own() -> None:
         ("seed = 1", "line 1: 'seed' is no section"),
         ("[train]\ntask = 'orb'", "line 2: [train] task: expected one of gesture, location, user"),
         ("[train]\ntask = 'user'\n[test]\nby = 'user'", "line 4: [test] by: a user who is not"),
-        ("[train]\ntask = 'user'\n[test]\nhold = 2", "line 4: [test] hold: a user has 2 "
-         "sessions, too few for 2 held out"),
-        ("[train]\ntask = 'user'\nsessions = 2", "line 1: [train]: 2 sessions of each user to "
-         "learn from are wanted, and of one 1 are left beside the held-out ones"),
         ("[data]\none_orb = 1", "line 2: [data] one_orb: expected true or false"),
         ("[train]\ngesture.rat = 1", "line 2: [train] gesture.rat: there is no such setting"),
         ("[train]\nseed = 900000", "line 2: [train] seed: this training has seed 900000"),
         ("[test]\nby = 'windows'", "line 2: [test] by: expected one of user, session"),
         ("[test]\nfolds = 2\nhold = 1", "line 3: [test] hold: folds hold out every group in turn"),
-        ("[test]\nfolds = 11", "line 2: [test] folds: there are 10 users, too few for 11 folds"),
-        ("[test]\nhold = 10", "line 2: [test] hold: there are 10 users, too few for 10 held out"),
         ("[axes]\nseed = 3", "line 2: [axes] seed: expected a list of values, found 3"),
         ("[axes]\nseed = []", "line 2: [axes] seed: expected a list of values"),
-        ("[test]\nhold = 2\n[axes]\nusers = [1, 9]", "line 3: [axes]: 9 users to learn from are "
-         "wanted, and 8 are left"),
-        ("[axes]\nsessions = [1, 3]", "line 1: [axes]: 3 sessions of each user to learn"),
-        ("[axes]\nminutes = [1, 4.5]", "line 2: [axes] minutes: 4.5 are wanted, and 3 simul"),
         ('[axes]\ntask = ["gesture", "location"]', "line 2: [axes] task: scores of tasks"),
         ("[axes]\n[axes.gesture]\nrat = [1]", "line 3: [axes] gesture.rat: there is no such"),
-        ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4: [axes] data.seed: only "
-         "simulations have such an axis"),
+        ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4: [axes] data.seed: there "
+         "is no such setting"),
         (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
-         f"{list(range(1, 90))}", "line 1: [axes]: these are 3,560,000 trainings"),
+         f"{list(range(1, 90))}", "line 1: these are 3,560,000 trainings"),
         ("[train]\ngesture.rat = 1", "did you mean 'gesture.rate'?"),
         ("[train]\ngesture.rate = 'fast'", f'a number, such as {OWN.rate}, found "fast"'),
         ("[train]\ngesture.channels = [1]", f"a row, such as {list(OWN.channels)}, found [1]"),
