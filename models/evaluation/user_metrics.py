@@ -20,8 +20,8 @@ from controller.recognition.user_id import (
 )
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
-from models.results.figure import Figure
-from models.results.users import OpenSetFigures
+from models.results.evaluation import Figure
+from models.results.training import OpenSetFigures
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from

@@ -8,8 +8,7 @@ from models.reports import markdown, tables
 from models.reports.tables import Table
 from models.results import missed_gestures
 from models.results.evaluation import Evaluation
-from models.results.training import Training
-from models.results.users import UserResult
+from models.results.training import Training, UserResult
 
 USERS_WARNING = (
     "User identification is a convenience: a person with similar touches is taken for another. It "

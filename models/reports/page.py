@@ -21,8 +21,7 @@ from models import formatting
 from models.reports import cards, figures, sections, tables
 from models.results import storage
 from models.results.evaluation import Evaluation, Tuning
-from models.results.training import Training
-from models.results.users import UserResult
+from models.results.training import Training, UserResult
 
 OPENING: Final = '<script type="application/json" id="data">'
 CLOSING: Final = "</script>"

@@ -20,8 +20,7 @@ from models.formatting import (
 )
 from models.results import missed_gestures
 from models.results.evaluation import Broken, LocationFigures, Result, Row, Tuning
-from models.results.training import ClassRow, Training
-from models.results.users import UserResult
+from models.results.training import ClassRow, Training, UserResult
 
 Column = tuple[str, Callable[[Any], str]]  # its title, and its cell of a row
 

@@ -15,7 +15,7 @@ from models.data.splits import Fold
 from models.evaluation import bootstrap
 from models.reports import markdown
 from models.reports.tables import Table
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 
 TOUCHED: Final = ("none", "less than half", "half or more", "all")  # of a window's images
 

@@ -35,8 +35,7 @@ from controller.simulator.presets import PRESETS
 from models.data import faults as faulty
 from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
-from models.results.evaluation import Broken, Result
-from models.results.figure import Figure
+from models.results.evaluation import Broken, Figure, Result
 from tests.benchmarks import user_study as users
 
 from . import recognition_few, recognition_users

@@ -20,7 +20,7 @@ from controller.bundles import vocabulary
 from models.data.augment import Symmetry, vary_windows
 from models.data.recipe import Augmentation
 from models.evaluation import bootstrap, scores
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 from models.studies.information.windows import GAIN, Windows
 
 HIDDEN: Final = (96, 48)

@@ -167,10 +167,11 @@ def neighbours(one: RecordingSet) -> dict[str, Any]:
     windows = windows.every(max(1, -(-len(windows.y) // POINTS)))
     apart = round(THEILER_S * windows.rate_hz)
     exclusion = knn.Exclusion(windows.event, windows.frame, windows.session, apart)
-    points = {f"window, {n} components": knn.principal(windows.flat, n) for n in COMPONENTS}
+    points: dict[str, NDArray[np.floating]] = {"image": windows.x[:, -1]}
+    points |= {f"window, {n} components": knn.principal(windows.flat, n) for n in COMPONENTS}
     rows = {
         name: list(astuple(bootstrap.event_mean(knn.ross(x, windows.y, exclusion), windows.event)))
-        for name, x in {"image": windows.x[:, -1], **points}.items()
+        for name, x in points.items()
     }
     return {"h_y": histogram.entropy(windows.y), "rows": rows}
 

@@ -11,6 +11,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -21,7 +22,7 @@ from models.evaluation import bootstrap
 from models.reports import markdown
 from models.reports.tables import Table
 from models.results import storage
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 from models.studies.sweep.plan import AMOUNTS
 
 if TYPE_CHECKING:
@@ -202,7 +203,8 @@ def draw(points: Sequence[Point], axes: Sequence[str], words: str) -> "figure.Fi
     drawn, panels = drawing.panels(640.0, 290.0 * len(axes), 1, len(axes))
     for axis, panel in zip(axes, panels[:, 0], strict=True):
         lines: dict[str, list[Point]] = {}
-        for point in sorted(points, key=lambda point, axis=axis: point.amount(axis)):
+        amounts = [point.amount(axis) for point in points]
+        for _, point in sorted(zip(amounts, points, strict=True), key=itemgetter(0)):
             others = {key: value for key, value in point.at.items() if key != axis}
             lines.setdefault(title(others), []).append(point)
         for (name, line), marker in zip(lines.items(), cycle("os^Dv"), strict=False):
@@ -210,7 +212,6 @@ def draw(points: Sequence[Point], axes: Sequence[str], words: str) -> "figure.Fi
             down, up = [one.value - one.low for one in own], [one.high - one.value for one in own]
             y = [one.value for one in own]
             panel.errorbar(x, y, (down, up), marker=marker, capsize=3.0, label=name)
-        amounts = [point.amount(axis) for point in points]
         if min(amounts) > 0.0 and max(amounts) / min(amounts) >= FAR:
             panel.set_xscale("log")
         panel.set(xlabel=axis, ylabel=words)
