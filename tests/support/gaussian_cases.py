@@ -24,15 +24,10 @@ _UNEVEN: Final = 0.5  # deviation of the logarithm of a class's width, from axis
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mixture:
-    """Classes that are equally frequent, each a Gaussian of its own shape.
+    """Classes that are equally frequent, each a Gaussian of its own shape."""
 
-    Attributes:
-        middle: Of each, (classes, d).
-        root: Each one's covariance is root @ root.T, (classes, d, d).
-    """
-
-    middle: Points
-    root: Points
+    middle: Points  # of each, (classes, d)
+    root: Points  # each one's covariance is root @ root.T, (classes, d, d).
 
     @classmethod
     def of(cls, classes: int, dimensions: int) -> "Mixture":

@@ -13,7 +13,6 @@ from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
 from models.reports.page import ReportData
-from models.results import storage
 from models.studies.information import channel
 from models.studies.sweep import run
 from tests.support.report_results import evaluation
@@ -104,14 +103,6 @@ def test_what_cannot_be_replaced_is_refused_before_anything_is_done(
     refused(words, special, tmp_path)
     assert not special.is_file()
     assert special.exists() or special.is_symlink()
-
-
-@pytest.mark.parametrize("kind", ["sparse", "unreadable", "binary", "dots", "json", "sequences"])
-@pytest.mark.parametrize("words", ["evaluate --html {}", f"tune {BUNDLE} {{data}} --html {{}}"])
-def test_a_page_that_is_no_report_is_refused_before_anything_is_done(
-    words: str, kind: str, tmp_path: Path
-) -> None:
-    refused(words, make(kind, tmp_path), tmp_path)
 
 
 def test_a_report_whose_data_were_tampered_with_is_refused(tmp_path: Path) -> None:
@@ -234,8 +225,3 @@ def test_a_checkpoint_that_holds_something_else_is_damaged(tmp_path: Path) -> No
         np.savez(path, words=np.array(words))
         with pytest.raises(checkpoint.CheckpointError, match="is damaged; remove it"):
             checkpoint.load(path)
-
-
-def test_a_page_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    with pytest.raises(storage.UserFileError, match=f"cannot read {tmp_path}: it is a folder"):
-        storage.read_text(tmp_path)

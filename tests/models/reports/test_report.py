@@ -109,15 +109,6 @@ def test_the_honest_figure_and_the_papers_stand_side_by_side_with_the_gap_in_wor
     assert "96.5 % and 99.20 %" in said  # binary accuracy, as the paper may have counted
 
 
-def test_where_the_unseen_sessions_are_easier_nobody_is_told_of_a_leak() -> None:
-    gesture = training().gesture
-    assert gesture is not None
-    honest = replace(gesture.honesty, unseen=0.95, random=0.93)
-    said = text(page.html(ReportData(training(gesture=replace(gesture, honesty=honest)))))
-    assert "2.0 points worse" in said
-    assert "93.0 %: 2.0 points too good" not in said
-
-
 def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
     nothing = Lateness()
     nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
@@ -151,13 +142,6 @@ def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
     assert again.training.name == evil
 
 
-def test_a_doubtful_recording_is_listed_with_the_reason() -> None:
-    rows = (session(1), session(2, verdict="doubtful", findings=("taxel row 0 is dead",)))
-    said = text(page.html(ReportData(training(sessions=rows))))
-    assert "1 is not as it should be" in said
-    assert "taxel row 0 is dead" in said
-
-
 def test_a_page_gives_its_data_back() -> None:
     again = page.unpack(page.html(WHOLE))
     assert page.pack(again) == page.pack(WHOLE)
@@ -188,13 +172,6 @@ def test_tuning_and_evaluation_are_added_to_the_page_of_a_training(tmp_path: Pat
         assert title in said
 
 
-def test_a_new_training_begins_a_new_page(tmp_path: Path) -> None:
-    path = tmp_path / "my.html"
-    page.write(path, WHOLE)
-    page.write(path, ReportData(training()))
-    assert "In play" not in text(path.read_text(encoding="utf-8"))
-
-
 @pytest.mark.parametrize("content", ["", "my notes", f"{page.OPENING}{{}}{page.CLOSING}"])
 def test_a_file_that_is_no_report_is_refused_and_left_alone(tmp_path: Path, content: str) -> None:
     path = tmp_path / "my.html"
@@ -202,11 +179,6 @@ def test_a_file_that_is_no_report_is_refused_and_left_alone(tmp_path: Path, cont
     with pytest.raises(ValueError, match=r"my\.html: it is .* report .*; remove it"):
         page.write(path, WHOLE)
     assert path.read_text(encoding="utf-8") == content
-
-
-def test_nothing_to_show_is_refused() -> None:
-    with pytest.raises(ValueError, match="nothing to report"):
-        page.html(ReportData())
 
 
 def test_a_bundle_judged_on_what_it_learned_from_is_told_so() -> None:

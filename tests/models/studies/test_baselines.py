@@ -83,23 +83,3 @@ def test_a_peer_is_trained_once_and_answers_the_same_when_it_is_taken_out_again(
         assert (kept.place(windows[:20, -1]) == places).all()
     assert (peer.honesty is not None) == (name in ("same_data", "paper"))
     assert not list(tmp_path.glob("*.training"))
-
-
-def test_other_recordings_are_another_peer(folder: Path, tmp_path: Path) -> None:
-    said: list[str] = []
-    peers.train("logistic", [folder], tmp_path, said.append)
-    more = tmp_path / "more"
-    more.mkdir()
-    for path in sorted(folder.iterdir())[:2]:
-        (more / path.name).write_bytes(path.read_bytes())
-    peers.train("logistic", [more], tmp_path, said.append)
-    assert len(said) == 2
-
-
-def test_the_papers_peer_sees_a_fixed_rest_and_makes_a_share_of_the_papers_steps() -> None:
-    recipe = peers._recipe("paper")
-    settings = recipe.settings(10.0, 10)
-    assert settings.start_s == 2.0
-    assert settings.settle_s > 1e6
-    assert (PAPER.gesture.epochs, PAPER.location.epochs) == (500, 2000)
-    assert recipe.gesture.steps == 1 * 1500 // 150 // peers.PAPER_SHARE

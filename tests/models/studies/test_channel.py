@@ -33,11 +33,6 @@ def test_a_channel_that_errs_one_way_only_is_best_used_unevenly() -> None:
     assert best.share == pytest.approx([0.6, 0.4], abs=1e-3)
 
 
-def test_what_is_lost_is_lost() -> None:
-    erased = np.array([[0.7, 0.0, 0.3], [0.0, 0.7, 0.3]])
-    assert channel.best_use(erased).nats / LN2 == pytest.approx(0.7)
-
-
 def test_symbols_that_take_longer_are_sent_less_often() -> None:
     # Without noise the rate r per second is where the sum of exp(-r t) is 1 (Shannon, 1948).
     seconds = np.array([1.0, 2.0, 3.0])

@@ -54,15 +54,6 @@ def engine(monkeypatch: pytest.MonkeyPatch) -> Callable[[Engine], None]:
     return lambda one: monkeypatch.setattr(run, "_answers", one)
 
 
-def test_a_jobs_name_hangs_on_what_it_says_and_on_the_program_alone() -> None:
-    one, *others = planned().jobs()
-    name = run.name_of(one, VERSION)
-    turned = {key: one[key] for key in reversed(one)}
-    assert run.name_of(turned, VERSION) == name
-    assert run.name_of(one, "1.0 (sources b)") != name
-    assert len({name, *(run.name_of(other, VERSION) for other in others)}) == 4
-
-
 def test_a_jobs_name_is_the_same_in_years_to_come() -> None:
     job = {
         "at": {"seed": 3}, "data": {"folders": ["here"], "sha256": "ff"},
@@ -200,17 +191,6 @@ def test_a_job_that_fails_is_told_and_the_others_go_on(
     engine(forwards)
     found = run.run(Sweep(planned(), tmp_path), said.append)
     assert not any("failed" in job for job in found["jobs"])
-
-
-def test_results_of_another_version_are_not_used(
-    tmp_path: Path, engine: Callable[[Engine], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sweep, said = Sweep(planned(), tmp_path), list[str]()
-    engine(forwards)
-    run.run(sweep, said.append)
-    monkeypatch.setattr(run, "own_version", lambda: VERSION)
-    run.run(sweep, said.append)
-    assert said.count("4 trainings") == 2  # and not "4 of them done already"
 
 
 def test_a_worker_of_another_version_says_so_and_trains_nothing() -> None:

@@ -62,12 +62,6 @@ def test_folds_are_put_together_before_people_are_counted() -> None:
     assert point.figure.value == pytest.approx(0.75)
 
 
-def test_all_is_as_far_along_an_axis_as_what_was_learned() -> None:
-    everybody = {"name": "x", "at": {"users": 0}, "fold": 0, "result": result([20], users=8)}
-    (point,) = report.points(found({"users": [0]}, [everybody]))
-    assert point.amount("users") == 8.0
-
-
 def test_errors_are_reported_in_grid_units() -> None:
     jobs = [
         {"name": str(rate), "at": {"location.rate": rate}, "fold": 0, "result": {

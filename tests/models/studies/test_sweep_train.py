@@ -207,14 +207,6 @@ def test_one_training_that_cannot_be_is_told_and_the_others_go_on(
     assert ["failed" in job for job in found["jobs"]] == [True, False]
 
 
-def test_settings_of_the_recipe_are_settings_of_a_sweep(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    toml = tmp_path / "x.toml"
-    toml.write_text("[train]\ngesture.channels = [4, 8]\ntracked = false\ngesture.rate = 1\n")
-    assert listed(toml, capsys).count("fold") == 5
-
-
 def test_a_scheduler_that_does_not_answer_is_one_sentence(
     alone: Path, tmp_path: Path, free_port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -264,19 +256,6 @@ def listed(sweep: Path, capsys: pytest.CaptureFixture[str]) -> str:
     capsys.readouterr()
     assert main(["sweep", str(sweep), "--list"]) == 0
     return capsys.readouterr().out
-
-
-def test_a_sweep_names_what_it_leaves_out_or_takes_all(
-    recorded: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["sweep", str(recorded), "--workers", "1"]) == 0
-    told = capsys.readouterr()
-    note = f"{recorded.parent / 'data' / '3.npz'} is left out: it runs at 9.52 Hz"
-    assert note in told.out
-    every = recorded.with_name("every.toml")
-    every.write_text(recorded.read_text().replace("[train]", "[train]\nall = true"))
-    assert main(["sweep", str(every), "--workers", "1"]) == 0
-    assert "taken although it failed the check" in capsys.readouterr().out
 
 
 def test_gestures_that_are_declared_otherwise_make_every_training_a_new_one(
