@@ -39,12 +39,10 @@ def deaf() -> Iterator[None]:
 def completed(
     jobs: Mapping[Key, Callable[[], Result]], workers: int, *, hasty: bool = False
 ) -> Iterator[tuple[Key, Result, float]]:
-    """Run jobs, and yield the key and the result of each as it is done, and the seconds left.
+    """Run jobs that can be pickled, and yield key, result and the seconds left as each is done.
 
-    Args:
-        jobs: Functions that can be pickled.
-        workers: Processes of one thread each; with one, jobs run in this process.
-        hasty: When something happens to us they end at once; else what is under way is finished.
+    One worker is this process; more are processes of one thread each. When something happens to us,
+    hasty ones end at once; else what is under way is finished.
     """
     begun = time.monotonic()
     for done, (key, result) in enumerate(_results(jobs, min(workers, len(jobs)), hasty), 1):

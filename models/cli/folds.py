@@ -45,8 +45,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="images in a window, for both models (default: those of one second)",
     )
     options.take_labels(
-        parser,
-        "source of the labels (default: auto: the first of these that names a gesture)",
+        parser, "source of the labels (default: auto: the first of these that names a gesture)"
     )
     options.take_all(parser)
     add(

@@ -29,8 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
     options.take_labels(
-        parser,
-        "source of the labels (default: auto: the truth, else people's labels)",
+        parser, "source of the labels (default: auto: the truth, else people's labels)"
     )
     latest = "greatest median latency, seconds (default: 0.42)"
     add("--latest", type=options.number(0.0, 60.0), default=0.42, metavar="S", help=latest)

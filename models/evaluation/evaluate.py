@@ -38,39 +38,27 @@ def evaluate(
     recordings: Iterable[tuple[str, Recording]],
     say: Say,
     choice: Choice = "auto",
-    *,
-    located: bool = True,
 ) -> list[Tally]:
-    """Replay named recordings through a bundle, and count.
+    """Replay named recordings through a bundle, one after the other, and count.
 
     Args:
         bundle: The bundle.
-        recordings: One after the other; none is kept.
+        recordings: Of its sensor, with labels; else a ValueError is raised.
         say: Takes a line for each.
         choice: Source of the labels that count.
-        located: Touch positions are estimated as well, which takes longer.
-
-    Raises:
-        ValueError: A recording is of another sensor, or has no labels.
     """
     networks, labels = Batched(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
         truth = GroundTruth.of(recording, labels, name, choice)
-        stream = run(bundle, networks, recording, truth, located=located)
+        stream = run(bundle, networks, recording, truth)
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies
 
 
 def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Result:
-    """Return the figures of a set of sessions, resampled by session.
-
-    Args:
-        name: Of the set.
-        labels: The bundle's, "null" first.
-        tallies: One a session; at least one.
-    """
+    """Return the figures of a named set of sessions, one tally each, resampled by session."""
     events, hits = [t.events for t in tallies], [t.hits for t in tallies]
     answers = [int(t.answers.sum()) for t in tallies]
     idle = [t.idle_minutes for t in tallies]
@@ -117,14 +105,7 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
 def summarise_broken(
     on: str, fault: str, labels: Sequence[str], tallies: Sequence[Tally]
 ) -> Broken:
-    """Return the figures of a set of sessions on which something is broken.
-
-    Args:
-        on: Name of the set.
-        fault: The fault, such as "dead:2,3".
-        labels: The bundle's, "null" first.
-        tallies: One a session; at least one.
-    """
+    """Return the figures of a named set of sessions under a fault, such as "dead:2,3"."""
     found = summarise(on, labels, tallies)
     error = found.location.error.value if found.location else np.nan
     return Broken(
@@ -232,10 +213,7 @@ def replay_held_out(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int
 
 
 def _held(data: Data, split: Split) -> Iterator[tuple[int, Recording]]:
-    """Yield the number of each recording of which something is held out, and the recording.
-
-    Where it is the end only, all before it is excluded.
-    """
+    """Yield number and recording of what is held out; of an end, all before it is excluded."""
     examples = data.examples
     ends = examples.ends[split.windows.check]
     for number in np.unique(examples.session[ends]).tolist():

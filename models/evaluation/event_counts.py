@@ -163,10 +163,7 @@ def _inside_turns(truth: GroundTruth) -> NDArray[np.bool_]:
 
 
 def position_errors(stream: Stream) -> NDArray[np.float64]:
-    """Return the errors of positions in every frame of every press, (frames, 3).
-
-    The standard deviation given, and the errors in x and in y, grid units.
-    """
+    """Return sigma, error in x and in y of each frame of every press, grid units, (frames, 3)."""
     rows = [
         np.column_stack([stream.sigmas[frames], stream.touches[frames] - place])
         for place, frames in _presses(stream)

@@ -79,15 +79,7 @@ def new(width: float, height: float) -> tuple[Figure, Axes]:
 def panels(
     width: float, height: float, columns: int, rows: int = 1, **options: Any
 ) -> tuple[Figure, Panels]:
-    """Return an empty drawing of a size in pixels, and its panels, (rows, columns).
-
-    Args:
-        width: Of the drawing.
-        height: Of the drawing.
-        columns: Panels side by side.
-        rows: Panels one below the other.
-        options: Of `Figure.subplots`.
-    """
+    """Return an empty drawing of a size in pixels, and its panels, (rows, columns)."""
     size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
     figure = Figure(figsize=size, dpi=PIXELS_PER_INCH, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
@@ -104,12 +96,7 @@ def save(figure: Figure, path: Path) -> Path:
 
 
 def svg(figure: Figure, alternative: str) -> Markup:
-    """Return a drawing as an SVG element.
-
-    Args:
-        figure: Drawn in `COLOURS`.
-        alternative: Its content, for screen readers.
-    """
+    """Return a drawing in `COLOURS` as an SVG element, with its content in words."""
     buffer = io.StringIO()
     with warnings.catch_warnings():
         warnings.filterwarnings(
@@ -132,13 +119,7 @@ def svg(figure: Figure, alternative: str) -> Markup:
 def limits(
     values: Iterable[float], *, least: float = 0.0, room: float = 0.06
 ) -> tuple[float, float]:
-    """Return the limits of an axis around all finite values.
-
-    Args:
-        values: Values to show.
-        least: Smallest length of the axis.
-        room: Left at either end, as a share of the length.
-    """
+    """Return the limits of an axis of a least length around finite values, with room beside."""
     known = [value for value in values if math.isfinite(value)] or [0.0, 1.0]
     low, high = min(known), max(known)
     spare = max(least - (high - low), 0.0) / 2.0 + room * max(high - low, least)

@@ -37,13 +37,7 @@ Grid = tuple[int, int]  # rows and columns of the sensor
 
 @styled
 def curves(epochs: Sequence[Epoch], best: int, *, share: bool) -> Markup:
-    """Return the score over the epochs: on training examples, on random windows, and unseen.
-
-    Args:
-        epochs: The curve.
-        best: Number of the epoch that was kept.
-        share: Scores are shares; else errors in grid units.
-    """
+    """Return scores over the epochs, as shares or errors in grid units, and the epoch kept."""
     figure, axes = _over_epochs(
         len(epochs), best, "right windows" if share else "error, grid units"
     )

@@ -48,11 +48,7 @@ class ReportData:
 
 
 def html(data: ReportData) -> str:
-    """Return the report page of what was trained, tuned and judged.
-
-    Raises:
-        ValueError: There is nothing to show.
-    """
+    """Return the report page of what was trained, tuned and judged; ValueError: nothing was."""
     if data == ReportData():
         raise ValueError("there is nothing to report; train, tune or evaluate first")
     template = _environment().get_template("report.html")
@@ -62,10 +58,7 @@ def html(data: ReportData) -> str:
 def write(path: Path, data: ReportData) -> None:
     """Write the report page; parts that `data` lacks are kept from the page that is there.
 
-    A new training begins a new page, since no figure of an older bundle holds for it.
-
-    Raises:
-        ValueError: The file is there, and is no report of this version; or there is nothing.
+    A new training begins a new page. Raises ValueError for a file that is no such page.
     """
     there = read(path)
     if there is not None and data.training is None:
@@ -88,11 +81,7 @@ def write_users(out: Path, found: UserResult) -> None:
 
 
 def read(path: Path) -> ReportData | None:
-    """Return the content of a report page; None: there is none.
-
-    Raises:
-        ValueError: The file cannot be read or written, or is no report of this version.
-    """
+    """Return the content of a report page (None: no file); raise ValueError if it is none."""
     if not storage.target(path).exists():
         return None
     page = storage.read_text(path)
@@ -109,11 +98,7 @@ def pack(data: ReportData) -> str:
 
 
 def unpack(page: str) -> ReportData:
-    """Return the data of a page.
-
-    Raises:
-        ValueError: It holds none, or that of another version.
-    """
+    """Return the data of a page; raise ValueError if it holds none, or that of another version."""
     found = re.search(re.escape(OPENING) + "(.*?)" + re.escape(CLOSING), page, re.DOTALL)
     if found is None:
         raise ValueError("it is no report of this program")

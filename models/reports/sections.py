@@ -28,13 +28,7 @@ class Matrix:
 def matrix(
     names: Sequence[str], counts: Sequence[Sequence[int]], first: tuple[str, str] = ("", "")
 ) -> Matrix:
-    """Return a confusion matrix.
-
-    Args:
-        names: Of the classes.
-        counts: Events or windows, (classes, classes).
-        first: Other names of the first row and the first column, which are of no class then.
-    """
+    """Return a confusion matrix (classes, classes); `first` renames its first row and column."""
     titles, columns = ([first[i] or label(names[0]), *map(label, names[1:])] for i in (0, 1))
     totals = [sum(row) for row in counts]
     if first[0]:
@@ -50,13 +44,7 @@ def without_null(counts: Sequence[Sequence[int]]) -> list[Sequence[int]]:
 def answered_rightly(
     labels: Sequence[str], counts: missed_gestures.Table, on: str
 ) -> tuple[str, str, str]:
-    """Return the headline of gestures answered rightly: value, meaning, and those that fail.
-
-    Args:
-        labels: "null" first.
-        counts: Events by answer, (classes, classes).
-        on: Data that it was measured on.
-    """
+    """Return a headline of events by answer, (classes, classes): value, meaning, and who fails."""
     right, events = missed_gestures.right(counts)
     failing = [
         missed_gestures.counts(labels, counts, one) for one in missed_gestures.failing(counts)

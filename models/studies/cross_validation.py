@@ -65,15 +65,7 @@ class Request:
 
 
 def cross(request: Request, say: Say) -> CrossValidation:
-    """Train and judge every fold, and write the results.
-
-    Args:
-        request: Options.
-        say: Takes lines of progress.
-
-    Raises:
-        ValueError: It cannot be done; one sentence.
-    """
+    """Train and judge every fold, and write the results; or raise ValueError, one sentence."""
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
     storage.target(request.out)
@@ -101,12 +93,7 @@ class _Study:
     def __init__(
         self, request: Request, data: Data, course: NetworkRecipe, device: torch.device, say: Say
     ) -> None:
-        """Prepare the features, and claim a folder for finished parts.
-
-        Raises:
-            ValueError: There are fewer people than folds, or only one.
-            CheckpointError: The folder is of another cross-validation.
-        """
+        """Prepare features, claim a folder for finished parts; ValueError: too few people."""
         self.request, self.data, self.course, self.device = request, data, course, device
         self.say, examples = say, data.examples
         by_user = request.by == "user"

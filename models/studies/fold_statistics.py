@@ -89,10 +89,7 @@ def judge(
     cpu_s: float,
     seed: int = 0,
 ) -> Model:
-    """Return the scores of a model's answers, (windows, classes).
-
-    The test parts of the folds hold each window once; the seed is of the resampling.
-    """
+    """Return the scores of a model's answers, (windows, classes), to all folds' test windows."""
     named = answers.argmax(axis=1)
     right = named == windows.label
     person, whole = _by_stretch(windows, answers)

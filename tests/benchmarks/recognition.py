@@ -155,7 +155,7 @@ def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) ->
     """Return the fault under which the fewest events are recognised."""
     found = []
     for fault in faults:
-        tallies = evaluate(loaded, people.sessions(size.broken, (fault,)), _no, located=False)
+        tallies = evaluate(loaded, people.sessions(size.broken, (fault,)), _no)
         found.append(summarise_broken(people.data.preset, fault, loaded.labels, tallies))
     worst = min(found, key=lambda one: one.event_accuracy.value)
     mean = np.mean([one.event_accuracy.value for one in found])

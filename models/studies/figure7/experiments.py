@@ -215,16 +215,10 @@ def _error(trained: LocationTask, at: Index) -> float:
 def presses(
     preset: str, seed: int, user: int, day: int, minutes: float, *, on_sites: bool
 ) -> Source:
-    """Return a session of presses only.
+    """Return a session of presses only, by user and day, from 0.
 
-    Args:
-        preset: Quality of the orb.
-        seed: Of the users.
-        user: From 0.
-        day: Number of the user's session, from 0.
-        minutes: Its length.
-        on_sites: The taxels are pressed, and each press is labelled with the taxel aimed at; else
-            any place, and it is labelled with the true place.
+    If `on_sites`, the taxels are pressed, and each press is labelled with the taxel aimed at; else
+    any place, and it is labelled with the true place.
     """
     model = DataSet(preset=preset).model()
     orb, order = np.random.SeedSequence([_FAMILY, seed], spawn_key=(user, day, on_sites)).spawn(2)
@@ -307,12 +301,7 @@ def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:
 
 
 def label_lateness(preset: str, settings: Settings) -> dict[str, float]:
-    """Return the lateness of the label button while gestures were taught, and its errors.
-
-    Returns:
-        Medians of the lags, seconds, as estimated and true; and the share of frames labelled
-        wrongly, before and after the repair.
-    """
+    """Return median lags of the label button, s, and shares of wrong labels, before and after."""
     taught = DataSet(settings.seed, settings.minutes, "blocks", preset).session(0, 0)
     late = asdict(label_repair.repair(taught, "button")[1])
     kept = ("begin_s", "true_begin_s", "end_s", "true_end_s", "wrong", "wrong_after")

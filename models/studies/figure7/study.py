@@ -34,17 +34,10 @@ Say = Callable[[str], None]
 
 
 def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
-    """Return all results, measuring what the file does not hold.
+    """Return all results, measuring what the file, written after each part, does not hold.
 
-    Args:
-        settings: Amount of teaching and training.
-        path: File of the results; written after each part, so that an interrupted study
-            continues.
-        say: Takes lines of progress.
-
-    Returns:
-        "settings"; "labels": `experiments.label_lateness` of each preset; and "parts": `curves` of
-        each preset, recipe and network, under "PRESET RECIPE NETWORK".
+    They are "settings"; "labels": `experiments.label_lateness` of each preset; and "parts":
+    `curves` of each preset, recipe and network, under "PRESET RECIPE NETWORK".
     """
     found: dict[str, Any] = {"settings": asdict(settings), "parts": {}}
     kept = storage.read_tables(path, "settings", "parts")
@@ -76,10 +69,8 @@ def _digest(name: str, recipe: Recipe, network: str) -> str:
 def curves(experiment: Experiment, seed: int, title: str, say: Say) -> dict[str, Any]:
     """Return a network's scores over the epochs, and over the number of examples.
 
-    Returns:
-        Plain data: `epochs` and `sizes`, each a dictionary of columns: "epoch", "examples",
-        "train", "random" and those of the experiment; and "kept", the number of the epoch that is
-        kept.
+    They are plain data: `epochs` and `sizes`, each a dictionary of columns: "epoch", "examples",
+    "train", "random" and those of the experiment; and "kept", the number of the kept epoch.
     """
     *epochs, last = _curve(experiment, 1.0, seed)
     say(f"{title}: {_words(last)}")

@@ -66,12 +66,7 @@ def counted(counts: ArrayLike) -> float:
 
 
 def best_use(given: Transitions, seconds: ArrayLike = 0.0) -> Use:
-    """Return the use of most information (the capacity), or of most information per time.
-
-    Args:
-        given: Probability of each output given each input, (inputs, outputs).
-        seconds: Duration of a use of each input, (inputs,); 0: most information per use.
-    """
+    """Return the best use of transitions (inputs, outputs), per use or per seconds (inputs,)."""
     lasts = np.broadcast_to(np.asarray(seconds, dtype=np.float64), len(given))
     rate = 0.0  # nats per second
     while True:
@@ -142,11 +137,7 @@ class Played:
 
 
 def read(path: Path) -> Session:
-    """Return the game in a file: its last line that is JSON.
-
-    Raises:
-        UserError: It cannot be read, or holds no game with its intended gestures.
-    """
+    """Return the game in a file's last line that is JSON; raise UserError if there is none."""
     for line in reversed(storage.read_text(path).splitlines()):
         with suppress(ConfigError, TypeError, KeyError, ValueError, AttributeError):
             return session(parse_json(line, storage.MAX_BYTES))
@@ -164,15 +155,10 @@ def session(value: Any) -> Session:
 def gather(
     sessions: Iterable[Session], commands: Sequence[str] = (), pause_s: float | None = None
 ) -> Played:
-    """Return the sessions of one player pooled.
+    """Return the sessions of one player pooled; raise GameError if they have no gesture.
 
-    Args:
-        sessions: Of one player.
-        commands: Names of the commands; none: those that occur, in alphabetical order.
-        pause_s: From one gesture's last touch to the next; None: the median of the sessions.
-
-    Raises:
-        GameError: They have no gesture.
+    Commands are those that occur, in alphabetical order, and the pause from one gesture's last
+    touch to the next is the median of the sessions, unless they are given.
     """
     meant: list[str] = []
     outputs: list[str] = []

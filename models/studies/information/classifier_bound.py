@@ -124,10 +124,7 @@ def held_out(
 
 
 def rescaled(windows: Windows, probabilities: NDArray[np.floating]) -> HeldOut:
-    """Return a finished classifier's answers, (n, classes), to windows that it never learned.
-
-    Each day's temperatures are from the other days.
-    """
+    """Return a finished classifier's answers (n, classes), calibrated on each day's others."""
     raw = _log(probabilities.astype(np.float64))
     log_p, heat = raw.copy(), np.ones(len(raw))
     for name in np.unique(windows.session):
@@ -147,10 +144,7 @@ def window_bound(windows: Windows, log_p: Logits) -> Figure:
 
 
 def gesture_bound(windows: Windows, answers: HeldOut) -> Figure:
-    """Return the same for whole gestures, their begin and end taken as known, nats per gesture.
-
-    A gesture's probabilities are the mean over its windows, without the null class.
-    """
+    """Return the bound for whole gestures, begin and end known, by their mean answer, nats."""
     y, p = gestures(windows, answers.log_p)
     use = (windows.y > 0) & np.isfinite(answers.log_p[:, 0])
     _, first = np.unique(windows.event[use], return_index=True)
@@ -159,10 +153,7 @@ def gesture_bound(windows: Windows, answers: HeldOut) -> Figure:
 
 
 def gestures(windows: Windows, log_p: Logits) -> tuple[NDArray[np.int64], Logits]:
-    """Return class (gestures,), from 0, and probabilities (gestures, classes - 1) of each gesture.
-
-    Log-probabilities are of windows, (n, classes); those with NaN are left out.
-    """
+    """Return class, from 0, and mean probabilities of gestures, of known windows (n, classes)."""
     use = (windows.y > 0) & np.isfinite(log_p[:, 0])
     _, number = np.unique(windows.event[use], return_inverse=True)
     p = np.zeros((int(number.max(initial=-1)) + 1, log_p.shape[1] - 1))
@@ -201,14 +192,8 @@ def trained(
 ) -> Callable[[NDArray[np.float32]], Logits]:
     """Train a network, and return its function from inputs (n, d) to logits (n, classes).
 
-    Args:
-        train: Examples of the training.
-        check: Examples that choose the epoch, the one with the least loss.
-        classes: Number of classes.
-        seed: Of weights, order and augmentation.
-        epochs: At most.
-        kind: "mlp", or "linear": one layer, logistic regression.
-        variation: Augmentation of the training examples.
+    The epoch with the least loss on `check` is kept. The kind "linear" has one layer: logistic
+    regression. The variation augments training examples.
     """
     torch.set_num_threads(1)
     generator = torch.Generator().manual_seed(seed)

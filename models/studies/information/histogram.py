@@ -39,15 +39,11 @@ class Statistics:
 def statistics(
     z: Signals, y: Classes, scaling: Scaling = "paper", *, corrected: bool = False, bins: int = BINS
 ) -> Statistics:
-    """Return the statistics of section 6.
+    """Return the statistics of section 6, of signals (frames, sensors) and labels (frames,).
 
-    Args:
-        z: Signals, (frames, sensors).
-        y: Label of each frame, (frames,).
-        scaling: "paper": min-max of each sensor and label; "global": of each sensor.
-        corrected: Remove the bias of each entropy, (used cells - 1) / 2n. Source: Miller, Note on
-            the bias of information estimates, 1955 ("Miller-Madow").
-        bins: Bins of each sensor's histogram.
+    The scaling is min-max of each sensor and label ("paper"), or of each sensor ("global"). If
+    corrected, the bias of each entropy is removed, (used cells - 1) / 2n. Source: Miller, Note on
+    the bias of information estimates, 1955 ("Miller-Madow").
     """
     labels, index = np.unique(y, return_inverse=True)
     scaled = np.empty(z.shape)
@@ -83,10 +79,7 @@ def entropy(y: Classes) -> float:
 
 
 def mutual_information(joint: NDArray[np.float64], samples: float = 0) -> Statistics:
-    """Return the statistics of joint distributions (sensors, bins, labels), each of sum 1.
-
-    With a number of samples behind each, the bias of each entropy is removed.
-    """
+    """Return the statistics of (sensors, bins, labels), the bias of so many samples removed."""
     several = joint.sum(axis=2), joint.sum(axis=1), joint.reshape(len(joint), -1)
     h_z, h_y, h_both = (
         entr(p).sum(axis=1) + (np.count_nonzero(p, axis=1) - 1.0) / (2.0 * (samples or np.inf))

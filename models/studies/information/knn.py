@@ -43,10 +43,7 @@ class Exclusion:
 def ross(
     x: NDArray[np.floating], y: NDArray[np.integer], exclusion: Exclusion | None = None
 ) -> Parts:
-    """Return each point's part of I(x; y), (n,), for points (n, d) and their classes (n,).
-
-    NaN where a point has fewer than `NEIGHBOURS` neighbours of its class.
-    """
+    """Return each point's part of I(x; y), (n,); NaN with fewer than `NEIGHBOURS` of its class."""
     k, part, numbers = NEIGHBOURS, np.full(len(x), np.nan), np.arange(len(x))
     for rows in np.split(numbers, range(CHUNK, len(x), CHUNK)):
         allowed = rows[:, None] != numbers

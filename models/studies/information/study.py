@@ -90,15 +90,9 @@ def measure(
     path: Path | None,
     say: Callable[[str], None],
 ) -> Results:
-    """Return all results, measuring what the file does not hold.
+    """Return all results, measuring what the file, written after each part, does not hold.
 
-    Args:
-        sets: Data sets.
-        only: First words of names of parts, or "none"; empty: all parts.
-        workers: Processes.
-        path: File of the results, written after each part, so that an interrupted study
-            continues; None: nowhere.
-        say: Takes lines of progress.
+    `only` has first words of names of parts, or "none"; if it is empty, all are measured.
     """
     found, jobs = load(path), {}
     for one in sets:
@@ -159,10 +153,7 @@ def _corrections(z: NDArray[np.float64], y: NDArray[np.int64]) -> dict[str, floa
 
 
 def neighbours(one: RecordingSet) -> dict[str, Any]:
-    """Return Ross's estimate on single images and on principal components of windows.
-
-    No neighbour is of the same touch or close in time.
-    """
+    """Return Ross's estimate on images and on components of windows, of other touches and times."""
     windows = cut(one.recordings(), one.choice)
     windows = windows.every(max(1, -(-len(windows.y) // POINTS)))
     apart = round(THEILER_S * windows.rate_hz)

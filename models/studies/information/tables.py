@@ -62,11 +62,7 @@ Found = Mapping[str, Any]
 
 
 def load(path: Path | None) -> Results:
-    """Return the results in a file; empty ones where there is none.
-
-    Raises:
-        UserFileError: The file cannot be read or written, or holds something else.
-    """
+    """Return the results in a file, empty ones where there is none; or raise UserFileError."""
     found = None if path is None else storage.read_tables(path, "settings", "parts", "games")
     return {"settings": {}, "parts": {}, "games": {}} if found is None else dict(_with_nan(found))
 

@@ -60,11 +60,7 @@ class Windows:
 
 
 def cut(recordings: Sequence[Recording], choice: Choice = "auto") -> Windows:
-    """Cut windows from recordings of one sensor, labels that people gave moved to the touches.
-
-    Raises:
-        ValueError: They are of several kinds, have no labels, or are too short.
-    """
+    """Cut windows from recordings of one sensor, people's labels moved to the touches."""
     names = _names(recordings)
     origin = recordings[0].origin
     images = max(1, round(WINDOW_S * origin.rate_hz))
@@ -80,11 +76,7 @@ def cut(recordings: Sequence[Recording], choice: Choice = "auto") -> Windows:
 
 
 def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Return the labels of recordings, "null" first.
-
-    Raises:
-        ValueError: They are of several kinds.
-    """
+    """Return the labels, "null" first; raise ValueError for recordings of several kinds."""
     origins = [one.origin for one in recordings]
     names = max((one.labels for one in origins), key=len)
     kinds = {f"{one.rows}×{one.columns} taxels at {one.rate_hz:g} Hz" for one in origins}

@@ -184,11 +184,7 @@ class _FaultError(ValueError):
 
 
 def read(path: Path) -> Plan:
-    """Return the plan in a file.
-
-    Raises:
-        PlanError: It cannot be read, or holds a mistake.
-    """
+    """Return the plan in a file; raise PlanError if it cannot be read, or holds a mistake."""
     try:
         text = files.read_text(path, config.MAX_BYTES)
     except OSError as error:

@@ -103,11 +103,7 @@ def _point(at: dict[str, Any], results: list[dict[str, Any]], by: str, measure: 
 
 
 def score(result: Mapping[str, Any]) -> float:
-    """Return the score of one training, after checking that its result can be shown.
-
-    Raises:
-        KeyError, TypeError, ValueError, AttributeError: It lacks something.
-    """
+    """Return the score of one training; raise an error if its result cannot be shown."""
     measure = MEASURES["gesture" if "events" in result["held"][0] else "location"]
     if not all(isinstance(note, str) for note in result["notes"]):
         raise TypeError("a note is no text")

@@ -70,12 +70,7 @@ class Sweep:
 
 
 def run(sweep: Sweep, say: Say) -> dict[str, Any]:
-    """Train what is missing; write `RESULTS` and return its content.
-
-    Raises:
-        ClusterError: The cluster cannot be used.
-        LostError: It went away, or a process died.
-    """
+    """Train what is missing; write `RESULTS` and return its content."""
     storage.folder_target(sweep.folder / JOBS)
     named, done = sweep.named(), answers(sweep.folder)
     finished = sum(name in done for name in named)
@@ -191,12 +186,7 @@ def _outcome(order: Job) -> dict[str, Any]:
 
 
 def _answers(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
-    """Yield the answers to all orders, in any order.
-
-    Raises:
-        ClusterError: The cluster cannot be used.
-        LostError: It went away, or a process died.
-    """
+    """Yield the answers to all orders, in any order; raise ClusterError or LostError."""
     if not orders:
         return
     from joblib import Parallel, delayed, parallel_config
@@ -228,11 +218,7 @@ def _answers(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
 
 
 def _connected(address: str) -> Any:
-    """Return a client of the scheduler at an address.
-
-    Raises:
-        ClusterError: It does not answer, or has no workers.
-    """
+    """Return a client of a scheduler; raise ClusterError if it is silent or has no workers."""
     import distributed
 
     connect: Any = distributed.Client

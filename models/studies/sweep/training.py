@@ -42,19 +42,12 @@ Scores = NDArray[np.bool_] | NDArray[np.floating]  # one for each judged item, (
 
 
 def train(job: Mapping[str, Any]) -> Result:
-    """Train one network, and judge it on what is held out.
+    """Train one network, judge it on what is held out, and return plain data; or raise ValueError.
 
-    Args:
-        job: One of `Plan.jobs`.
-
-    Returns:
-        "learned": number of users, sessions, minutes and windows; "notes": sentences about
-        recordings that are left out; "epochs", and the "best" of them; "check" and "random": scores
-        on the windows that chose the epoch, and on windows at random; "held": for each held-out
-        session its "user", "session", and [sum, count] of its scores.
-
-    Raises:
-        ValueError: It cannot be done; one sentence.
+    "learned": number of users, sessions, minutes and windows; "notes": sentences about recordings
+    that are left out; "epochs", and the "best" of them; "check" and "random": scores on the windows
+    that chose the epoch, and at random; "held": for each held-out session its "user", "session",
+    and [sum, count] of its scores.
     """
     asked = job["train"]
     prepare_torch(asked["seed"])
