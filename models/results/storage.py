@@ -139,7 +139,5 @@ def _dataclass(kind: type[Any], value: Any) -> Any:
     hints, given = get_type_hints(kind), {}
     for field in fields(kind):
         if field.name in value or field.default in (MISSING, None):
-            # Older files have the fields of some dataclasses in the one that holds them.
-            flat = is_dataclass(hints[field.name]) and field.name not in value
-            given[field.name] = from_plain(hints[field.name], value if flat else value[field.name])
+            given[field.name] = from_plain(hints[field.name], value[field.name])
     return kind(**given)

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from models import formatting
 from models.reports import figures, page
 from models.reports.page import ReportData
-from models.results import storage
 from models.results.evaluation import LocationFigures
 from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Lateness
 from tests.support.report_results import (
@@ -187,14 +186,6 @@ def test_a_bundle_judged_on_what_it_learned_from_is_told_so() -> None:
     judged = replace(judged, results=(replace(judged.results[0], by_session=rows),))
     assert "these figures flatter" in text(page.html(ReportData(training(), None, judged)))
     assert "these figures flatter" not in text(page.html(WHOLE))
-
-
-def test_a_page_of_an_older_version_still_gives_its_tuning_back() -> None:
-    plain = storage.plain(WHOLE)
-    points = [plain["tuning"]["before"], plain["tuning"]["chosen"], *plain["tuning"]["front"]]
-    for point in points:  # the settings once stood among the figures
-        point.update(point.pop("settings"))
-    assert storage.from_plain(ReportData, plain).tuning == tuning()
 
 
 def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> None:

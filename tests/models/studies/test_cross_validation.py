@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ pytest.importorskip("sklearn", reason="needs the [train] extra")
 
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller
-from controller.recordings import reader, writer
 from models.__main__ import main as models
 from models.studies import cross_validation
 from models.studies.cross_validation import Request
@@ -92,20 +90,6 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
         cross_validation.cross(asked(recordings, out), print)
     with pytest.raises(ValueError, match="other data or options"):
         cross_validation.cross(asked(recordings, out, seed=1), print)
-
-
-def test_what_is_left_out_is_said_unless_all_is_asked_for(
-    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    one, *_, last = sorted(recordings.glob("*.npz"))
-    shutil.copy(one, tmp_path)
-    slow = reader.load(last)
-    (tmp_path / last.name).write_bytes(writer.pack(replace(slow, t=slow.t * 1.05)))
-    words = f"folds {tmp_path} --folds 9 --window 10 --as-given --out {tmp_path / 'x.json'}"
-    for option, done in (("", "left out"), ("--all", "taken although it failed the check")):
-        assert models(f"{words} {option}".split()) == 2
-        lines = capsys.readouterr().err.splitlines()
-        assert lines[-2].startswith(f"{tmp_path / last.name} is {done}: it runs at")
 
 
 @pytest.mark.parametrize("folds", [1, 5])

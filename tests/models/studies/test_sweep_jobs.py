@@ -155,26 +155,6 @@ def test_an_interrupted_sweep_goes_on_with_what_is_missing(
     assert asked == [4, 3, 2, 0]  # nothing was missing
 
 
-def test_half_a_file_is_no_result_and_is_done_again(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
-    sweep = Sweep(planned(), tmp_path)
-    engine(forwards)
-    run.run(sweep, silent)
-    one, two, *_ = sorted((tmp_path / run.JOBS).iterdir())
-    one.write_text(one.read_text()[:50])
-    two.write_text("[]")
-    seen: list[int] = []
-
-    def counting(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
-        seen.append(len(orders))
-        yield from map(answer, orders)
-
-    engine(counting)
-    run.run(sweep, silent)
-    assert seen == [2]
-
-
 def test_a_job_that_fails_is_told_and_the_others_go_on(
     tmp_path: Path, engine: Callable[[Engine], None]
 ) -> None:

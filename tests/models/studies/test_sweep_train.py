@@ -192,21 +192,6 @@ def test_recordings_are_swept_as_simulations_are(
     assert "there is no folder elsewhere" in capsys.readouterr().err
 
 
-def test_one_training_that_cannot_be_is_told_and_the_others_go_on(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    toml = tmp_path / "short.toml"
-    toml.write_text(
-        "[data]\nusers = 2\nsessions = 1\nminutes = 1\n[train]\ngesture.epochs = 1\n[test]\n"
-        "hold = 1\n[axes]\nminutes = [0.001, 0.9]"
-    )
-    assert main(["sweep", str(toml), "--workers", "1"]) == 1
-    said = capsys.readouterr()
-    assert "failed (1): nothing is left to learn from" in said.out
-    found = json.loads(results(tmp_path / "short.sweep"))
-    assert ["failed" in job for job in found["jobs"]] == [True, False]
-
-
 def test_a_scheduler_that_does_not_answer_is_one_sentence(
     alone: Path, tmp_path: Path, free_port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
