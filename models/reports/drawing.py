@@ -63,8 +63,6 @@ PIXELS_PER_INCH: Final = 72  # one pixel of the page is one point of the drawing
 PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
 PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
 
-DOTS_PER_INCH: Final = 130  # of PNG files
-
 Panels = NDArray[Any]  # (rows, columns) of Axes
 
 styled: Final = mpl.rc_context(STYLE)  # decorator of functions that draw
@@ -90,7 +88,7 @@ def save(figure: Figure, path: Path) -> Path:
     """Write a drawing, complete or not at all, in the format of the path's suffix."""
     drawn, kind = io.BytesIO(), path.suffix.removeprefix(".")
     metadata = {"Date": None} if kind == "svg" else None
-    figure.savefig(drawn, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=metadata)
+    figure.savefig(drawn, format=kind, facecolor="white", metadata=metadata)
     files.atomic_write(path, drawn.getvalue())
     return path
 

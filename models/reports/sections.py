@@ -13,7 +13,7 @@ from models.reports import tables
 from models.reports.tables import Table
 from models.results import missed_gestures
 from models.results.evaluation import Evaluation
-from models.results.training import ENOUGH, ClassRow, SessionRow, Training
+from models.results.training import ENOUGH, SessionRow, Training
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,25 +58,6 @@ def advice(trained: Training, judged: Evaluation | None) -> list[str]:
     """Return the next steps: the advice of the evaluation, then of the training."""
     advised = missed_gestures.of_all(judged.results) if judged is not None else []
     return [*advised, *(() if advised and trained.advice == (ENOUGH,) else trained.advice)]
-
-
-def class_table(found: Training) -> Table:
-    """Return the table of classes, with a mark of enough examples in place of the advice."""
-    made = tables.classes(found)
-    rows = [
-        [cells[0], _enough(row), *cells[1:-1]]
-        for row, cells in zip(found.classes, made.rows, strict=True)
-    ]
-    return Table([made.head[0], "enough?", *made.head[1:-1]], rows, words=2)
-
-
-def _enough(row: ClassRow) -> str:
-    if row.label == "null":
-        return ""
-    if row.more:
-        return chip("doubtful", f"{row.more} more")
-    enough = row.advice.startswith("enough")
-    return chip("good", "enough") if enough else chip("doubtful", "make it clearer")
 
 
 def chip(kind: str, text: str) -> Markup:

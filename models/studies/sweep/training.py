@@ -118,21 +118,17 @@ def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
 
 
 def _gestures(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
-    """Train CNN-3D; frames and events are judged, and events counted, true by named class."""
+    """Train CNN-3D; frames and events are judged."""
     split = splits.split_windows(taught, "", asked["seed"])
     found, net = train_gestures(TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None))
-    examples, classes = unseen.examples, len(unseen.vocabulary.labels)
-    held, confusion = [], np.zeros((classes, classes), dtype=np.int64)
+    examples, held = unseen.examples, []
     for number in np.unique(examples.session[examples.ends]):
         ends = examples.ends[examples.session[examples.ends] == number]
         logits = _logits(net, examples.windows(ends))
         events = scores.events(examples, ends, scores.softmax(logits))
-        confusion += scores.confusion(events.named, events.label, classes)
         right = logits.argmax(axis=1) == examples.label[ends]
         held.append(_session(unseen, number, frames=right, events=events.named == events.label))
-    labels = list(unseen.vocabulary.labels)
-    summary = _summary(found, len(split.windows.train))
-    return {"labels": labels, **summary, "held": held, "confusion": confusion.tolist()}
+    return {**_summary(found, len(split.windows.train)), "held": held}
 
 
 def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:

@@ -168,16 +168,6 @@ def test_a_damaged_recording_is_told_and_not_replaced(
     assert "is damaged; remove it" in refused(capsys, "simulate", "--out", tmp_path / "set", *ONE)
 
 
-def test_a_pointer_touches_as_a_mouse_does_and_nothing_else_is_different(tmp_path: Path) -> None:
-    for hand in ("person", "pointer"):
-        assert make(tmp_path / hand, *ONE, "--hand", hand) == 0
-    hand_s, mouse_s = (
-        reader.load(tmp_path / hand / simulate.name(0, 0)) for hand in ("person", "pointer")
-    )
-    assert hand_s.origin == mouse_s.origin
-    assert not np.array_equal(hand_s.frames, mouse_s.frames)
-
-
 def test_no_training_accepts_a_recording_with_a_test_seed(tmp_path: Path) -> None:
     assert make(tmp_path / "set", *ONE, "--seed", str(TEST_SEEDS.stop - 1)) == 0
     with pytest.raises(ValueError, match=r"run-01\.npz has seed 999999, and seeds 900000"):

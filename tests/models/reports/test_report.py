@@ -8,8 +8,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from models import formatting
 from models.reports import figures, page
@@ -145,20 +143,6 @@ def test_a_page_gives_its_data_back() -> None:
     again = page.unpack(page.html(WHOLE))
     assert page.pack(again) == page.pack(WHOLE)
     assert again.tuning == tuning()
-
-
-@given(
-    st.builds(
-        Lateness,
-        *[st.floats(allow_infinity=False, width=32).map(lambda v: round(v, 3))] * 4,
-        *[st.integers(0, 10**6)] * 5,
-    ),
-    st.text(),
-)
-def test_whatever_a_session_is_called_the_page_gives_it_back(late: Lateness, path: str) -> None:
-    before = ReportData(training(sessions=(session(path=path, lateness=late),)))
-    after = page.unpack(page.pack(before))
-    assert page.pack(after) == page.pack(before)
 
 
 def test_tuning_and_evaluation_are_added_to_the_page_of_a_training(tmp_path: Path) -> None:
