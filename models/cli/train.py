@@ -62,11 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(request: Request) -> None:
-    """Refuse options of another task.
-
-    Raises:
-        ValueError: There is one.
-    """
+    """Raise ValueError for options of another task."""
     if request.task != "user":
         if request.others or request.gestures or request.mapping:
             raise ValueError("--others, --gestures and --mapping are for people; add --task user")

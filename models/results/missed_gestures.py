@@ -37,13 +37,8 @@ def advice(
 ) -> str:
     """Return the advice on a class that is missed too often, a sentence with its figures.
 
-    Args:
-        labels: "null" first.
-        table: Events by answer.
-        number: The class.
-        more: Further examples that would help; 0: it is unknown. Fewer than were missed are
-            not named: one more example would not mend six misses.
-        little: More examples are known to help little.
+    With `more`, so many further examples would help; fewer than were missed are not named.
+    With `little`, more examples are known to help little.
     """
     row, label = table[number], labels[number]
     others = [

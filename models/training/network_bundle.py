@@ -22,7 +22,7 @@ from models.data.load import Data
 from models.data.recipe import Recipe
 from models.data.splits import Split
 from models.data.touch_images import Touches
-from models.evaluation import held_out_replay
+from models.evaluation import evaluate
 from models.reports import page
 from models.results.training import Training
 from models.training import advice, base_bundle, export
@@ -126,7 +126,7 @@ class NetworkPlan:
         if result.gesture is not None:
             tried = folder / "tried.orb"
             export.write_bundle(tried, manifest, gesture, location)
-            answered = held_out_replay.replay(bundle.read(tried), data, split)
+            answered = evaluate.replay_held_out(bundle.read(tried), data, split)
             result = replace(result, gesture=replace(result.gesture, answered=answered))
             measured = request.advised and not request.auxiliary
             result = advice.advise(result, job, measured=measured, say=say)

@@ -9,8 +9,7 @@ from controller.recordings.recording import software
 from models.data import load
 from models.data.examples import refuse_test_seed
 from models.results import storage
-from models.results.training import Training
-from models.results.users import UserResult
+from models.results.training import Training, UserResult
 from models.training import checkpoint
 from models.training.loop import prepare_torch
 from models.training.network_bundle import NetworkPlan

@@ -22,8 +22,7 @@ from models.data.recipe import USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
 from models.reports import page
-from models.results.training import SessionRow
-from models.results.users import Enrolled, UserResult
+from models.results.training import Enrolled, SessionRow, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
 from models.training.request import Request, Say

@@ -9,6 +9,7 @@ from models.results.evaluation import (
     Broken,
     ClassFigures,
     Evaluation,
+    Figure,
     LocationFigures,
     Point,
     Result,
@@ -16,7 +17,6 @@ from models.results.evaluation import (
     Tuning,
 )
 from models.results.evaluation import Calibration as Judged
-from models.results.figure import Figure
 from models.results.training import (
     Calibration,
     ClassRow,
