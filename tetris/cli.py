@@ -12,9 +12,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Final, NoReturn
 
-from tetris.bots import registry as bots
+from tetris.bots.beam_search import BOTS, STRONGEST
 from tetris.engine.game import Game, Phase
-from tetris.engine.modes import LAST_START_LEVEL, MODES
+from tetris.engine.modes import MODES
+from tetris.engine.rules import LAST_GRAVITY_LEVEL
 from tetris.history.replay import Player, Recorder, play_bot
 from tetris.history.replay_file import ReplayError, load, save
 from tetris.history.video import SUFFIXES, VideoError
@@ -100,7 +101,7 @@ def _play_unseen(options: argparse.Namespace) -> int:
     rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
     recorder = Recorder(seed, config, mode.name)
     action_s = 1 / rate_hz if rate_hz else 0.0
-    play_bot(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
+    play_bot(recorder, BOTS[options.bot], pieces=options.pieces, action_s=action_s)
     if options.record:
         try:
             save(options.record, recorder.replay())
@@ -235,17 +236,17 @@ def _parser() -> argparse.ArgumentParser:
     )
     add(
         "--level",
-        type=_whole(LAST_START_LEVEL),
+        type=_whole(LAST_GRAVITY_LEVEL),
         metavar="N",
-        help=f"level to start with, 1 to {LAST_START_LEVEL}, where the mode has levels",
+        help=f"level to start with, 1 to {LAST_GRAVITY_LEVEL}, where the mode has levels",
     )
     add(
         "--bot",
         nargs="?",
-        choices=bots.BOTS,
-        const=bots.STRONGEST,
+        choices=BOTS,
+        const=STRONGEST,
         metavar="NAME",
-        help=f"watch a bot play: {', '.join(bots.BOTS)} (default: {bots.STRONGEST})",
+        help=f"watch a bot play: {', '.join(BOTS)} (default: {STRONGEST})",
     )
     add("--replay", type=Path, metavar="FILE", help="watch a recorded game; headless: check it")
     add(

@@ -8,10 +8,9 @@ A peer needs an environment of its own, for it may bring old libraries or share 
     python -m tests.benchmarks.tetris --peer tetris-gymnasium=peer/bin/python
 
 All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
-gravity, lock delay, points and events; `env` through our environment's `step`, observation
-included; `kernel` through `Kernel.step`. Ratios are to Tetris-Gymnasium's `step`, which returns an
-observation too, both without wrappers: of each round, then their median. A peer whose Python is not
-given is reported as missing. Before that the kernel is held against the engine on random games.
+gravity, lock delay, points and events; `kernel` through `Kernel.step`. Ratios are to
+Tetris-Gymnasium's `step`, without wrappers, which returns an observation as well: of each round, then
+their median. A peer whose Python is not given is reported as missing. Before that the kernel is held against the engine on random games.
 `placements_us` is the time to find all placements of each piece, mean over boards of games played
 well and of games played at random, with every placement made a piece.
 """
@@ -39,7 +38,7 @@ from .results import command_line
 REFERENCE: Final = "tetris-gymnasium"
 PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
 PEER_STEPS: Final = {REFERENCE: 4_000, "tetris": 20_000, "tetris-terminal": 20_000}
-GOALS: Final = {"steps": 60.0, "env": 20.0, "kernel": 200.0}
+GOALS: Final = {"steps": 60.0, "kernel": 200.0}
 PLACEMENTS_GOAL_US: Final = 12.0
 STEPS: Final = 100_000
 MOVES: Final = (
@@ -76,23 +75,6 @@ def steps_rate(seed: int) -> float:
                 update(time_s, again)
 
     return per_second(play)
-
-
-def env_rate(seed: int) -> float:
-    """Play through the environment's `step`."""
-    from tetris.bots.gym_env import INPUTS, TetrisEnv
-
-    chooser = random.Random(seed)
-    actions = [chooser.randrange(len(INPUTS)) for _ in range(STEPS // 4)]
-    env = TetrisEnv()
-    env.reset(seed=seed)
-
-    def play() -> None:
-        for action in actions:
-            if env.step(action)[2]:
-                env.reset()
-
-    return per_second(play, len(actions))
 
 
 def kernel_rate(seed: int) -> float:
@@ -176,7 +158,7 @@ def placements_us(sets: dict[str, list[int]]) -> dict[str, float]:
         pairs = [(bits, piece) for bits in some for piece in entering if not bits & piece.mask]
         start_s = time.process_time()
         for bits, piece in pairs:
-            find(bits, piece).pieces()
+            find(bits, piece)
         times[name] = (time.process_time() - start_s) / len(pairs) * 1e6
         start_s = time.process_time()
         for bits, piece in pairs:
@@ -206,7 +188,6 @@ def main() -> int:
     peers = [Peer(name, python) for name, python in arguments.peer]
     ours: dict[str, Callable[[int], float]] = {
         "steps": steps_rate,
-        "env": env_rate,
         "kernel": kernel_rate,
     }
     rates: dict[str, list[float]] = {name: [] for name in (*ours, *(peer.name for peer in peers))}

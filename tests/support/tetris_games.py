@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input
-from tetris.engine.kicks import Kicks
 from tetris.engine.moves import TABLES
-from tetris.engine.pieces import Piece
+from tetris.engine.pieces import Kicks, Piece
 
 EventT = TypeVar("EventT", bound=Event)
 

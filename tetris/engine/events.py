@@ -5,7 +5,7 @@ from enum import Enum
 from typing import TypeVar, dataclass_transform
 
 from tetris.engine.pieces import Kind, Piece
-from tetris.engine.rules import check_cap
+from tetris.engine.rules import LAST_GRAVITY_LEVEL
 from tetris.engine.scoring import Clear
 
 
@@ -33,11 +33,11 @@ class GravityCap:
     level: int
 
     def __post_init__(self) -> None:
-        check_cap(self.level)
+        if not 1 <= self.level <= LAST_GRAVITY_LEVEL:
+            raise ValueError(f"gravity cap {self.level} must be from 1 to {LAST_GRAVITY_LEVEL}")
 
 
-Input = Action | GravityCap
-"""Input of `Game.update`: an action of the player, or a cap of gravity."""
+Input = Action | GravityCap  # of `Game.update`
 
 
 class TopOut(Enum):

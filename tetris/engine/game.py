@@ -1,11 +1,9 @@
-"""The game: inputs and time in, events out.
+"""The game: inputs and time in, events out. Rules: docs/tetris.md.
 
 The engine has no clock. `Game.update` is told the time, does what was due until then at
 the moment it was due, and then carries out the inputs. How time is cut into updates
 therefore changes nothing, and seed, rules and timed inputs are a replay. Inside, time is
 whole nanoseconds, so that sums are exact.
-
-Rules: docs/tetris.md, with its recommendations where sources disagree.
 """
 
 from collections.abc import Collection, Sequence
@@ -57,12 +55,10 @@ class Game(GravityGame):
         """Let time pass, then act, and return what happened, oldest first.
 
         Args:
-            time_s: The present time, never earlier than before. The game begins at
-                the first call's.
+            time_s: The present time, never earlier than before; the game begins at the first.
             inputs: What the player does at that time, in order.
             soft_drop: Whether soft drop is held from that time on, until the next update.
-            initial: Which of hold and the two turns are held: a piece that enters
-                meanwhile is held, or turned in place where it fits.
+            initial: Which of hold and the turns are held, for a piece that enters meanwhile.
 
         Raises:
             ValueError: Time went backwards.
@@ -93,14 +89,9 @@ class Game(GravityGame):
         return events
 
     def set_up(self, board: Board, piece: Piece, *, kick: int | None = None) -> None:
-        """Go on from another position, with a piece that has just come there.
+        """Go on from another position; the kick is that of a turn that brought the piece there.
 
         A game that is over stays over; the position is then only to be seen.
-
-        Args:
-            board: The blocks.
-            piece: Where the piece in play is.
-            kick: Which kick of a turn brought it there; None if a turn did not.
 
         Raises:
             ValueError: The piece lies on blocks or outside, or the board has another width.

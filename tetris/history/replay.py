@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from tetris.bots.registry import Planner
+from tetris.bots.greedy import Planner
 from tetris.engine.events import Action, Event, Input
 from tetris.engine.game import Game, Phase, Snapshot
 from tetris.engine.pieces import Piece

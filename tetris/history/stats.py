@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from tetris.bots import paths
+from tetris.bots.placements import fewest
 from tetris.engine.board import Board, without_rows
 from tetris.engine.events import (
     Action,
@@ -170,4 +170,4 @@ class Statistics:
         entered, kicks = self._entered, self._config.kicks
         if entered is None or entered.kind != landing.kind:
             return None
-        return paths.fewest(self._bits, entered, landing, kicks=kicks, runs=self._ran)
+        return fewest(self._bits, entered, landing, kicks=kicks, runs=self._ran)

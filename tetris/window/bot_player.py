@@ -5,7 +5,7 @@ from typing import Final
 import pygame
 
 from tetris.bots import greedy
-from tetris.bots.registry import Planner
+from tetris.bots.greedy import Planner
 from tetris.engine.events import Action, Event, Spawned, ToppedOut
 from tetris.engine.game import Config, Game, Phase
 from tetris.engine.pieces import Piece

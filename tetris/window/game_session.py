@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from tetris.engine.events import Action, Event, GravityCap, Input, Spawned
 from tetris.engine.game import Game, Phase
-from tetris.engine.modes import Mode
-from tetris.engine.pace import Pace
+from tetris.engine.modes import Mode, Pace
 from tetris.history.replay import Player, Recorder, Replay
 from tetris.history.stats import COMMANDS, Statistics, Summary
 from tetris.window.settings import Settings

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from tetris.bots import registry as bots
+from tetris.bots.beam_search import BOTS
 from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
@@ -109,7 +109,7 @@ class ScreenFlow:
             paused=self._pause,
             over=again if player else self._over,
             restart=again if player else self._restart,
-            bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
+            bot=BotPlayer(_BOT_ACTION_S, BOTS[player]) if player else None,
         )
         self._stage.home(screen)
 

@@ -3,7 +3,6 @@
 import pytest
 
 from tetris.bots import beam_search, greedy
-from tetris.bots.registry import BOTS, STRONGEST, hint
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.modes import MODES
@@ -71,12 +70,6 @@ def test_asked_again_after_every_action_it_keeps_its_mind() -> None:
     assert len(landings) <= 1
 
 
-def test_a_dear_action_makes_a_near_landing_win() -> None:
-    game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
-    assert beam_search.plan(game, command_cost=50.0, depth=1).actions == (Action.HARD_DROP,)
-
-
 def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
     config = Config(columns=6, rows=9, kicks="srs+", randomiser="uniform", start_level=5)
     recorder = Recorder(3, config)
@@ -111,12 +104,6 @@ def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
 
     for seed in range(3):
         assert lines(beam_search.plan, seed) > 1.5 * lines(greedy.plan, seed)
-
-
-def test_a_hint_is_the_strongest_bots_plan() -> None:
-    game = Game(seed=2)
-    assert BOTS[STRONGEST] is beam_search.plan
-    assert hint(game) == beam_search.plan(game)
 
 
 @pytest.mark.parametrize("name", ["dig", "orb", "sprint"])

@@ -6,7 +6,7 @@ import pytest
 
 from tests.reference.tetris_kernel import Kernel
 from tests.reference.tetris_perft import boards, leaves
-from tetris.bots.paths import paths
+from tetris.bots.placements import find
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Kind, Piece
@@ -62,9 +62,9 @@ def test_on_a_high_stack_a_piece_enters_as_in_the_game() -> None:
     game = Game(1, Config(board=stack))
     game.update(0.0)
     assert game.piece == Piece("I", 3, 17)  # a row down, where it cannot go over the stack
-    places = {place.piece.mask for place in paths(game.board.bits, game.piece)}
+    places = {place.mask for place in find(game.board.bits, game.piece)}
     assert leaves(["I"], bits=game.board.bits) == boards(["I"], bits=game.board.bits) == len(places)
-    from_above = {place.piece.mask for place in paths(game.board.bits, Piece("I", 3, 18))}
+    from_above = {place.mask for place in find(game.board.bits, Piece("I", 3, 18))}
     assert len(places) < len(from_above)
 
 

@@ -9,8 +9,7 @@ import pytest
 from tests.support.tetris_games import rotated
 from tetris.engine.board import Board
 from tetris.engine.events import Action
-from tetris.engine.kicks import Kicks
-from tetris.engine.pieces import KINDS, Kind, Piece
+from tetris.engine.pieces import KINDS, Kicks, Kind, Piece
 
 COLUMNS = 6
 

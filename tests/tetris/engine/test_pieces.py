@@ -6,7 +6,7 @@ import pickle
 import pytest
 
 from tetris.engine.board import Board
-from tetris.engine.kicks import KICKS as TABLES
+from tetris.engine.pieces import KICKS as TABLES
 from tetris.engine.pieces import KINDS, SHAPES, Kind, Piece
 
 KICKS = TABLES["srs"]

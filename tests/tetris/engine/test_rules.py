@@ -10,8 +10,7 @@ from tests.support.tetris_games import game_with, of
 from tetris.engine.board import Board
 from tetris.engine.events import Blocked, Finished, Held, Locked, Moved, Rotated, Spawned, ToppedOut
 from tetris.engine.game import Action, Config, Finish, Game, GravityCap, Phase, TopOut
-from tetris.engine.kicks import KICKS, Kicks, KickTable
-from tetris.engine.pieces import KINDS, Kind, Piece
+from tetris.engine.pieces import KICKS, KINDS, Kicks, KickTable, Kind, Piece
 
 DROP = [Action.HARD_DROP]
 

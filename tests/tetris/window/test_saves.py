@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tetris.bots import registry as bots
+from tetris.bots.beam_search import BOTS
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player
@@ -21,7 +21,7 @@ def played(mode: str, pieces: int = 10_000, *, seed: int = 1, action_s: float = 
     session.update(now_s)
     game = session.game
     while game.phase is Phase.RUNNING and game.pieces_placed < pieces:
-        for action in bots.BOTS["dellacherie"](game).actions:
+        for action in BOTS["dellacherie"](game).actions:
             now_s += action_s
             session.update(now_s, [action], commands=1)
     return session

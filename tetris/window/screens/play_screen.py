@@ -6,7 +6,7 @@ from typing import Final
 
 import pygame
 
-from tetris.bots.registry import hint
+from tetris.bots import beam_search
 from tetris.engine import moves
 from tetris.engine.events import Action, Event, Spawned
 from tetris.engine.game import Phase
@@ -79,7 +79,7 @@ class PlayScreen(Screen):
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or a button that went down."""
         if code in self._hint_codes and self.session.game.in_play:
-            self._hint = hint(self.session.game).landing
+            self._hint = beam_search.plan(self.session.game).landing
         self._keys.press(code, time_s + self._offset_s)
 
     def release(self, code: Code, time_s: float) -> None:
