@@ -9,10 +9,10 @@ A peer needs an environment of its own, for it may bring old libraries or share 
 
 All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
 gravity, lock delay, points and events; `kernel` through `Kernel.step`. Ratios are to
-Tetris-Gymnasium's `step`, without wrappers, which returns an observation as well: of each round, then
-their median. A peer whose Python is not given is reported as missing. Before that the kernel is held against the engine on random games.
-`placements_us` is the time to find all placements of each piece, mean over boards of games played
-well and of games played at random, with every placement made a piece.
+Tetris-Gymnasium's `step`, without wrappers, which returns an observation as well: of each round,
+then their median. A peer whose Python is not given is reported as missing. Before that the kernel
+is held against the engine on random games. `placements_us` is the time to find all placements of
+each piece, mean over boards of games played well and of games played at random.
 """
 
 import argparse

@@ -87,7 +87,7 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
     make(kind, tmp_path, FILE_NAME)
     records = HighScores(tmp_path)
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
-    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, 0, {})
+    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, {})
     assert records.add(MODES["zen"], summary, won=False, seed=1) == 1
 
 

@@ -19,15 +19,7 @@ from tetris.engine import rules
 from tetris.engine.events import Action, GravityCap, Input
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
-from tetris.history.replay import (
-    LAST_SEED,
-    MODE,
-    MOST,
-    Moment,
-    Outcome,
-    Replay,
-    check_game,
-)
+from tetris.history.replay import Moment, Outcome, Replay, check_game
 
 SUFFIX: Final = ".tetris"
 FORM: Final = 1  # of the file, not of the rules
@@ -69,10 +61,7 @@ _TOO_LONG: Final = f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this on
 
 
 class ReplayError(ValueError):
-    """A file is no replay that can be played here, or a replay cannot become a file.
-
-    The message is one sentence.
-    """
+    """A file is no replay that can be played here, or a replay cannot become one."""
 
 
 def save(path: Path, replay: Replay) -> None:
@@ -107,13 +96,6 @@ def encode(replay: Replay) -> bytes:
     Raises:
         ReplayError: `decode` would refuse them.
     """
-    try:
-        check_game(replay.seed, replay.config, replay.mode)
-    except ValueError as error:
-        raise ReplayError(f"the replay cannot be kept: {error}") from error
-    if replay.end_us > _MOST_US:
-        hours = _MOST_US // 3_600_000_000
-        raise ReplayError(f"the replay cannot be kept: it must end within {hours} hours")
     outcome = replay.outcome
     head = [
         f"{_TITLE} {FORM}",
@@ -128,7 +110,7 @@ def encode(replay: Replay) -> bytes:
     before = (Moment(0), *replay.moments)
     words = " ".join(map(_moment_word, replay.moments, before))
     body = "\n".join([*head, *_WRAPPER.wrap(words)]) + "\n"
-    content = f"{body}sha256 {_digest(body)}\n".encode("ascii")
+    content = f"{body}sha256 {_digest(body)}\n".encode("ascii", "replace")
     if decode(content) != replay:
         raise ReplayError("the replay cannot be kept: the file would hold another one")
     return content
@@ -178,10 +160,13 @@ def _number(lines: Iterator[str], name: str, most: int = _MOST_NUMBER) -> int:
 
 
 def _replay(lines: Iterator[str]) -> Replay:
-    seed, mode = _number(lines, "seed", LAST_SEED), _value(lines, "mode")
-    if not MODE.fullmatch(mode):
-        raise ReplayError("the replay is damaged: its mode is no name of one")
-    config = _config(lines)
+    seed, mode = _number(lines, "seed"), _value(lines, "mode")
+    rules_of = {name: _read(name, _value(lines, name)) for name in _TYPES}
+    try:
+        check_game(seed, mode)
+        config = Config(**rules_of)
+    except ValueError as error:
+        raise ReplayError(f"the replay's game cannot be played: {error}") from error
     outcome = _value(lines, "outcome").split(" ")
     if len(outcome) != 4 or outcome[3] not in ("0", "1"):
         raise ReplayError("the replay is damaged: its outcome is not four numbers")
@@ -218,14 +203,6 @@ def _kinds(name: str) -> tuple[object, ...]:
     return typing.get_args(declared) or (declared,)
 
 
-def _config(lines: Iterator[str]) -> Config:
-    values = {name: _read(name, _value(lines, name)) for name in _TYPES}
-    try:
-        return Config(**values)
-    except ValueError as error:
-        raise ReplayError(f"the replay's rules cannot be played: {error}") from error
-
-
 def _read(name: str, word: str) -> typing.Any:
     """Read one value of the rules by the type that `Config` declares."""
     kinds = _kinds(name)
@@ -234,7 +211,7 @@ def _read(name: str, word: str) -> typing.Any:
     if bool in kinds and word in ("yes", "no"):
         return word == "yes"
     if int in kinds:
-        return _whole(name, word, MOST.get(name, _MOST_NUMBER))
+        return _whole(name, word, _MOST_NUMBER)
     if float in kinds and _NUMBER.fullmatch(word):
         number = float(word)
         if math.isfinite(number) and number <= _MOST_US / 1e6:
