@@ -21,10 +21,9 @@ from tetris.bots.beam_search import BOTS
 from tetris.engine.modes import MODES
 from tetris.window.app import App, Start
 from tetris.window.display import open_window
-from tetris.window.game_session import Session
-from tetris.window.palettes import PALETTES
-from tetris.window.saves import Saves
+from tetris.window.game_session import Saves, Session
 from tetris.window.settings import Settings
+from tetris.window.theme import PALETTES
 
 SIZE: Final = (1120, 720)
 WIDTH: Final = 800  # of the pictures, which keeps them small

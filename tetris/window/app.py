@@ -9,9 +9,8 @@ import pygame
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
-from tetris.window.bot_player import BotPlayer
 from tetris.window.display import open_window, set_fullscreen
-from tetris.window.saves import Saves
+from tetris.window.game_session import BotPlayer, Saves
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.settings import Settings, stepped

@@ -7,7 +7,7 @@ import pygame
 
 from tetris.window import theme
 from tetris.window.menu import Item, Menu, Row
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 # All in design units: a window 720 high has as many.
 _TITLE: Final = 58

@@ -11,11 +11,10 @@ from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
-from tetris.window.bot_player import AttractMode, BotPlayer
-from tetris.window.game_session import Session
-from tetris.window.saves import Saves
+from tetris.window.game_session import BotPlayer, Saves, Session
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.game_menus import over_screen, pause_screen
+from tetris.window.screens.menu_screen import AttractMode
 from tetris.window.screens.pages import open_settings
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen

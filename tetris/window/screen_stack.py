@@ -12,7 +12,7 @@ from tetris.window.menu import OF_ACTION, MenuStep
 from tetris.window.pads import Pads
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 _HEIGHT = 720  # design units of the window's height
 _WIDTH = 860  # and the least of its width

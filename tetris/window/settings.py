@@ -34,7 +34,7 @@ class Settings:
         initial: Whether a rotation or hold that is held acts on the next piece as it enters.
         guard_ms: How long after a lock a hard drop is ignored.
         drop_guard: Whether a hard drop is ignored while a direction is held.
-        theme: A name in `tetris.window.palettes.PALETTES`.
+        theme: A name in `tetris.window.theme.PALETTES`.
         patterns: Whether each piece has a mark of its own.
         motion: Whether things move that need not.
         ghost: Whether one sees where the piece would land.

@@ -10,8 +10,8 @@ from tetris.__main__ import main
 from tetris.engine.game import Action
 from tetris.history.replay import Recorder, Replay
 from tetris.history.replay_file import save
-from tetris.history.video import VideoError, VideoFile
 from tetris.window import video
+from tetris.window.video import VideoError, VideoFile
 
 SMALL = (160, 144)
 

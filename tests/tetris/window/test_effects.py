@@ -8,12 +8,11 @@ from tetris.engine.board import Board
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
-from tetris.window.callouts import praise
-from tetris.window.figures import clock, figures_of
-from tetris.window.layout import Layout
+from tetris.window.effects import praise
+from tetris.window.scenery import Layout
 from tetris.window.settings import Settings
-from tetris.window.theme_choice import ThemeChoice
-from tetris.window.view import GameView
+from tetris.window.tiles import ThemeChoice
+from tetris.window.view import GameView, clock, figures_of
 
 AREA = pygame.Rect(0, 0, 1280, 720)
 STILL = ThemeChoice.chosen(Settings(motion=False, language="en"))

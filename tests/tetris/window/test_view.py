@@ -8,8 +8,8 @@ from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
 from tetris.window import display, theme
-from tetris.window.bot_player import BotPlayer
-from tetris.window.layout import Layout
+from tetris.window.game_session import BotPlayer
+from tetris.window.scenery import Layout
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------

@@ -5,13 +5,13 @@ from typing import Final
 
 from tetris.engine.game import Finish
 from tetris.history.stats import Summary
-from tetris.window.figures import clock
+from tetris.window.game_session import SavedGame
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
-from tetris.window.saves import SavedGame
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.view import clock
 
 _QUIET_S: Final = 0.6
 _TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}

@@ -5,12 +5,15 @@ from typing import Final
 
 import pygame
 
-from tetris.window.bot_player import AttractMode
+from tetris.engine.game import Game
+from tetris.window.game_session import BotPlayer
 from tetris.window.keys import Code
 from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card, draw_logo
 from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.tiles import ThemeChoice
+from tetris.window.view import GameView
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
 _LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game
@@ -19,6 +22,37 @@ _TOP: Final = 56
 _LOGO: Final = 150
 _PANEL: Final = 520
 _VEIL_ALPHA: Final = 150
+_ACTION_S: Final = 0.22  # the bot's pace
+_LONGEST_S: Final = 0.1  # time that one frame may bring; it stands still while it is not seen
+_SEED: Final = 7
+
+
+class AttractMode:
+    """The bot's game and its picture."""
+
+    def __init__(self) -> None:
+        self._game = Game(_SEED)
+        self._bot = BotPlayer(_ACTION_S)
+        self._view: GameView | None = None
+        self._area = pygame.Rect(0, 0, 0, 0)
+        self._look: ThemeChoice | None = None
+        self._time_s = self._seen_s = 0.0
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass."""
+        self._time_s += min(_LONGEST_S, max(0.0, time_s - self._seen_s))
+        self._seen_s = time_s
+        events = self._game.update(self._time_s, self._bot.actions(self._game, self._time_s))
+        self._bot.watch(events)
+        if self._view:
+            self._view.show(events)
+
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
+        """Draw the game into an area."""
+        if self._view is None or self._look is not look or self._area != area:
+            self._view = GameView(area, look=look)
+            self._look, self._area = look, area.copy()
+        self._view.draw(surface, self._game, self._time_s)
 
 
 class MenuScreen(Screen):

@@ -6,13 +6,12 @@ from typing import Final
 
 from tetris.window import bindings, language
 from tetris.window.bindings import Names
-from tetris.window.bot_player import AttractMode
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu, MenuStep
-from tetris.window.palettes import PALETTES
 from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.settings import LIMITS, Settings, changed, stepped
+from tetris.window.theme import PALETTES
 
 _UNITS: Final = {
     "das_ms": "settings.ms",

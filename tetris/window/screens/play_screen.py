@@ -12,13 +12,11 @@ from tetris.engine.events import Action, Event, Spawned
 from tetris.engine.game import Phase
 from tetris.engine.pieces import Piece
 from tetris.window import bindings, theme
-from tetris.window.bot_player import BotPlayer
-from tetris.window.figures import figures_of
-from tetris.window.game_session import Session
+from tetris.window.game_session import BotPlayer, Session
 from tetris.window.keys import Code, DueAction
 from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.settings import hands
-from tetris.window.view import GameView
+from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 0.6  # after a pause, to find one's way

@@ -8,15 +8,14 @@ from typing import Final
 
 from tetris.engine.modes import MODES, Mode, Ranking
 from tetris.history.high_scores import Entry
-from tetris.window.bot_player import AttractMode
-from tetris.window.figures import clock
+from tetris.window.game_session import Saves
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
-from tetris.window.saves import Saves
 from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.pages import back_item
 from tetris.window.settings import stepped
+from tetris.window.view import clock
 
 _COLUMNS: Final[Mapping[Ranking, tuple[str, ...]]] = {
     "score": ("place", "score", "lines", "pieces_per_s", "date"),
