@@ -31,7 +31,6 @@ _KINDS: Final = (
 # A file with one of these has what this program never wrote; it can be put aside.
 _DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
 
-_MOST_TOML_BYTES: Final = 64 << 10
 _MOST_PARTS: Final = 16  # of a key, between dots
 _MOST_NESTING: Final = 16  # brackets
 # Strings and comments; one without an end goes on to the end of its line, or of the text.
@@ -85,16 +84,6 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
     if len(data) > limit_bytes:
         raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
     return data
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the table in a TOML file.
-
-    Raises:
-        OSError: It cannot be read, is not a regular file, or is too large.
-        ValueError: It is not TOML in UTF-8, or exceeds a limit of dots or nesting.
-    """
-    return parse_toml(read_bytes(path, _MOST_TOML_BYTES).decode("utf-8-sig"))
 
 
 def parse_toml(text: str) -> dict[str, Any]:
