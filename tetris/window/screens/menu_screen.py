@@ -78,8 +78,7 @@ class MenuScreen(Screen):
             behind: The screen over which it is a panel; without one it fills the window.
             logo: Whether the program's name stands above it.
             back: What a step back does; None goes to the screen below.
-            quiet_s: For how long input is ignored at first: it was meant for the game that
-                has just ended.
+            quiet_s: For how long input, meant for the game that has just ended, is ignored.
         """
         self._stage, self._build = stage, build
         self._attract, self._behind, self._logo = attract, behind, logo
@@ -107,8 +106,7 @@ class MenuScreen(Screen):
             self._stage.sounds.click("back")
             self._back()
             return
-        moved = self._cursor.move(self._menu, nav)
-        if moved:
+        if self._cursor.move(self._menu, nav):
             self._stage.sounds.click("take" if nav is MenuStep.CONFIRM else "move")
         self.rebuild()
 
@@ -134,15 +132,12 @@ class MenuScreen(Screen):
     def mouse(self, event: pygame.event.Event, time_s: float) -> None:
         """Choose the item under the pointer; take it, or turn its value, by a click."""
         match event.type:
-            case pygame.MOUSEMOTION:
-                spot = next((s for s in self._view.spots if s.place.collidepoint(event.pos)), None)
-                if spot:
-                    self._cursor.selected = spot.number
-            case pygame.MOUSEBUTTONDOWN if event.button == 1:
+            case pygame.MOUSEMOTION | pygame.MOUSEBUTTONDOWN:
                 for spot in self._view.spots:
                     if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):
                         self._cursor.selected = spot.number
-                        self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
+                        if getattr(event, "button", 0) == 1:
+                            self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
                         return
             case pygame.MOUSEWHEEL if event.y:
                 self.nav(MenuStep.UP if event.y > 0 else MenuStep.DOWN, time_s)

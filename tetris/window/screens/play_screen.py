@@ -26,11 +26,7 @@ _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
 
 
 class PlayScreen(Screen):
-    """Plays one session, by hand or by a bot.
-
-    Attributes:
-        session: The game.
-    """
+    """Plays one session, by hand or by a bot."""
 
     pointer = False
 
@@ -44,15 +40,9 @@ class PlayScreen(Screen):
         restart: Callable[["PlayScreen"], None],
         bot: BotPlayer | None = None,
     ) -> None:
-        """Show a game that has not begun.
+        """Show a game that has not begun; the functions lead to other screens.
 
-        Args:
-            stage: Where it is seen.
-            session: What is played.
-            paused: What to do when the game pauses, and a sentence why, "" by the player.
-            over: What to do when it is over.
-            restart: What to do when the player wants to restart.
-            bot: Plays in the player's place.
+        `paused` is given a sentence that says why, "" when the player wanted it.
         """
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart

@@ -36,11 +36,7 @@ class ReplayScreen(MenuScreen):
     ) -> None:
         """Show a replay from its start.
 
-        Args:
-            stage: Where it is seen.
-            player: What plays it.
-            take_over: Plays on from where it has come to.
-            films: Names a film's file by its suffix; None where nothing is kept.
+        `take_over` plays on from where it has come to; `films` names a film's file by its suffix.
         """
         self._player, self._take_over, self._films = player, take_over, films
         self._film: VideoExport | None = None
