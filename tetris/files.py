@@ -16,8 +16,6 @@ import platformdirs
 
 Content = TypeVar("Content")
 
-_PROGRAM: Final = "orbtouch"
-_ROOM: Final = "tetris"
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 # A file with one of these has what this program never wrote; it can be put aside.
 _DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
@@ -28,19 +26,12 @@ _DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
 
 def data_folder() -> Path:
     """Return the folder of best lists and replays; it may not exist yet."""
-    return _own(platformdirs.user_data_path(_PROGRAM, appauthor=False), ".local/share")
+    return platformdirs.user_data_path("orbtouch", appauthor=False) / "tetris"
 
 
 def config_folder() -> Path:
     """Return the folder of settings; it may not exist yet."""
-    return _own(platformdirs.user_config_path(_PROGRAM, appauthor=False), ".config")
-
-
-def _own(folder: Path, usual: str) -> Path:
-    """Return our folder below; a relative XDG_*_HOME is ignored, as its specification asks."""
-    if not folder.is_absolute():
-        folder = Path.home() / usual / _PROGRAM
-    return folder / _ROOM
+    return platformdirs.user_config_path("orbtouch", appauthor=False) / "tetris"
 
 
 # -- reading -----------------------------------------------------------------------------------

@@ -140,11 +140,3 @@ def test_relative_xdg_folders_are_ignored(
     monkeypatch.setenv("XDG_CONFIG_HOME", given)
     assert files.data_folder() == tmp_path / ".local/share/orbtouch/tetris"
     assert files.config_folder() == tmp_path / ".config/orbtouch/tetris"
-
-
-def test_a_platformdirs_that_obeys_relative_folders_is_corrected(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.setattr("platformdirs.user_data_path", lambda *_, **__: Path("rel/orbtouch"))
-    assert files.data_folder() == tmp_path / ".local/share/orbtouch/tetris"

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from math import cos, pi, sin
+from random import Random
 from typing import Final
 
 import pygame
@@ -22,8 +23,6 @@ _A_CELL: Final = 3  # sparks
 _SPEED: Final = 4.2  # of sparks, cells in a lifetime
 _FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
 _GLOW_S: Final = 0.8
-_THUMP_S: Final = 0.11
-_THUMP_ROWS: Final = 3  # a drop from lower gives no thump
 _LASTS_S: Final = 1.8
 _POP_S: Final = 0.12  # the words come in a little from below
 _FADE_FROM: Final = 0.7  # of its time
@@ -38,7 +37,6 @@ class Effects:
     def __init__(self, look: ThemeChoice) -> None:
         self._look = look
         self._alive: list[Effect] = []
-        self._thump_s: float | None = None
 
     def show(self, events: Iterable[Event], layout: Layout, rows: Sequence[str]) -> None:
         """Begin what the events call for; the rows are as last drawn, with those now cleared."""
@@ -47,8 +45,6 @@ class Effects:
             match event:
                 case happened.Dropped(rows=fallen) if fallen and self._look.motion:
                     self._alive.append(_Trail(event, cell, self._look))
-                    if fallen >= _THUMP_ROWS:
-                        self._thump_s = event.time_s
                 case happened.Locked(rows=cleared) if cleared:
                     grand = event.clear.difficult or event.clear.perfect
                     self._alive.append(_Rows(event, self._look))
@@ -67,23 +63,12 @@ class Effects:
     def clear(self) -> None:
         """Forget all."""
         self._alive.clear()
-        self._thump_s = None
 
     def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
         """Draw what is alive, and forget what is over."""
         self._alive = [effect for effect in self._alive if effect.age(time_s) < 1]
         for effect in self._alive:
             effect.draw(surface, layout, effect.age(time_s))
-
-    def thump(self, time_s: float, cell: int) -> int:
-        """Return by how many pixels a hard drop pushes the board down now."""
-        if self._thump_s is None:
-            return 0
-        age = max(0.0, time_s - self._thump_s) / _THUMP_S
-        if age >= 1:
-            self._thump_s = None
-            return 0
-        return round(cell * 0.14 * (1 - age))
 
 
 class Effect(ABC):
@@ -165,24 +150,22 @@ class _Burst(Effect):
     ) -> None:
         super().__init__(event.time_s, _SPARKS_S)
         placed = dict.fromkeys(event.piece.cells, event.piece.kind)
-        side = max(2, round(layout.cell * 0.16))
-        self._pictures: dict[Colour, pygame.Surface] = {}
+        side, number = max(2, round(layout.cell * 0.16)), Random(repr(event.rows)).random
+        self._pictures: dict[Colour, pygame.Surface] = {}  # one for all sparks of a colour
         self._sparks: list[tuple[pygame.Surface, float, float, float, float]] = []
         for y in event.rows:
             for x in range(layout.columns):
-                if mark := placed.get((x, y)) or (rows[y][x] if y < len(rows) else ""):
-                    self._add(x, y, look.tiles.colour(mark), side)
-
-    def _add(self, x: int, y: int, colour: Colour, side: int) -> None:
-        """Begin the sparks of one cell; the picture of a colour is shared."""
-        if colour not in self._pictures:
-            self._pictures[colour] = pygame.Surface((side, side))
-            self._pictures[colour].fill(colour)
-        for number in range(_A_CELL):
-            turn = _scattered(x, y, number) * 2 * pi
-            speed = _SPEED * (0.35 + 0.65 * _scattered(y, number, x))
-            spark = self._pictures[colour], x + 0.4, y - 0.4, cos(turn) * speed, sin(turn) * speed
-            self._sparks.append(spark)
+                mark = placed.get((x, y)) or (rows[y][x] if y < len(rows) else "")
+                if not mark:
+                    continue
+                colour = look.tiles.colour(mark)
+                if colour not in self._pictures:
+                    self._pictures[colour] = pygame.Surface((side, side))
+                    self._pictures[colour].fill(colour)
+                for _ in range(_A_CELL):
+                    turn, speed = number() * 2 * pi, _SPEED * (0.35 + 0.65 * number())
+                    dx, dy = cos(turn) * speed, sin(turn) * speed
+                    self._sparks.append((self._pictures[colour], x + 0.4, y - 0.4, dx, dy))
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
         for picture in self._pictures.values():
@@ -212,15 +195,6 @@ class _Glow(Effect):
         before = surface.get_at((max(0, frame.left), min(frame.centery, surface.get_height() - 1)))
         colour = theme.mix(self._colour, (before.r, before.g, before.b), age**2)
         pygame.draw.rect(surface, colour, frame, wide, border_radius=layout.cell // 5)
-
-
-def _scattered(*numbers: int) -> float:
-    """Return a number from 0 to 1 that looks random and is the same every time."""
-    mixed = 0x9E3779B9
-    for number in numbers:
-        mixed = (mixed ^ (number + 0x7F4A7C15)) * 0x85EBCA6B & 0xFFFFFFFF
-        mixed ^= mixed >> 13
-    return mixed / 0xFFFFFFFF
 
 
 # -- words -------------------------------------------------------------------------------------

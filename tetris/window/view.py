@@ -139,7 +139,6 @@ class GameView:
         self._draw_danger(surface, game)
         self._draw_blocks(surface, game, hint)
         self._effects.draw(surface, self.layout, time_s)
-        self._draw_thump(surface, time_s)
         if veiled and game.phase is not Phase.RUNNING:
             surface.blit(self._veil, self.layout.board)
             if words:
@@ -182,14 +181,6 @@ class GameView:
             frame = self.layout.board.inflate(2 * wide, 2 * wide)
             radius = self.layout.cell // 5
             pygame.draw.rect(surface, self._look.palette.bad, frame, wide, border_radius=radius)
-
-    def _draw_thump(self, surface: pygame.Surface, time_s: float) -> None:
-        """Push the board down a little, right after a hard drop."""
-        pixels = self._effects.thump(time_s, self.layout.cell)
-        seen = self.layout.board.inflate(self.layout.cell // 4, 0).clip(surface.get_rect())
-        if pixels and seen.height > pixels:
-            picture = surface.subsurface(seen).copy()
-            surface.blit(picture, (seen.left, seen.top + pixels), (0, 0, seen.width, seen.height))
 
     def _draw_words(self, surface: pygame.Surface, game: Game, reason: str) -> None:
         board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
