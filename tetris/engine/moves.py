@@ -40,8 +40,6 @@ class Spin(Enum):
     MINI = "mini"
     FULL = "full"
 
-    __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
-
 
 def entered(bits: int, piece: Piece) -> Piece | None:
     """Return an entering piece: a row down where that is free; None where it collides."""

@@ -10,12 +10,12 @@ from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
 from tetris.window.display import open_window, set_fullscreen
-from tetris.window.game_session import BotPlayer, Saves
+from tetris.window.game_session import Saves
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.settings import Settings, stepped
 
-__all__ = ["App", "BotPlayer", "Start", "play"]
+__all__ = ["App", "Start", "play"]
 
 _SIZE: Final = (1120, 720)  # pixels; fits a small laptop's screen
 _FRAMES_HZ: Final = 60

@@ -19,13 +19,9 @@ _WIDTH = 860  # and the least of its width
 
 
 class Screen(ABC):
-    """One thing that the window shows.
+    """One thing that the window shows."""
 
-    Attributes:
-        pointer: Whether the mouse has something to do there, and is seen.
-    """
-
-    pointer = True
+    pointer = True  # whether the mouse has something to do there, and is seen
 
     def press(self, code: Code, time_s: float) -> None:  # noqa: B027
         """Take a key or a button that went down."""

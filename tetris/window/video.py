@@ -6,9 +6,10 @@ that a long film takes no more memory than a short one.
 
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO, Final, Self
+from typing import Any, BinaryIO, Final
 
 import pygame
 
@@ -25,7 +26,6 @@ GIF_RATE_HZ: Final = 20  # pictures a second
 MP4_RATE_HZ: Final = 30
 _REST_S: Final = 2.0  # how long the last picture stays
 _SAMPLES: Final = 9  # pictures from which a GIF takes its colours
-_US: Final = 1_000_000
 _STEPS: Final = 2  # pictures a frame of the window, about 10 ms each
 _COLOURS: Final = 256
 _CENTISECOND: Final = 100  # GIF counts time in these
@@ -38,48 +38,29 @@ class VideoError(RuntimeError):
     """A film cannot be made; the message is one sentence."""
 
 
-class VideoFile:
-    """A film beside its place; it comes there when it is complete, and else leaves nothing."""
+@contextmanager
+def video_file(
+    path: Path, size: Size, rate_hz: int, sample: Sequence[Picture]
+) -> Iterator["_Gif | _Mp4"]:
+    """Write a film of pictures of even sides beside its place; it comes there when complete.
 
-    def __init__(self, path: Path, size: Size, rate_hz: int, sample: Sequence[Picture]) -> None:
-        """Begin a film of pictures of even sides; a GIF takes its 256 colours from the sample.
-
-        Raises:
-            VideoError: The suffix is neither .gif nor .mp4, or the library is missing.
-            OSError: The file cannot be written.
-        """
-        check_replaceable(path)
-        self._path = path
-        self._beside = path.with_name(f".{path.stem}.part{path.suffix}")
-        suffix = path.suffix.lower()
-        self._film: _Gif | _Mp4
-        if suffix == ".gif":
-            self._film = _Gif(self._beside, size, rate_hz, sample)
-        elif suffix == ".mp4":
-            self._film = _Mp4(self._beside, size, rate_hz)
-        else:
-            raise VideoError(f"a film is a .gif or a .mp4 file, not {path.name}")
-
-    def add(self, picture: Picture) -> None:
-        """Add a picture."""
-        self._film.add(picture)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Put the film in its place, or take it away where it could not be completed."""
+    A GIF takes its 256 colours from the sample.
+    """
+    check_replaceable(path)
+    beside = path.with_name(f".{path.stem}.part{path.suffix}")
+    kinds: dict[str, type[_Gif | _Mp4]] = {".gif": _Gif, ".mp4": _Mp4}
+    kind = kinds.get(path.suffix.lower())
+    if kind is None:
+        raise VideoError(f"a film is a .gif or a .mp4 file, not {path.name}")
+    film = kind(beside, size, rate_hz, sample)
+    try:
         try:
-            self._film.close()
-            if error is None:
-                self._beside.replace(self._path)
+            yield film
         finally:
-            self._beside.unlink(missing_ok=True)
+            film.close()
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 class _Gif:
@@ -136,7 +117,7 @@ class _Gif:
 
 
 class _Mp4:
-    def __init__(self, path: Path, size: Size, rate_hz: int) -> None:
+    def __init__(self, path: Path, size: Size, rate_hz: int, _: Sequence[Picture]) -> None:
         try:
             import av
             import numpy as np
@@ -193,7 +174,7 @@ def export(
     view.show(player.first_events)
     end_s = player.end_s + _REST_S * speed
     time_s = player.start_s
-    with VideoFile(path, size, rate_hz, sample) as film:
+    with video_file(path, size, rate_hz, sample) as film:
         while time_s <= end_s:
             view.show(player.advance(time_s))
             if player.game.phase is Phase.PAUSED and not player.at_end:
@@ -229,33 +210,20 @@ def _drawn(surface: pygame.Surface, view: GameView, player: Player, time_s: floa
 
 
 class VideoExport:
-    """Export beside the window: a few pictures with every frame.
-
-    Attributes:
-        path: Its file.
-        share: How much of it is done, 0 to 1.
-        trouble: A sentence if it cannot be made, "" when all is well.
-    """
+    """Export beside the window: a few pictures with every frame."""
 
     def __init__(self, replay: Replay, path: Path, look: ThemeChoice) -> None:
         """Begin a film of a replay."""
-        self.path, self.share, self.trouble = path, 0.0, ""
-        self._steps: Iterator[float] | None = export(replay, path, look=look)
-
-    @property
-    def going_on(self) -> bool:
-        """Whether there is more to do."""
-        return self._steps is not None
+        self.path, self.share = path, 0.0  # how much of it is done, 0 to 1
+        self.trouble = ""  # a sentence if it cannot be made
+        self.going_on = True
+        self._steps = export(replay, path, look=look)
 
     def step(self) -> None:
         """Go on a little."""
         try:
-            if self.share == 0:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-            for _ in range(_STEPS):
-                if self._steps is not None:
-                    self.share = next(self._steps)
-        except StopIteration:
-            self.share, self._steps = 1.0, None
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            shares = list(islice(self._steps, _STEPS))
+            self.going_on, self.share = len(shares) == _STEPS, max(self.share, *shares, 0.0)
         except (VideoError, OSError) as error:
-            self.trouble, self._steps = str(error), None
+            self.trouble, self.going_on = str(error), False
