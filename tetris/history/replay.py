@@ -20,8 +20,6 @@ LAST_SEED: Final = 2**64 - 1
 MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
 HOLDABLE: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _US: Final = 1_000_000
-_KEYFRAME_US: Final = 5 * _US  # between two positions that a seek can start from
-_KEYFRAME_MOMENTS: Final = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +97,8 @@ class Recorder:
         held = tuple(action for action in HOLDABLE if action in initial)
         moment = Moment(time_us, tuple(inputs), soft_drop, held)
         events = _tell(self.game, moment)
-        before = self._moments[-1] if self._moments else None
-        if (
-            before is None
-            or moment.inputs
-            or moment.soft_drop != before.soft_drop
-            or moment.initial != before.initial
-        ):
+        before = [(last.soft_drop, last.initial) for last in self._moments[-1:]]
+        if moment.inputs or before != [(soft_drop, held)]:
             self._moments.append(moment)
         self._last_us = time_us
         return events
@@ -123,9 +116,8 @@ class Recorder:
         """
         if not self._moments:
             raise ValueError("nothing has been played yet; update the game first")
-        outcome = Outcome.of(self.game)
-        config = self.game.config
-        return Replay(self.seed, config, self.mode, tuple(self._moments), self._last_us, outcome)
+        game, moments = self.game, tuple(self._moments)
+        return Replay(self.seed, game.config, self.mode, moments, self._last_us, Outcome.of(game))
 
 
 def check_game(seed: int, mode: str) -> None:
@@ -144,14 +136,14 @@ class Player:
         self.replay = replay
         self.game = Game(replay.seed, replay.config)
         self.moments_played = 0
-        self.time_us = replay.moments[0].time_us
-        self._keyframes: list[tuple[int, int, Snapshot]] = []  # moments played, time, position
+        self.time_us = self._start_us = replay.moments[0].time_us
         self.first_events = self._play(self.time_us)
+        self._start, self._begun = self.game.snapshot(), self.moments_played
 
     @property
     def start_s(self) -> float:
         """When the replay begins."""
-        return self.replay.moments[0].time_us / _US
+        return self._start_us / _US
 
     @property
     def end_s(self) -> float:
@@ -188,13 +180,10 @@ class Player:
 
     def seek(self, time_s: float) -> None:
         """Go to any time of the replay; outside of it, to its start or its end."""
-        start_us = self.replay.moments[0].time_us
-        time_us = min(max(round(time_s * _US), start_us), self.replay.end_us)
-        reached = [frame for frame in self._keyframes if frame[1] <= time_us]
-        if time_us < self.time_us or (reached and reached[-1][1] > self.time_us):
-            played, frame_us, position = reached[-1]  # the first one is the start's
-            self.game.restore(position)
-            self.moments_played, self.time_us = played, frame_us
+        time_us = min(max(round(time_s * _US), self._start_us), self.replay.end_us)
+        if time_us < self.time_us:
+            self.game.restore(self._start)
+            self.moments_played, self.time_us = self._begun, self._start_us
         self._play(time_us)
 
     def take_over(self) -> Recorder:
@@ -222,7 +211,6 @@ class Player:
             events += _tell(self.game, moment)
             self.moments_played += 1
             self.time_us = moment.time_us
-            self._mark()
         if until_us > self.time_us:
             last = moments[self.moments_played - 1]
             quiet = Moment(until_us, (), last.soft_drop, last.initial)
@@ -230,25 +218,10 @@ class Player:
             self.time_us = until_us
         return events
 
-    def _mark(self) -> None:
-        """Keep the position after a moment, now and then, as one that a seek can start from."""
-        if self._keyframes:
-            played, time_us, _ = self._keyframes[-1]
-            further = self.moments_played - played
-            if further < _KEYFRAME_MOMENTS and (
-                further <= 0 or self.time_us - time_us < _KEYFRAME_US
-            ):
-                return
-        self._keyframes.append((self.moments_played, self.time_us, self.game.snapshot()))
-
 
 def _tell(game: Game, moment: Moment) -> list[Event]:
-    return game.update(
-        moment.time_us / _US,
-        moment.inputs,
-        soft_drop=moment.soft_drop,
-        initial=moment.initial,
-    )
+    time_s, soft_drop = moment.time_us / _US, moment.soft_drop
+    return game.update(time_s, moment.inputs, soft_drop=soft_drop, initial=moment.initial)
 
 
 def play_bot(

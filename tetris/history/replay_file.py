@@ -57,8 +57,6 @@ _TYPES: Final = {  # in the order of the file
 }
 _WITHOUT_DIGITS: Final = str.maketrans("", "", "0123456789")
 _WRAPPER: Final = textwrap.TextWrapper(_LINE, break_long_words=False, break_on_hyphens=False)
-_TOO_MANY: Final = f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more"
-_TOO_LONG: Final = f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this one has more"
 
 
 class ReplayError(ValueError):
@@ -76,27 +74,17 @@ def save(path: Path, replay: Replay) -> None:
 
 
 def load(path: Path) -> Replay:
-    """Read a replay.
-
-    Raises:
-        ReplayError: The file cannot be read, or is foreign, damaged or of other rules.
-    """
+    """Read a replay; raise ReplayError for a file that cannot be read, or is no replay of here."""
     try:
-        content = read_bytes(path, _MOST_BYTES)
+        return decode(read_bytes(path, _MOST_BYTES))
     except OSError as error:
         raise ReplayError(f"cannot read {path}: {error.strerror or error}") from error
-    try:
-        return decode(content)
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}") from error
 
 
 def encode(replay: Replay) -> bytes:
-    """Return a replay as the bytes of a file; the same for equal replays.
-
-    Raises:
-        ReplayError: `decode` would refuse them.
-    """
+    """Return the bytes of a file; raise ReplayError for what `decode` would refuse."""
     outcome = replay.outcome
     head = [
         f"{_TITLE} {FORM}",
@@ -118,15 +106,11 @@ def encode(replay: Replay) -> bytes:
 
 
 def decode(content: bytes) -> Replay:
-    """Read the bytes of a file.
-
-    Raises:
-        ReplayError: They are foreign, damaged, or of other rules.
-    """
+    """Read the bytes of a file; raise ReplayError for foreign, damaged and older ones."""
     if not content.startswith(f"{_TITLE} ".encode("ascii")):
         raise ReplayError("this is no replay of this game")
     if len(content) > _MOST_BYTES:
-        raise ReplayError(_TOO_LONG)
+        raise ReplayError(f"a replay has {_MOST_BYTES // 1_000_000} MB at most")
     try:
         text = content.decode("ascii")
     except UnicodeDecodeError as error:
@@ -253,7 +237,7 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
         games += codes.count("n")
         inputs += len(codes.translate(_WITHOUT_DIGITS))
         if inputs > _MOST_INPUTS:
-            raise ReplayError(_TOO_MANY)
+            raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
         before = Moment(
             before.time_us + int(wait),
             tuple(_input(code) for code in _INPUT.findall(codes)),

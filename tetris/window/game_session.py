@@ -110,7 +110,7 @@ class BotPlayer:
     """Plays a game one action at a time, looking at the board before each."""
 
     def __init__(self, action_s: float, plan: Planner = greedy.plan) -> None:
-        """Act every `action_s` seconds, as one of `tetris.bots.registry.BOTS` plans."""
+        """Act every `action_s` seconds, as a bot plans."""
         self._action_s = action_s
         self._plan = plan
         self._next_s = 0.0
