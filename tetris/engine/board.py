@@ -131,14 +131,6 @@ class Board:
         low, middle, high = self.planes
         return (self.bits ^ empty_bits(self.columns)) & ~(low | middle | high)
 
-    def filled(self, x: int, y: int) -> bool:
-        """Return whether a cell holds a block; walls, floor and ceiling count as blocks."""
-        return bool(self.bits & cell_bit(x, y))
-
-    def fits(self, piece: Piece) -> bool:
-        """Return whether all four cells of the piece are free."""
-        return not self.bits & piece.mask
-
     def place(self, piece: Piece) -> None:
         """Turn the piece into blocks."""
         mask = piece.mask

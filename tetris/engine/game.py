@@ -10,10 +10,8 @@ from collections.abc import Collection, Sequence
 
 from tetris.engine import events as happened
 from tetris.engine import moves, scoring
-from tetris.engine.board import Board
 from tetris.engine.events import Action, Event, Finish, GravityCap, Input, TopOut
 from tetris.engine.gravity import GravityGame
-from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config, Phase
 from tetris.engine.state import NS, Snapshot
 
@@ -81,25 +79,6 @@ class Game(GravityGame):
             self._schedule()
         events, self._events = self._events, []
         return events
-
-    def set_up(self, board: Board, piece: Piece, *, kick: int | None = None) -> None:
-        """Go on from another position; the kick is that of a turn that brought the piece there.
-
-        A game that is over stays over; the position is then only to be seen.
-
-        Raises:
-            ValueError: The piece lies on blocks or outside, or the board has another width.
-        """
-        if board.columns != self.config.columns:
-            raise ValueError(
-                f"the board has {board.columns} columns; the rules ask for {self.config.columns}"
-            )
-        if not board.fits(piece):
-            raise ValueError(f"{piece} does not fit on the board; put it where cells are free")
-        self.board = board
-        self._take(piece)
-        self.in_play = self.phase is not Phase.OVER
-        self._kick = kick
 
     def _act(self, given: Input) -> None:
         movable = self.in_play and self.phase is Phase.RUNNING

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.bots import beam_search, greedy
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
@@ -19,7 +20,7 @@ def test_it_tucks_a_piece_under_an_overhang() -> None:
         ZZZZZZZZZ.
     """)
     game = Game(seed=1)
-    game.set_up(board, Piece("J", 7, 10))
+    set_up(game, board, Piece("J", 7, 10))
     plan = beam_search.plan(game, depth=1, width=50)
     game.update(0.0, plan.actions)
     assert set(plan.landing.cells) <= {
@@ -80,7 +81,7 @@ def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
 def test_when_nothing_can_be_saved_it_still_answers() -> None:
     wall = ".OOOOOOOOO\n" * 20
     game = Game(seed=1)
-    game.set_up(Board.parse(wall), Piece("T", 3, 20))
+    set_up(game, Board.parse(wall), Piece("T", 3, 20))
     plan = beam_search.plan(game)
     assert plan.actions[-1] is Action.HARD_DROP
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.bots.greedy import (
     BCTS,
@@ -20,7 +21,7 @@ from tetris.engine.pieces import Piece
 
 def test_an_upright_i_goes_into_a_well_and_clears_four_rows() -> None:
     game = Game(seed=1)
-    game.set_up(Board.parse("JJJJJJJJJ.\n" * 4), Piece("I", 3, 17))
+    set_up(game, Board.parse("JJJJJJJJJ.\n" * 4), Piece("I", 3, 17))
     plan = greedy.plan(game)
     assert set(plan.landing.cells) == {(9, y) for y in range(4)}
     game.update(0.0, plan.actions)
@@ -38,7 +39,7 @@ def test_every_landing_is_reached_by_its_actions() -> None:
         found = greedy.landings(board.bits, entering)
         for landing, actions in found:
             game = Game(seed=1)
-            game.set_up(Board.parse(str(board)), entering)
+            set_up(game, Board.parse(str(board)), entering)
             (locked,) = [event for event in game.update(0.0, actions) if isinstance(event, Locked)]
             assert set(locked.piece.cells) == set(landing.cells)
         assert len(found) == {"I": 17, "O": 9, "S": 17, "Z": 17}.get(kind, 34)
@@ -52,14 +53,14 @@ def test_three_turns_are_one_turn_the_other_way() -> None:
 
 def test_a_dear_command_makes_a_near_landing_win() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
+    set_up(game, Board(), Piece("O", 4, 18))
     assert len(greedy.plan(game).actions) > 2
     assert greedy.plan(game, command_cost=50.0).actions == (Action.HARD_DROP,)
 
 
 def test_an_earlier_target_is_kept_while_it_can_be_reached() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
+    set_up(game, Board(), Piece("O", 4, 18))
     target = Piece("O", 7, 0)
     plan = greedy.plan(game, target=target)
     assert plan.landing == target
@@ -68,7 +69,7 @@ def test_an_earlier_target_is_kept_while_it_can_be_reached() -> None:
 
 def test_a_target_out_of_reach_is_given_up() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
+    set_up(game, Board(), Piece("O", 4, 18))
     assert greedy.plan(game, target=Piece("O", 7, 5)).landing.y == 0
 
 

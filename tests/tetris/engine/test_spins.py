@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.tetris_games import rotated
+from tests.support.tetris_games import rotated, set_up
 from tetris.engine import moves
 from tetris.engine.board import Board
 from tetris.engine.events import Locked, Rotated
@@ -15,7 +15,7 @@ from tetris.engine.scoring import Clear
 def played(picture: str, piece: Piece, *actions: Action) -> tuple[Clear, int]:
     """Return what the lock was worth, and the kick of the last turn."""
     game = Game(seed=1)
-    game.set_up(Board.parse(picture), piece)
+    set_up(game, Board.parse(picture), piece)
     events = game.update(0.0, actions)
     kicks = [event.kick for event in events if isinstance(event, Rotated)]
     (clear,) = [event.clear for event in events if isinstance(event, Locked)]
@@ -65,7 +65,7 @@ def test_a_fall_after_the_turn_takes_the_spin_away(after: list[Action]) -> None:
         ..JJJJJJJJ
         J.JJJJJJJJ
     """
-    game.set_up(Board.parse(picture), Piece("T", x=0, y=4, turn=0))
+    set_up(game, Board.parse(picture), Piece("T", x=0, y=4, turn=0))
     events = game.update(0.0, [Action.ROTATE_CCW, *after]) + game.update(5.0)
     locked = [event.clear.name for event in events if isinstance(event, Locked)]
     assert locked[0] == "double"  # with a spin's three corners, but it fell there

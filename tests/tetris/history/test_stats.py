@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
@@ -110,7 +111,7 @@ def test_clears_are_counted_by_name() -> None:
     config = Config(gravity=False, lock_resets=None, board="OOOOOOOOO.\n" * 9)
     game, statistics = Game(1, config), Statistics(config)
     for _ in range(2):
-        game.set_up(game.board, Piece("I", 7, 17, turn=1))
+        set_up(game, game.board, Piece("I", 7, 17, turn=1))
         statistics.update(game.update(0.0, [DROP]))
     summary = statistics.summary(game)
     assert summary.clears == {"tetris": 2}

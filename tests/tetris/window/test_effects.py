@@ -3,6 +3,7 @@
 import pygame
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.engine import events as happened
 from tetris.engine.board import Board
 from tetris.engine.events import Event
@@ -21,7 +22,7 @@ MOVING = ThemeChoice.chosen(Settings(language="en"))
 
 def drop(board: str, piece: Piece) -> tuple[Game, list[Event]]:
     game = Game(seed=1)
-    game.set_up(Board.parse(board), piece)
+    set_up(game, Board.parse(board), piece)
     game.update(0.0)
     return game, game.update(0.0, [Action.HARD_DROP])
 

@@ -6,6 +6,7 @@ import numpy as np
 import pygame
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Game
 from tetris.engine.pieces import KINDS, Piece
@@ -47,7 +48,7 @@ def test_each_piece_has_a_tone_of_its_own() -> None:
 )
 def test_a_lock_sounds_like_what_it_cleared(board: str, piece: Piece, sound: str) -> None:
     game = Game(seed=1)
-    game.set_up(Board.parse(board), piece)
+    set_up(game, Board.parse(board), piece)
     game.update(0.0)
     heard = [sound_of(event) for event in game.update(0.0, [Action.HARD_DROP])]
     assert sound in heard

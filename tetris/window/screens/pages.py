@@ -130,11 +130,6 @@ class BindingScreen(MenuScreen):
         self._until_s: float | None = None
         super().__init__(stage, self._page, attract=attract)
 
-    @property
-    def waiting(self) -> bool:
-        """Whether the next key or button is bound."""
-        return bool(self._waiting)
-
     def press(self, code: Code, time_s: float) -> None:
         """Bind the key, when one is waited for; else move about."""
         if not self._waiting:
