@@ -49,16 +49,9 @@ class BundleError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BundleSettings:
-    """The scalar settings in bundle.toml.
+    """The scalar settings in bundle.toml."""
 
-    Attributes:
-        labels: The gestures, "null" first, in the order of the network's outputs.
-        pitch_mm: Distance between adjacent taxels.
-        window: Images in a window.
-        card: Origin of the model: data, accuracy, date.
-        spread: Standard deviation of touch positions; None if it was not measured.
-    """
-
+    # the gestures, "null" first, in the order of the network's outputs
     labels: tuple[str, ...] = field(
         metadata={
             "pattern": r"[a-z][a-z0-9_]{0,39}",  # 40 characters fit in a packet
@@ -68,36 +61,29 @@ class BundleSettings:
     )
     rows: int = field(metadata={"range": (1, 30)})  # 900 taxels fit in a packet of telemetry
     columns: int = field(metadata={"range": (1, 30)})
-    pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})
+    pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})  # distance between adjacent taxels
     rate_hz: float = field(metadata={"range": (0.1, 1000.0)})
-    window: int = field(metadata={"range": (1, 250)})
+    window: int = field(metadata={"range": (1, 250)})  # images in a window
     preprocess: PreprocessSettings
     debounce: DebounceSettings
-    card: dict[str, Any]
+    card: dict[str, Any]  # origin of the model: data, accuracy, date
+    # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bundle(BundleSettings):
-    """A bundle that was read and checked.
+    """A bundle that was read and checked."""
 
-    Attributes:
-        mapping: Commands of the gestures.
-        gesture_onnx: The network window -> probabilities.
-        location_onnx: The network image -> touch; empty in a bundle without positions.
-        golden: Golden vectors of the networks.
-        hash: SHA-256 of the file, hexadecimal.
-        user_onnx: The network window -> user; empty in a bundle that cannot identify users.
-        heads: Users' own networks window -> probabilities, by name.
-    """
-
-    mapping: Mapping
-    gesture_onnx: bytes
-    location_onnx: bytes
-    golden: Golden
-    hash: str
+    mapping: Mapping  # commands of the gestures
+    gesture_onnx: bytes  # the network window -> probabilities
+    location_onnx: bytes  # the network image -> touch; empty in a bundle without positions
+    golden: Golden  # golden vectors of the networks
+    hash: str  # SHA-256 of the file, hexadecimal
     users: Users = NO_USERS
+    # the network window -> user; empty in a bundle that cannot identify users
     user_onnx: bytes = b""
+    # users' own networks window -> probabilities, by name
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
 
     @property

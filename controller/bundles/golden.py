@@ -25,22 +25,16 @@ def _none() -> Answers:
 
 @dataclass(frozen=True, slots=True)
 class Golden:
-    """Reference inputs and outputs of the networks, against which a device compares its own.
+    """Reference inputs and outputs of the networks, against which a device compares its own."""
 
-    Attributes:
-        windows: Inputs of the gesture and user networks, (n, window, rows, columns), z.
-        probabilities: Outputs of the gesture network, (n, classes).
-        images: Inputs of the location network, (m, rows, columns), z.
-        touches: Its outputs, (m, 2), x and y in grid units.
-        people: Outputs of the user network, (n, 1 + users); n is 0 without that network.
-        heads: Outputs of users' own gesture networks, (n, classes) by name.
-    """
-
+    # inputs of the gesture and user networks, (n, window, rows, columns), z
     windows: NDArray[np.float32]
-    probabilities: Answers
-    images: NDArray[np.float32]
-    touches: Answers
+    probabilities: Answers  # outputs of the gesture network, (n, classes)
+    images: NDArray[np.float32]  # inputs of the location network, (m, rows, columns), z
+    touches: Answers  # its outputs, (m, 2), x and y in grid units
+    # outputs of the user network, (n, 1 + users); n is 0 without that network
     people: Answers = field(default_factory=_none)
+    # outputs of users' own gesture networks, (n, classes) by name
     heads: Mapping[str, Answers] = field(default_factory=dict)
 
     def pack(self) -> bytes:

@@ -26,16 +26,13 @@ DEAD_TAXELS: Final = 0.06  # of an example that has some
 
 @dataclass(frozen=True, slots=True)
 class Symmetry:
-    """Permitted transformations of the examples of each class.
+    """Permitted transformations of the examples of each class."""
 
-    Attributes:
-        turns: Quarter turns counterclockwise that leave it the same gesture, for each class.
-        mirror: Number of the class that its mirror image is, for each; -1 where that is none.
-        shifts: Whether it is the same gesture elsewhere on the sensor, for each; (): none is.
-    """
-
+    # quarter turns counterclockwise that leave it the same gesture, for each class
     turns: tuple[tuple[int, ...], ...]
+    # number of the class that its mirror image is, for each; -1 where that is none
     mirror: tuple[int, ...]
+    # whether it is the same gesture elsewhere on the sensor, for each; (): none is
     shifts: tuple[bool, ...] = ()
 
     @classmethod

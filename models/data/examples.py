@@ -68,25 +68,16 @@ def renumbered(label: NDArray[np.integer], own: Sequence[str], names: Sequence[s
 
 @dataclass(frozen=True, slots=True)
 class Examples:
-    """Images of several sessions in a row, and which windows may be cut from them.
+    """Images of several sessions in a row, and which windows may be cut from them."""
 
-    Attributes:
-        images: z images, float32 (frames, rows, columns).
-        label: Class of each frame, -1 unknown, (frames,).
-        touch: True position of a press, grid units, NaN elsewhere, (frames, 2).
-        ends: Last frame of every whole window whose class is known, (windows,).
-        session: Session number of each frame, (frames,).
-        idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
-        window: Images in a window.
-    """
-
-    images: NDArray[np.float32]
-    label: NDArray[np.int64]
-    touch: NDArray[np.float32]
-    ends: NDArray[np.int64]
-    session: NDArray[np.int32]
+    images: NDArray[np.float32]  # z images, float32 (frames, rows, columns)
+    label: NDArray[np.int64]  # class of each frame, -1 unknown, (frames,)
+    touch: NDArray[np.float32]  # true position of a press, grid units, NaN elsewhere, (frames, 2)
+    ends: NDArray[np.int64]  # last frame of every whole window whose class is known, (windows,)
+    session: NDArray[np.int32]  # session number of each frame, (frames,)
+    # mean of |z - 1| while nothing touched, as the device knew it then, (frames,)
     idle: NDArray[np.float32]
-    window: int
+    window: int  # images in a window
 
     @classmethod
     def joined(cls, parts: "Sequence[Examples]") -> "Examples":
@@ -112,20 +103,13 @@ class Examples:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One recorded or simulated session, as training needs it.
+    """One recorded or simulated session, as training needs it."""
 
-    Attributes:
-        frames: As they were read, (n, rows, columns).
-        label: Class of each frame, -1 unknown, (n,).
-        touch: True position of a press, grid units, NaN elsewhere, (n, 2).
-        sequence: Number of each frame; None: none is missing, (n,).
-        excluded: Frames that are not learned from; None: there are none, (n,).
-    """
-
-    frames: NDArray[np.float32]
-    label: NDArray[np.integer]
-    touch: NDArray[np.float32]
-    sequence: NDArray[np.int64] | None = None
+    frames: NDArray[np.float32]  # as they were read, (n, rows, columns)
+    label: NDArray[np.integer]  # class of each frame, -1 unknown, (n,)
+    touch: NDArray[np.float32]  # true position of a press, grid units, NaN elsewhere, (n, 2)
+    sequence: NDArray[np.int64] | None = None  # number of each frame; None: none is missing, (n,)
+    # frames that are not learned from; None: there are none, (n,)
     excluded: NDArray[np.bool_] | None = None
 
     @classmethod
@@ -176,13 +160,9 @@ def refuse_test_seed(seed: int | None, what: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """Recordings of one kind, in files; each is loaded on access, and not kept.
+    """Recordings of one kind, in files; each is loaded on access, and not kept."""
 
-    Attributes:
-        surveys: Header of each.
-    """
-
-    surveys: tuple[Survey, ...]
+    surveys: tuple[Survey, ...]  # header of each
 
     @property
     def labels(self) -> tuple[str, ...]:

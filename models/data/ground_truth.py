@@ -21,27 +21,17 @@ _PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's ma
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundTruth:
-    """Ground truth of a recording's n frames.
+    """Ground truth of a recording's n frames."""
 
-    Attributes:
-        name: Of the recording.
-        user: Identity of the user; "" unknown.
-        t: End of each scan, seconds, (n,).
-        label: Class of each frame, -1 unknown, (n,).
-        events: True gestures, in order.
-        contact_s: When something first touched for each of them, to a frame; NaN: unknown.
-        place: Position of the touch, grid units, NaN elsewhere, (n, 2).
-        excluded: Frames that do not count, (n,).
-    """
-
-    name: str
-    user: str
-    t: NDArray[np.float64]
-    label: NDArray[np.int64]
-    events: tuple[Event, ...]
+    name: str  # of the recording
+    user: str  # identity of the user; "" unknown
+    t: NDArray[np.float64]  # end of each scan, seconds, (n,)
+    label: NDArray[np.int64]  # class of each frame, -1 unknown, (n,)
+    events: tuple[Event, ...]  # true gestures, in order
+    # when something first touched for each of them, to a frame; NaN: unknown
     contact_s: tuple[float, ...]
-    place: NDArray[np.float32]
-    excluded: NDArray[np.bool_]
+    place: NDArray[np.float32]  # position of the touch, grid units, NaN elsewhere, (n, 2)
+    excluded: NDArray[np.bool_]  # frames that do not count, (n,)
 
     @classmethod
     def of(

@@ -35,40 +35,24 @@ ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Frames of the gesture that a label names.
+    """Frames of the gesture that a label names."""
 
-    Attributes:
-        first: Its first frame.
-        end: The frame after its last.
-        begin_s: When it begins, seconds of the recording.
-        end_s: When it ends.
-        strength: Its response: norm of the mean image, z - 1.
-        noise: Deviation of the response without a touch, relative.
-    """
-
-    first: int
-    end: int
-    begin_s: float
-    end_s: float
-    strength: float
-    noise: float
+    first: int  # its first frame
+    end: int  # the frame after its last
+    begin_s: float  # when it begins, seconds of the recording
+    end_s: float  # when it ends
+    strength: float  # its response: norm of the mean image, z - 1
+    noise: float  # deviation of the response without a touch, relative
 
 
 @dataclass(frozen=True, slots=True)
 class _Label:
-    """One label as it was given, and the gesture that it names.
+    """One label as it was given, and the gesture that it names."""
 
-    Attributes:
-        name: Class.
-        first: Its first frame.
-        end: The frame after its last.
-        found: The gesture; None: there is no response.
-    """
-
-    name: int
-    first: int
-    end: int
-    found: Found | None = None
+    name: int  # class
+    first: int  # its first frame
+    end: int  # the frame after its last
+    found: Found | None = None  # the gesture; None: there is no response
 
 
 def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:

@@ -52,31 +52,18 @@ SAID: Final = 3  # recordings left out that an error names
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Examples of a data set, with the facts on its recordings.
+    """Examples of a data set, with the facts on its recordings."""
 
-    Attributes:
-        examples: Of all sessions; `examples.session` counts `rows`.
-        rows: Facts on each recording, held out or not.
-        session: Group of each recording: parts of one session are one.
-        user: Group of each recording: those of one user are one.
-        vocabulary: Its gestures.
-        settings: Preprocessing settings.
-        pitch_mm: Of the sensor.
-        unit: Of the frames.
-        digest: SHA-256 over all files, in order.
-        notes: Recordings left out, in sentences.
-    """
-
-    examples: Examples
-    rows: tuple[SessionRow, ...]
-    session: NDArray[np.int64]
-    user: NDArray[np.int64]
-    vocabulary: Vocabulary
-    settings: PreprocessSettings
-    pitch_mm: float
-    unit: str
-    digest: str
-    notes: tuple[str, ...] = ()
+    examples: Examples  # of all sessions; `examples.session` counts `rows`
+    rows: tuple[SessionRow, ...]  # facts on each recording, held out or not
+    session: NDArray[np.int64]  # group of each recording: parts of one session are one
+    user: NDArray[np.int64]  # group of each recording: those of one user are one
+    vocabulary: Vocabulary  # its gestures
+    settings: PreprocessSettings  # preprocessing settings
+    pitch_mm: float  # of the sensor
+    unit: str  # of the frames
+    digest: str  # SHA-256 over all files, in order
+    notes: tuple[str, ...] = ()  # recordings left out, in sentences
 
 
 def read(

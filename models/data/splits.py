@@ -37,50 +37,31 @@ class LeakError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """One way to train on some windows and test on others.
+    """One way to train on some windows and test on others."""
 
-    Attributes:
-        name: Name of the tested part.
-        train: Positions of the training windows in `ends`.
-        test: Positions of the test windows.
-    """
-
-    name: str
-    train: Index
-    test: Index
+    name: str  # name of the tested part
+    train: Index  # positions of the training windows in `ends`
+    test: Index  # positions of the test windows
 
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The parts of a training's examples, by their positions.
+    """The parts of a training's examples, by their positions."""
 
-    Attributes:
-        train: To learn from.
-        check: Held out.
-        random: Taken from among those to learn from, as the paper does.
-        words: The rule, if it is another one than the whole split's.
-    """
-
-    train: Index
-    check: Index
-    random: Index
-    words: str = ""
+    train: Index  # to learn from
+    check: Index  # held out
+    random: Index  # taken from among those to learn from, as the paper does
+    words: str = ""  # the rule, if it is another one than the whole split's
 
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Split of a training's examples.
+    """Split of a training's examples."""
 
-    Attributes:
-        words: The rule, a sentence.
-        held: Recordings held out as a whole, (recordings,).
-        windows: Positions in `ends`.
-        sites: Touches are held out by the taxel that is nearest, not with their recordings.
-    """
-
-    words: str
-    held: Mask
-    windows: Parts
+    words: str  # the rule, a sentence
+    held: Mask  # recordings held out as a whole, (recordings,)
+    windows: Parts  # positions in `ends`
+    # touches are held out by the taxel that is nearest, not with their recordings
     sites: bool = False
 
 
@@ -226,20 +207,13 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
 
 @dataclass(frozen=True, slots=True)
 class HoldOut:
-    """Hold-out of whole users or sessions.
+    """Hold-out of whole users or sessions."""
 
-    Attributes:
-        by: "user" or "session".
-        folds: Number of folds, each group being held out in one of them; 0: `hold` counts.
-        fold: Number of the fold held out, from 0.
-        hold: Number of groups held out, evenly spread; or of each user the last sessions.
-        enrolled: Sessions of every user are held out, so that all users are learned from.
-    """
-
-    by: str
-    folds: int = 0
-    fold: int = 0
-    hold: int = 0
+    by: str  # "user" or "session"
+    folds: int = 0  # number of folds, each group being held out in one of them; 0: `hold` counts
+    fold: int = 0  # number of the fold held out, from 0
+    hold: int = 0  # number of groups held out, evenly spread; or of each user the last sessions
+    # sessions of every user are held out, so that all users are learned from
     enrolled: bool = False
 
     def held(self, user: Index, session: Index) -> Mask:

@@ -20,15 +20,10 @@ BENCHMARK_SEED: Final = TEST_SEEDS.start + 10
 
 @dataclass(frozen=True, slots=True)
 class People:
-    """Simulated people at play.
+    """Simulated people at play."""
 
-    Attributes:
-        data: Settings of their sessions.
-        users: Number of users; sessions go round among them.
-    """
-
-    data: DataSet
-    users: int
+    data: DataSet  # settings of their sessions
+    users: int  # number of users; sessions go round among them
 
     @classmethod
     def of(

@@ -20,23 +20,14 @@ WINDOWS: Final = 3  # of a touch's images are remembered, as in controller/recog
 
 @dataclass(frozen=True, slots=True)
 class Touches:
-    """Touches whose place is known.
+    """Touches whose place is known."""
 
-    Attributes:
-        images: z of the touch so far, float32 (images, rows, columns).
-        place: Position of the touch, grid units, (images, 2).
-        frame: Frame of the examples that each ends at, (images,).
-        touch: Number of its touch, (images,).
-        last: It is the last of its touch, (images,).
-        blur: Noise of each image over its strength; NaN: unknown, (images,).
-    """
-
-    images: NDArray[np.float32]
-    place: NDArray[np.float32]
-    frame: NDArray[np.int64]
-    touch: NDArray[np.int64]
-    last: NDArray[np.bool_]
-    blur: NDArray[np.float64]
+    images: NDArray[np.float32]  # z of the touch so far, float32 (images, rows, columns)
+    place: NDArray[np.float32]  # position of the touch, grid units, (images, 2)
+    frame: NDArray[np.int64]  # frame of the examples that each ends at, (images,)
+    touch: NDArray[np.int64]  # number of its touch, (images,)
+    last: NDArray[np.bool_]  # it is the last of its touch, (images,)
+    blur: NDArray[np.float64]  # noise of each image over its strength; NaN: unknown, (images,)
 
 
 def find(examples: Examples, averaged: bool, seed: int) -> Touches:

@@ -37,17 +37,11 @@ class ExportError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class ExportedNetwork:
-    """One network as a bundle holds it.
+    """One network as a bundle holds it."""
 
-    Attributes:
-        onnx: The file; empty if the bundle lacks this network.
-        inputs: Golden inputs, (n, ...).
-        outputs: The network's outputs for them, (n, width).
-    """
-
-    onnx: bytes
-    inputs: Values
-    outputs: Values
+    onnx: bytes  # the file; empty if the bundle lacks this network
+    inputs: Values  # golden inputs, (n, ...)
+    outputs: Values  # the network's outputs for them, (n, width)
 
 
 def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, float]:

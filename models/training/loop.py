@@ -32,25 +32,16 @@ Index = NDArray[np.int64]  # (n,)
 
 @dataclass(frozen=True, slots=True)
 class TrainingJob:
-    """Data and options that the trainings of one bundle share.
+    """Data and options that the trainings of one bundle share."""
 
-    Attributes:
-        data: Examples.
-        split: Split of the examples.
-        recipe: Training recipe.
-        seed: Of everything random.
-        device: Runs PyTorch.
-        folder: Holds the checkpoints; None: there are none.
-        answers: Classes that the gesture network answers, the first ones; 0: all. The others are
-            auxiliary: learned beside them, so that the embedding keeps more.
-    """
-
-    data: Data
-    split: Split
-    recipe: Recipe
-    seed: int
-    device: torch.device
-    folder: Path | None
+    data: Data  # examples
+    split: Split  # split of the examples
+    recipe: Recipe  # training recipe
+    seed: int  # of everything random
+    device: torch.device  # runs PyTorch
+    folder: Path | None  # holds the checkpoints; None: there are none
+    # classes that the gesture network answers, the first ones; 0: all. The others are auxiliary:
+    # learned beside them, so that the embedding keeps more
     answers: int = 0
 
 
@@ -94,17 +85,11 @@ class Task(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """A trained network's history.
+    """A trained network's history."""
 
-    Attributes:
-        epochs: The curve.
-        best: Number of the epoch that was kept.
-        stopped: Why it ended early; "" where it did not.
-    """
-
-    epochs: tuple[Epoch, ...]
-    best: int
-    stopped: str
+    epochs: tuple[Epoch, ...]  # the curve
+    best: int  # number of the epoch that was kept
+    stopped: str  # why it ended early; "" where it did not
 
 
 def fit(task: Task, seed: int, keep: Path | None = None, watch: Watch | None = None) -> Fitted:

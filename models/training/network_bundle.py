@@ -39,29 +39,17 @@ DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
 
 @dataclass(frozen=True, slots=True)
 class NetworkPlan:
-    """A training of CNN-3D, CNN-2D or both.
+    """A training of CNN-3D, CNN-2D or both."""
 
-    Attributes:
-        request: Its options.
-        data: Examples.
-        split: Split of the examples.
-        recipe: Training recipe.
-        touches: Images of touches.
-        gesture: CNN-3D is trained.
-        location: CNN-2D is trained.
-        lender: Bundle of the network that is not trained; None: there is none.
-        answers: Classes that the bundle answers; further ones are auxiliary.
-    """
-
-    request: Request
-    data: Data
-    split: Split
-    recipe: Recipe
-    touches: Touches
-    gesture: bool
-    location: bool
-    lender: Bundle | None
-    answers: int
+    request: Request  # its options
+    data: Data  # examples
+    split: Split  # split of the examples
+    recipe: Recipe  # training recipe
+    touches: Touches  # images of touches
+    gesture: bool  # CNN-3D is trained
+    location: bool  # CNN-2D is trained
+    lender: Bundle | None  # bundle of the network that is not trained; None: there is none
+    answers: int  # classes that the bundle answers; further ones are auxiliary
 
     @property
     def auxiliary(self) -> tuple[str, ...]:

@@ -34,23 +34,14 @@ SPLITS: Final = ("session", "time")
 
 @dataclass(frozen=True, slots=True)
 class UserPlan:
-    """A training of a user network.
+    """A training of a user network."""
 
-    Attributes:
-        request: Its options.
-        data: Examples.
-        names: Enrolled users; the network's outputs 1 and on.
-        labels: Gestures that identify them.
-        gestures: Gestures of all people, strangers among them.
-        held: Gestures that are held out, (events,).
-    """
-
-    request: Request
-    data: Data
-    names: tuple[str, ...]
-    labels: tuple[str, ...]
-    gestures: UserGestures
-    held: NDArray[np.bool_]
+    request: Request  # its options
+    data: Data  # examples
+    names: tuple[str, ...]  # enrolled users; the network's outputs 1 and on
+    labels: tuple[str, ...]  # gestures that identify them
+    gestures: UserGestures  # gestures of all people, strangers among them
+    held: NDArray[np.bool_]  # gestures that are held out, (events,)
 
     @property
     def enrolled(self) -> str:

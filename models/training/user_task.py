@@ -27,25 +27,15 @@ SPARE: Final = 3  # images before a window, for those that are made slower
 
 @dataclass(frozen=True, slots=True)
 class UserGestures:
-    """Gestures, the windows that show them, and the users who made them.
+    """Gestures, the windows that show them, and the users who made them."""
 
-    Attributes:
-        examples: Holds the windows.
-        ends: Last frame of each window, in order, (windows,).
-        event: Gesture that each window shows, from 0, (windows,).
-        label: Class of each gesture, (events,).
-        session: Recording of each gesture, (events,).
-        user: The network's output for the user of each gesture, 0 a stranger, (events,).
-        day: Number of that user's session, (events,).
-    """
-
-    examples: Examples
-    ends: Index
-    event: Index
-    label: Index
-    session: Index
-    user: Index
-    day: Index
+    examples: Examples  # holds the windows
+    ends: Index  # last frame of each window, in order, (windows,)
+    event: Index  # gesture that each window shows, from 0, (windows,)
+    label: Index  # class of each gesture, (events,)
+    session: Index  # recording of each gesture, (events,)
+    user: Index  # the network's output for the user of each gesture, 0 a stranger, (events,)
+    day: Index  # number of that user's session, (events,)
 
     @classmethod
     def of(

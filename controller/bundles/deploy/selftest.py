@@ -31,19 +31,14 @@ EQUAL: Final = 1.1  # steps whose ratio is smaller are equally fast; then the st
 
 @dataclass(frozen=True, slots=True)
 class SelfTestResult:
-    """Measurements of one engine.
-
-    Attributes:
-        step_us: Median control step, from a frame to a gesture, of the fastest block, microseconds.
-        worst_us: 99th percentile of that block, microseconds.
-        problem: Reason that the engine cannot be used; "" if it can.
-        start_ms: Processor time from the start of a program to the end of the golden vectors.
-    """
+    """Measurements of one engine."""
 
     engine: str
+    # median control step, from a frame to a gesture, of the fastest block, microseconds
     step_us: float = 0.0
-    worst_us: float = 0.0
-    problem: str = ""
+    worst_us: float = 0.0  # 99th percentile of that block, microseconds
+    problem: str = ""  # reason that the engine cannot be used; "" if it can
+    # processor time from the start of a program to the end of the golden vectors
     start_ms: float = 0.0
 
 

@@ -30,36 +30,23 @@ _MAX_MESSAGE: Final = 200  # characters of an error in the record
 
 @dataclass(frozen=True, slots=True)
 class StoredBundle:
-    """One bundle in the store.
+    """One bundle in the store."""
 
-    Attributes:
-        name: The first 16 digits of its hash.
-        engine: The fastest inference engine for it on this device.
-        step_us: Median control step with that engine, microseconds.
-        installed: Time of installation, ISO 8601.
-        corrects: Name of the bundle that it is a correction of; None if it is none.
-    """
-
+    # the first 16 digits of its hash
     name: str = field(metadata={"pattern": _NAME, "expected": "16 digits of a hash"})
-    engine: str
-    step_us: float
-    installed: str
-    corrects: str | None = None
+    engine: str  # the fastest inference engine for it on this device
+    step_us: float  # median control step with that engine, microseconds
+    installed: str  # time of installation, ISO 8601
+    corrects: str | None = None  # name of the bundle that it is a correction of; None if it is none
 
 
 @dataclass(frozen=True, slots=True)
 class InstalledRecord:
-    """Content of `installed.toml`.
+    """Content of `installed.toml`."""
 
-    Attributes:
-        current: Name of the bundle in use; "" is the shipped one.
-        previous: Name of the bundle in use before; None if there was none.
-        entries: The bundles in the store, oldest first.
-    """
-
-    current: str
-    previous: str | None = None
-    entries: tuple[StoredBundle, ...] = ()
+    current: str  # name of the bundle in use; "" is the shipped one
+    previous: str | None = None  # name of the bundle in use before; None if there was none
+    entries: tuple[StoredBundle, ...] = ()  # the bundles in the store, oldest first
 
     def __post_init__(self) -> None:
         known = ("", *(entry.name for entry in self.entries))

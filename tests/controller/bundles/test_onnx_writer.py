@@ -36,7 +36,7 @@ def test_the_same_network_makes_the_same_bytes() -> None:
 @settings(deadline=None)
 @given(st.lists(NUMBERS, max_size=6), NUMBERS, st.floats(width=32, allow_nan=False))
 def test_every_number_is_read_as_it_was_written(several: list[int], one: int, real: float) -> None:
-    node = Node("Conv", ("x", "w"), "y", {"pads": tuple(several), "group": one})
+    node = Node("Conv", ("x", "w"), "y", {"pads": tuple(several), "strides": one})
     weights = np.array([[np.clip(real, -3e38, 3e38)]], dtype=np.float32)
     given_ = Graph((node,), {"w": weights}, "x", (1, 1), "y")
     assert same(onnx_reader.read(onnx_writer.write(given_)), given_)
