@@ -52,17 +52,7 @@ def read(
 ) -> Golden:  # fmt: skip
     """Return the golden vectors in a file, of the shapes that the manifest implies.
 
-    Args:
-        data: The file.
-        grid: Window, rows and columns.
-        classes: Outputs of the gesture network.
-        located: Whether there is a location network.
-        users: The users of the bundle.
-        identified: Whether there is a user network.
-        limit_bytes: Limit of all arrays together.
-
-    Raises:
-        GoldenError: The file is damaged, or its arrays have other shapes.
+    `grid` is (window, rows, columns); GoldenError if it is damaged or of other shapes.
     """
     try:
         arrays = npz.unpack(data, limit_bytes)

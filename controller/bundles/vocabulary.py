@@ -141,11 +141,7 @@ def of(labels: Sequence[str]) -> Vocabulary:
 
 
 def read(path: Path) -> Vocabulary:
-    """Return the vocabulary in a file.
-
-    Raises:
-        VocabularyError: The file cannot be read, or is no vocabulary.
-    """
+    """Return the vocabulary in a file; VocabularyError if it cannot be read, or is none."""
     try:
         text = read_text(path, _MAX_BYTES)
     except OSError as error:
@@ -154,15 +150,9 @@ def read(path: Path) -> Vocabulary:
 
 
 def parse(text: str, source: str, folder: Path) -> Vocabulary:
-    """Return the vocabulary in a text.
+    """Return the vocabulary in a TOML text; VocabularyError if it is none.
 
-    Args:
-        text: TOML.
-        source: Name of the file, for errors.
-        folder: Folder of the files that gestures name.
-
-    Raises:
-        VocabularyError: The text is no vocabulary.
+    Errors name the source; gestures name files in the folder.
     """
     try:
         table = config.parse_toml(text, _MAX_BYTES)

@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller import config, files
-from controller.bundles import bundle, mapping_file, users_table
+from controller.bundles import bundle, users_table
 from controller.bundles.bundle import Bundle
 from controller.errors import count
 from controller.recognition.mapping import USERS
@@ -67,7 +67,7 @@ class UserPlan:
         labels = _labels(request.gestures, data, base)
         names, gestures = _gestures(request, data, labels)
         if request.mapping is not None:
-            Users(names).overridden(*mapping_file.read(request.mapping, base.labels))
+            Users(names).overridden(*users_table.read_mapping(request.mapping, base.labels))
         made = cls(
             request, data, names, labels, gestures, _held(data, gestures, names, request.split)
         )

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from controller import keymap
-from controller.bundles import mapping_file
+from controller.bundles import users_table
 from controller.errors import UserError
 from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
@@ -82,7 +82,7 @@ def one(data: bytes) -> None:
     _FILE.write_bytes(content)
     try:
         if kind == len(KINDS):
-            table, people = mapping_file.read(_FILE, LABELS)
+            table, people = users_table.read_mapping(_FILE, LABELS)
             TWO.overridden(table, people)
             for own in (table, *people.values()):
                 for label in LABELS:

@@ -71,11 +71,7 @@ def install(
 
 
 def check_fits(new: Bundle, in_use: Bundle) -> None:
-    """Refuse a bundle for another sensor.
-
-    Raises:
-        BundleError: Grid, pitch or rate differ from those of the bundle in use.
-    """
+    """Raise BundleError if grid, pitch or rate differ from those of the bundle in use."""
     current = (in_use.rows, in_use.columns, in_use.rate_hz)
     pitch = new.pitch_mm != in_use.pitch_mm
     if pitch or (new.rows, new.columns, new.rate_hz) != current:
@@ -87,11 +83,7 @@ def check_fits(new: Bundle, in_use: Bundle) -> None:
 
 
 def check_packets(new: Bundle) -> None:
-    """Refuse a bundle whose labels and commands the link cannot carry.
-
-    Raises:
-        BundleError: They do not fit in a packet whose other fields have their greatest length.
-    """
+    """Raise BundleError if labels and commands do not fit in a packet of the link."""
     name, labels, grid = "-" * messages.MAX_TEXT, new.labels, (new.rows, new.columns)
     commands = new.users.commands(new.mapping)
     welcome = messages.Welcome(
@@ -108,4 +100,4 @@ def check_packets(new: Bundle) -> None:
 
 def _timing(result: selftest.SelfTestResult) -> str:
     worst = f"{result.worst_us:.0f} µs at most in 99 of 100"
-    return f"{result.step_us:6.0f} µs a step, {worst}; {result.start_ms:.0f} ms to start"
+    return f"{result.step_us:6.0f} µs a step, {worst}"

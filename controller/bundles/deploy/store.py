@@ -10,7 +10,7 @@ old bundle or the new one.
 
 import contextlib
 import re
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -66,11 +66,7 @@ class BundleStore:
         self.folder = folder or home()
 
     def record(self) -> InstalledRecord:
-        """Return the record of what is installed.
-
-        Raises:
-            BundleError: The record is damaged.
-        """
+        """Return the record of what is installed; BundleError if it is damaged."""
         path = self.folder / RECORD
         try:
             return _parse(config.parse_toml(files.read_text(path, config.MAX_BYTES)))
@@ -115,24 +111,14 @@ class BundleStore:
         return after
 
     def rollback(self) -> InstalledRecord:
-        """Take the previous bundle into use; a second call returns to the newer one.
-
-        Raises:
-            BundleError: There is none, or it or the record is damaged.
-            OSError: The record cannot be written; nothing has changed.
-        """
+        """Take the previous bundle into use, or the newer again; BundleError if there is none."""
         record = self.record()
         if record.previous is None:
             raise BundleError("nothing was installed before this bundle, so there is no way back")
         return self._use(record, record.previous)
 
     def take_back(self) -> InstalledRecord:
-        """Take the bundle into use of which the current one is a correction.
-
-        Raises:
-            BundleError: It is no correction, or the older bundle or the record is damaged.
-            OSError: The record cannot be written; nothing has changed.
-        """
+        """Take the corrected bundle into use again; BundleError if this is no correction."""
         record = self.record()
         entry = record.entry(record.current)
         if entry is None or entry.corrects is None:
@@ -214,22 +200,12 @@ def _without_none(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _parse(table: dict[str, Any]) -> InstalledRecord:
-    """Return the record in a table; keys of newer versions are left out.
-
-    Raises:
-        ValueError: The table is no record.
-    """
-    listed = table.get("bundles", {})
+    """Return the record in a table; ValueError if it is none."""
+    listed = table.pop("bundles", {})
     if not isinstance(listed, dict) or not all(isinstance(one, dict) for one in listed.values()):
         raise ValueError("bundles is no table of tables")
     entries = tuple(
-        config.settings(StoredBundle, _known(StoredBundle, {**values, "name": name}), name)
+        config.settings(StoredBundle, {**values, "name": name}, name)
         for name, values in listed.items()
     )
-    return config.settings(InstalledRecord, _known(InstalledRecord, {**table, "entries": entries}))
-
-
-def _known(kind: Any, table: dict[str, Any]) -> dict[str, Any]:
-    """Return the entries of a table for which a dataclass has a field."""
-    names = {field.name for field in fields(kind)}
-    return {key: value for key, value in table.items() if key in names}
+    return config.settings(InstalledRecord, {**table, "entries": entries})

@@ -27,11 +27,7 @@ def version() -> str:
 
 
 def network(model: bytes, graph: Graph) -> Network:
-    """Return a network as a function from a batch, (n, ...), to a batch, (n, ...).
-
-    Raises:
-        GraphError: Its operators do not fit together.
-    """
+    """Return a network, (n, ...) to (n, ...); GraphError if its operators do not fit together."""
     shapes = sizes(graph).shapes
     steps = [(_OPERATORS[node.op](node, graph, shapes), node) for node in graph.nodes]
 

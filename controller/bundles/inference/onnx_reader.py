@@ -75,11 +75,7 @@ class Graph:
 
 
 def read(data: bytes) -> Graph:
-    """Return the network in an ONNX file.
-
-    Raises:
-        GraphError: It is damaged, or holds anything that a plain network does not need.
-    """
+    """Return the network in an ONNX file; GraphError if it is no plain network."""
     model = _read(data, _MODEL)
     _check_version("has the IR version", model.number(1), IR_VERSIONS)
     imports = model.messages(8, _OPSET)

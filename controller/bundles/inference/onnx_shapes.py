@@ -28,11 +28,7 @@ class Sizes:
 
 
 def sizes(graph: Graph) -> Sizes:
-    """Return the shapes of a graph and their cost.
-
-    Raises:
-        GraphError: The operators do not fit together, or exceed a limit.
-    """
+    """Return the cost of a graph; GraphError if operators do not fit or exceed a limit."""
     shapes = {name: array.shape for name, array in graph.weights.items()}
     shapes[graph.input] = graph.shape
     elements, macs = math.prod(graph.shape), 0

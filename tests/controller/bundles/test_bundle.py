@@ -16,7 +16,7 @@ from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
 from controller.bundles.inference.engines import Network
-from controller.bundles.inference.networks import A_FEW, Recognizer
+from controller.bundles.inference.networks import Recognizer
 from controller.recognition.touch_position import PositionSpread
 
 SHIPPED = bundle.default_path()
@@ -224,26 +224,6 @@ def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:
     finally:
         tracemalloc.stop()
     assert peak < 8 * SHIPPED.stat().st_size
-
-
-def test_a_bundle_that_was_proved_before_is_asked_some_of_its_questions() -> None:
-    shipped = bundle.read(SHIPPED)
-
-    def wrong(first: int, last: int) -> bundle.Bundle:
-        """A bundle some of whose golden answers are not what its network says."""
-        answers = shipped.golden.probabilities.copy()
-        answers[first:last] += np.float32(2e-4)
-        golden = dataclasses.replace(shipped.golden, probabilities=answers)
-        return dataclasses.replace(shipped, golden=golden)
-
-    many = len(shipped.golden.windows)
-    assert many >= 2 * A_FEW
-    for damaged in (wrong(0, 1), wrong(many // 2, many), wrong(0, many)):
-        with pytest.raises(BundleError, match="gesture network answers differently"):
-            Recognizer(damaged, proved=True)
-    Recognizer(wrong(1, 2), proved=True)
-    with pytest.raises(BundleError, match="gesture network answers differently"):
-        Recognizer(wrong(1, 2))
 
 
 def test_a_model_that_is_none_is_refused() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from controller import npz
-from controller.bundles import archive, bundle, users_table
+from controller.bundles import bundle, users_table
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy import selftest
 from controller.bundles.inference.networks import Recognizer
@@ -159,4 +159,4 @@ def test_parts_in_another_order_are_refused(path: Path) -> None:
     last = list(parts)
     last[-2], last[-3] = last[-3], last[-2]
     with pytest.raises(BundleError, match="damaged"):
-        bundle.parse(archive.pack({name: parts[name] for name in last}))
+        bundle.parse(bundle.pack({name: parts[name] for name in last}))
