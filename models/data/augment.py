@@ -112,15 +112,7 @@ def vary_images(
     symmetry: Symmetry,
     generator: torch.Generator,
 ) -> tuple[Tensor, Tensor]:
-    """Return varied z images (batch, rows, columns) and their touches (batch, 2), grid units.
-
-    Args:
-        how: Amounts of augmentation.
-        images: z.
-        touches: Their positions, grid units, (batch, 2).
-        symmetry: Of the one class that they are of.
-        generator: Draws.
-    """
+    """Return varied z images (batch, rows, columns) of one class and touches (batch, 2)."""
     columns, rows = images.shape[-1], images.shape[-2]
     images = images.unsqueeze(1)
     if how.symmetric:
@@ -138,14 +130,7 @@ def vary_images(
 def vary_user_windows(
     how: UserAugmentation, windows: Tensor, images: int, generator: torch.Generator
 ) -> Tensor:
-    """Return varied z windows (batch, images, rows, columns), of one user on another day.
-
-    Args:
-        how: Amounts of augmentation.
-        windows: z, (batch, images or more, rows, columns).
-        images: In a window.
-        generator: Draws.
-    """
+    """Return varied z windows (batch, images, rows, columns), of one user on another day."""
     signal = _played(how, windows - 1.0, images, generator)
     if how.turned or how.moved or how.wider:
         signal = _placed(how, signal, generator)
@@ -175,10 +160,7 @@ def _symmetries(
 
 
 def _disturb(how: Augmentation, windows: Tensor, generator: torch.Generator) -> Tensor:
-    """Vary strength, rest and noise, and kill taxels, each example on its own.
-
-    Takes and returns z windows (batch, window, rows, columns).
-    """
+    """Vary strength, rest and noise of z windows (batch, window, rows, columns); kill taxels."""
     batch, _, rows, columns = windows.shape
     device = windows.device
 

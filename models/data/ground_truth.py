@@ -37,13 +37,7 @@ class GroundTruth:
     def of(
         cls, recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
     ) -> "GroundTruth":
-        """Return the ground truth of a recording.
-
-        Args:
-            recording: With truth, or with labels of people, which are moved to the touches.
-            labels: The bundle's, "null" first.
-            name: Of the recording.
-            choice: Source of the labels; "auto": the truth, else button, keys, cues.
+        """Return the ground truth of a recording by a bundle's labels.
 
         Raises:
             ValueError: There are no labels, or one is of a gesture that the bundle lacks.
@@ -67,11 +61,7 @@ class GroundTruth:
 def classes_of(
     recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
 ) -> NDArray[np.int64]:
-    """Return the class of each frame by a bundle's labels, -1 unknown, (n,).
-
-    Raises:
-        ValueError: There are no labels, or one is of a gesture that the bundle does not have.
-    """
+    """Return the class of each frame by a bundle's labels, -1 unknown, (n,); or ValueError."""
     own, column = recording.origin.labels, labels_of(recording, choice)
     odd = [i for i in np.unique(column[column != UNKNOWN]).tolist() if own[i] not in labels]
     if odd:
@@ -83,11 +73,7 @@ def classes_of(
 
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
-    """Return the label of each frame, -1 unknown, (n,); people's are moved to the touches.
-
-    Raises:
-        ValueError: There are no labels.
-    """
+    """Return the label of each frame, -1 unknown, (n,), people's moved to the touches."""
     listed: tuple[Labels, ...] = tuple(COLUMNS) if choice == "auto" else (choice,)
     for least in (1, 0):  # labels with a gesture, else labels of null alone
         if named := labellers(recording, listed, least):
@@ -123,12 +109,7 @@ def true_places(
 ) -> NDArray[np.float32]:
     """Return the places of located gestures, grid units, NaN elsewhere, (n, 2).
 
-    They are the simulation's, else those that cues asked for.
-
-    Args:
-        recording: Of n frames.
-        label: Class of each frame, by the vocabulary, (n,).
-        vocabulary: Names the gestures that are located.
+    They are the simulation's, else those that cues asked for; classes (n,) by the vocabulary.
     """
     located = [vocabulary.labels.index(name) for name in vocabulary.located]
     if recording.truth is not None:

@@ -75,18 +75,9 @@ def read(
     window: int = 0,
     every: bool = False,
 ) -> Data:
-    """Read data sets, and make examples of them.
+    """Read data sets, and make examples of them; ValueError if there is nothing to learn from.
 
-    Args:
-        paths: Folders and files.
-        recipe: Training recipe.
-        choice: Source of the labels.
-        say: Takes lines of progress.
-        window: Images in a window; 0: those of a second.
-        every: Recordings that fail the check are taken too.
-
-    Raises:
-        ValueError: There is nothing to learn from; one sentence.
+    A window of 0 images is that of a second; `every` takes recordings that fail the check.
     """
     recordings = read_training(paths)
     origin = recordings.surveys[0].origin
@@ -155,11 +146,7 @@ class _Reader:
         return "; ".join([error, *self.notes[:SAID], *rest])
 
     def _source(self, survey: Survey, recording: Recording) -> Source:
-        """Return a recording as training uses it, and note the facts on it.
-
-        Raises:
-            _LeftOutError: It is left out.
-        """
+        """Return a recording as training uses it, and note the facts on it; or _LeftOutError."""
         report = check.examine(survey.path, recording)
         labeller = self._labeller(recording)
         if why := _failed(report, recording):
@@ -191,11 +178,7 @@ class _Reader:
         return source
 
     def _labeller(self, recording: Recording) -> Labels:
-        """Return the source of the labels.
-
-        Raises:
-            _LeftOutError: None of them names a gesture.
-        """
+        """Return the source of the labels; _LeftOutError if none of them names a gesture."""
         listed: tuple[Labels, ...] = ("button", "key", "cue", "true")
         if self.choice != "auto":
             listed = (self.choice,)
@@ -209,11 +192,7 @@ class _Reader:
         raise _LeftOutError(f"no {kind}label names a gesture{other}")
 
     def _labels(self, recording: Recording, labeller: Labels) -> tuple[Column, Lateness | None]:
-        """Return the labels to learn, (frames,), and the lateness of those that people gave.
-
-        Raises:
-            _LeftOutError: Nothing is left of the labels after their repair.
-        """
+        """Return the labels to learn, (frames,), and the lateness of those that people gave."""
         labels = column(recording, labeller)
         if labeller == "true":
             return labels, None
@@ -229,12 +208,7 @@ class _Reader:
 
 
 def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
-    """Return a hash of all data of a training: recordings and their vocabulary.
-
-    Args:
-        digest: SHA-256 over the recordings.
-        vocabulary: Their gestures; where the files of gestures lie does not count.
-    """
+    """Return a hash of all data of a training: the recordings' SHA-256, and their gestures."""
     entries = [replace(entry, file=None) for entry in vocabulary.entries]
     return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
 

@@ -5,7 +5,7 @@ of the test set has its twin in the training set, and the score is that of memor
 no split (docs/paper.md); `random_windows` measures what that is worth, and nothing else uses it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from models.data.load import Data
 Index = NDArray[np.int64]  # (n,)
 Mask = NDArray[np.bool_]  # (n,)
 
-SPLITS: Final = ("session", "user", "time", "site")
+SPLITS: Final = ("session", "user", "time")
 RANDOM: Final = ("windows", "random")  # refused, with the reason
 SHARE: Final = 1 / 6  # of sessions, users or sites, held out
 MOST: Final = 16  # sessions held out
@@ -61,24 +61,15 @@ class Split:
     words: str  # the rule, a sentence
     held: Mask  # recordings held out as a whole, (recordings,)
     windows: Parts  # positions in `ends`
-    # touches are held out by the taxel that is nearest, not with their recordings
-    sites: bool = False
 
 
 # --- folds of windows -----------------------------------------------------------------------------
 
 
 def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 0) -> list[Fold]:
-    """Test on whole groups, sessions or users, each once.
+    """Test on whole groups of frames (frames,), sessions or users, each once; ValueError if one.
 
-    Args:
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Session or user of each frame, (frames,).
-        folds: Number of folds; 0: one for each group.
-
-    Raises:
-        ValueError: There are fewer than two groups.
+    Windows are given by their last frames; folds 0: one for each group.
     """
     of = group[ends]
     names = np.unique(of)
@@ -93,14 +84,9 @@ def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 
 def by_time(
     ends: Index, window: int, session: NDArray[np.integer], blocks: int = 5, gap: int = 0
 ) -> list[Fold]:
-    """Cut every session into blocks of equal length, and test on each block once.
+    """Cut every session of frames (frames,) into equal blocks, and test on each block once.
 
-    Args:
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        session: Session of each frame, (frames,).
-        blocks: Of a session; 2 or more.
-        gap: Frames between the last one trained on and the first one tested on.
+    Windows are given by their last frames; `gap` frames lie between training and test.
     """
     if blocks < 2:
         raise ValueError(f"{blocks} block is no split; cut sessions into 2 or more")
@@ -125,12 +111,7 @@ def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
 
 
 def require(name: str) -> str:
-    """Return the name of a split.
-
-    Raises:
-        LeakError: It would leak.
-        ValueError: There is no such split.
-    """
+    """Return the name of a split; LeakError if it would leak, ValueError if there is none."""
     if name in RANDOM:
         raise LeakError(
             "windows at random share frames between training and test, and the score would be "
@@ -142,11 +123,7 @@ def require(name: str) -> str:
 
 
 def check(fold: Fold, ends: Index, window: int) -> None:
-    """Refuse a fold of windows by their last frames, (windows,), that leaks.
-
-    Raises:
-        LeakError: A frame is in a training window and in a test window.
-    """
+    """Raise LeakError if a frame is in a training window and in a test window of a fold."""
     size = int(ends.max(initial=0)) + 1
     both = covered(ends[fold.train], window, size) & covered(ends[fold.test], window, size)
     if both.any():
@@ -160,20 +137,12 @@ def check(fold: Fold, ends: Index, window: int) -> None:
 
 
 def split_windows(data: Data, by: str, seed: int) -> Split:
-    """Hold sessions, users or the ends of sessions out.
-
-    Args:
-        data: Examples.
-        by: "session", "user" or "time"; "" is sessions if there are enough, else time. "site" is
-            the same for gestures, and holds out touches by their place.
-        seed: Of the windows at random.
+    """Hold sessions, users or the ends of sessions out; "": sessions if there are enough.
 
     Raises:
         LeakError: It would leak.
         ValueError: There is no such split, or too little to split.
     """
-    if by == "site":
-        return replace(split_windows(data, "", seed), sites=True)
     examples = data.examples
     present = np.unique(examples.session)  # recordings that have a window
     many = len(np.unique(data.session[present])) >= FEW
@@ -217,11 +186,7 @@ class HoldOut:
     enrolled: bool = False
 
     def held(self, user: Index, session: Index) -> Mask:
-        """Return which recordings are held out, (recordings,).
-
-        Args:
-            user: User of each recording, (recordings,).
-            session: Session of each recording, rising in the order of recording, (recordings,).
+        """Return which recordings are held out, (recordings,), by user and rising session of each.
 
         Raises:
             ValueError: There are too few groups, or a user has too few sessions.
@@ -253,16 +218,8 @@ class HoldOut:
 def learned(user: Index, session: Index, held: Mask, users: int, sessions: int, seed: int) -> Mask:
     """Return which recordings are learned from, (recordings,): first sessions of drawn users.
 
-    Args:
-        user: User of each recording, (recordings,).
-        session: Session of each recording, rising in the order of recording, (recordings,).
-        held: Recordings held out, (recordings,).
-        users: Number of users; 0: all. Fewer users are a subset of more.
-        sessions: Number of sessions of each; 0: all.
-        seed: Draws the users.
-
-    Raises:
-        ValueError: There are fewer.
+    User and rising session are of each recording; 0 users or sessions: all. Fewer users are a
+    subset of more. ValueError if there are fewer.
     """
     left = np.unique(user[~held])
     advice = "beside the held-out ones; record more, or learn from fewer"

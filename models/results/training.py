@@ -89,7 +89,6 @@ class ClassRow:
         recall: Share of its windows that are recognised, in sessions held out.
         precision: Share of the windows so named that are it, in sessions held out.
         event_recall: Share of its events recognised, in sessions held out; NaN for null.
-        curve: (examples, errors): share of its events that are not recognised after so many.
         more: Further examples worth recording; 0: enough.
         advice: The same in words.
     """
@@ -100,7 +99,6 @@ class ClassRow:
     recall: float
     precision: float
     event_recall: float = math.nan
-    curve: tuple[tuple[float, float], ...] = ()
     more: int = 0
     advice: str = ""
 

@@ -26,7 +26,7 @@ from models.results.training import SessionRow
 from models.results.users import Enrolled, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
-from models.training.request import Request, Say
+from models.training.train import Request, Say
 from models.training.user_task import UserGestures
 
 SPLITS: Final = ("session", "time")
@@ -50,17 +50,7 @@ class UserPlan:
 
     @classmethod
     def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "UserPlan":
-        """Check a training, and announce it.
-
-        Args:
-            request: Its options.
-            data: Examples.
-            base: The bundle that users are added to.
-            say: Takes lines of progress.
-
-        Raises:
-            ValueError: It cannot be done; one sentence.
-        """
+        """Check a training, and announce it; ValueError, one sentence, if it cannot be done."""
         for note in data.notes:
             say(note)
         _check_windows(base, data)
@@ -109,17 +99,7 @@ class UserPlan:
 
 
 def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
-    """Write the base bundle with its users; mappings and networks that it has for them stay.
-
-    Args:
-        request: Names the bundles, and a mapping file whose [users.NAME] are kept.
-        net: The user network.
-        known: The users.
-        entry: The card's entry on them.
-
-    Raises:
-        ValueError: It would be refused when it is read.
-    """
+    """Write the base bundle with its users; mappings and networks that it has for them stay."""
     data = files.read_bytes(request.base or bundle.default_path(), bundle.MAX_BYTES)
     base, parts = bundle.parse(data), bundle.unpack(data)
     table, content = bundle.manifest(parts[bundle.MANIFEST]), bundle.content(parts)
@@ -149,11 +129,7 @@ def write_users(request: Request, net: Network, known: Users, entry: str) -> Non
 
 
 def _check_windows(base: Bundle, data: Data) -> None:
-    """Refuse recordings whose windows are not the bundle's.
-
-    Raises:
-        ValueError: They are not.
-    """
+    """Raise ValueError if the recordings' windows are not the bundle's."""
     shape = data.examples.images.shape[1:]
     if shape != (base.rows, base.columns) or data.settings != base.preprocess:
         raise ValueError(
@@ -165,11 +141,7 @@ def _check_windows(base: Bundle, data: Data) -> None:
 
 
 def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
-    """Return the gestures that identify users.
-
-    Raises:
-        ValueError: One was not recorded, or the bundle would never answer it.
-    """
+    """Return the gestures that identify users; ValueError if one is not known."""
     known = data.vocabulary.labels[1:]
     for label in wanted:
         if label not in known:
@@ -188,11 +160,7 @@ def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
 def _gestures(
     request: Request, data: Data, labels: Sequence[str]
 ) -> tuple[tuple[str, ...], UserGestures]:
-    """Return the enrolled users' names, and all people's gestures.
-
-    Raises:
-        ValueError: A user has no name, shares recordings with another, or is alone.
-    """
+    """Return the enrolled users' names, and all people's gestures; ValueError if they are mixed."""
     strange = np.array([_within(row, request.others) for row in data.rows])
     for folder in request.others:
         if not any(_within(row, (folder,)) for row in data.rows):
@@ -230,11 +198,7 @@ def _within(row: SessionRow, folders: Sequence[Path]) -> bool:
 def _held(
     data: Data, gestures: UserGestures, names: Sequence[str], split: str
 ) -> NDArray[np.bool_]:
-    """Return which gestures are held out, (events,): each user's last session, half the strangers.
-
-    Raises:
-        ValueError: A user has one session only, or there is no such split.
-    """
+    """Return which gestures are held out, (events,): users' last sessions, half the strangers."""
     if (split or "session") not in SPLITS:
         splits.require(split)  # windows at random are refused with the reason
         raise ValueError(f"people are split by {' or '.join(SPLITS)}, not by {split}")
@@ -257,13 +221,7 @@ def _held(
 
 
 def _scored(plan: UserPlan, net: Network, random: float) -> UserResult:
-    """Return the scores of a network on the gestures held out.
-
-    Args:
-        plan: The gestures.
-        net: Learned nothing from those.
-        random: Its score on windows at random.
-    """
+    """Return the scores of a network on the gestures held out; `random` is by windows at random."""
     names, gestures, request = plan.names, plan.gestures, plan.request
     away = gestures.some(plan.held)
     found = user_task.gesture_evidence(net, away)

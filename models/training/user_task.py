@@ -45,14 +45,7 @@ class UserGestures:
         user: Sequence[int] | Index = (),
         day: Sequence[int] | Index = (),
     ) -> "UserGestures":
-        """Return the gestures of some classes.
-
-        Args:
-            examples: Holds the windows.
-            labels: The classes.
-            user: Output for the user of each recording, (recordings,); (): strangers.
-            day: Session number of each recording, (recordings,); (): 0.
-        """
+        """Return the gestures of some classes; user and day of each recording are (recordings,)."""
         ends = examples.ends
         label = examples.label[ends]
         session = examples.session[ends].astype(np.int64)
@@ -110,16 +103,7 @@ class UserTask(Task):
         augmentation: UserAugmentation = VARIED_USER,
         random: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Join them.
-
-        Args:
-            taught: Gestures to learn from.
-            outputs: Users, and one for strangers.
-            recipe: Training recipe.
-            augmentation: Augmentation of the examples.
-            random: Windows that are judged by the paper's protocol, and not learned from,
-                (windows,).
-        """
+        """Learn from gestures; a mask (windows,) are judged at random, and not learned from."""
         examples = taught.examples
         out = np.zeros(len(taught.ends), dtype=np.bool_) if random is None else random
         shape = (examples.window, *examples.images.shape[1:])
@@ -161,20 +145,9 @@ def train_users(
     name: str = "",
     folder: Path | None = None,
 ) -> tuple[Network, float]:
-    """Train a user network.
+    """Return a user network as the device runs it, and its score on windows at random, (windows,).
 
-    Args:
-        taught: Gestures to learn from.
-        outputs: Users, and one for strangers.
-        seed: Of everything random.
-        recipe: Training recipe.
-        augmentation: Augmentation of the examples.
-        random: Windows that are judged by the paper's protocol, (windows,); None: none are.
-        name: Shown with the progress; "": nothing is shown.
-        folder: Holds the checkpoint; None: there is none.
-
-    Returns:
-        The network as the device runs it, and its score on windows at random.
+    With a name the progress is shown; with a folder there is a checkpoint.
     """
     torch.manual_seed(seed)
     task = UserTask(taught, outputs, recipe, augmentation, random)

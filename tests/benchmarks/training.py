@@ -86,14 +86,12 @@ def ours(train: Examples, fresh: Examples, course: NetworkRecipe, seed: int) -> 
     begun, judging = time.process_time(), 0.0
     task = GestureTask(train, parts, len(labels.labels), symmetry, course, device)
 
-    def watch(epochs: list[Epoch], share: float) -> None:
+    def watch(epoch: Epoch) -> None:
         nonlocal judging
-        if share or len(epochs) == len(runs):
-            return
         spent = time.process_time() - begun - judging
         accuracy = judge(task.net, fresh)
         judging = time.process_time() - begun - spent
-        runs.append(Run(len(epochs), spent, accuracy))
+        runs.append(Run(epoch.number, spent, accuracy))
 
     fit(task, seed, None, watch)
     return runs

@@ -10,7 +10,7 @@ from controller.recordings import writer
 from controller.recordings.quality.response import respond
 from controller.simulator.faults import KINDS, Fault
 from models.__main__ import main
-from models.data import faults
+from models.data import test_sessions as faults
 from tests.support.recordings import broken, of, played
 
 
