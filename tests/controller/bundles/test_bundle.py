@@ -182,38 +182,27 @@ def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
     manifest, parts = parts_of()
     buffer = io.BytesIO()
     np.savez(buffer, windows=np.array([Trap()], dtype=object))
-    with pytest.raises(BundleError, match="pickled objects"):
-        bundle.write(
-            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": buffer.getvalue()}
-        )
-    with pytest.raises(BundleError, match="not a whole"):
-        bundle.write(
-            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": pickle.dumps({})}
-        )
-
-
-def test_golden_vectors_of_another_shape_are_refused(tmp_path: Path) -> None:
-    manifest, parts = parts_of()
-    arrays = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
-    arrays["touches"] = arrays["touches"][:-1]
-    with pytest.raises(BundleError, match="different numbers of golden"):
-        bundle.write(
-            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": npz.pack(arrays)}
-        )
+    fewer = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    fewer["touches"] = fewer["touches"][:-1]
+    for golden, complaint in (
+        (buffer.getvalue(), "pickled objects"),
+        (pickle.dumps({}), "not a whole"),
+        (npz.pack(fewer), "different numbers of golden"),
+    ):
+        with pytest.raises(BundleError, match=complaint):
+            changed = {**parts, "golden.npz": golden}
+            bundle.write(tmp_path / "x.orb", manifest=manifest, parts=changed)
 
 
 def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -> None:
     shipped = bundle.read(SHIPPED)
-    golden = dataclasses.replace(
-        shipped.golden, probabilities=shipped.golden.probabilities + np.float32(2e-4)
-    )
-    with pytest.raises(BundleError, match="gesture network answers differently"):
-        Recognizer(dataclasses.replace(shipped, golden=golden))
-    golden = dataclasses.replace(
-        shipped.golden, touches=shipped.golden.touches * np.float32(np.nan)
-    )
-    with pytest.raises(BundleError, match="location network answers differently"):
-        Recognizer(dataclasses.replace(shipped, golden=golden))
+    golden = shipped.golden
+    far = {"probabilities": golden.probabilities + np.float32(2e-4)}
+    none = {"touches": golden.touches * np.float32(np.nan)}
+    for network, changes in (("gesture", far), ("location", none)):
+        other = dataclasses.replace(shipped, golden=dataclasses.replace(golden, **changes))
+        with pytest.raises(BundleError, match=f"{network} network answers differently"):
+            Recognizer(other)
 
 
 def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:

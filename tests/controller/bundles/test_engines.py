@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from controller.bundles import bundle
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes, onnx_writer
-from controller.bundles.inference.engines import EngineError, Network
+from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
 
@@ -72,8 +72,3 @@ def test_an_answer_is_the_askers_own_and_does_not_change_later() -> None:
     copy = kept.copy()
     network(second)
     assert np.array_equal(kept, copy)
-
-
-def test_an_unknown_engine_is_named_with_those_that_exist() -> None:
-    with pytest.raises(EngineError, match="no engine is named 'abacus'; there are onnxruntime"):
-        opened("abacus")
