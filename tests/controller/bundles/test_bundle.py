@@ -189,8 +189,8 @@ def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
         (pickle.dumps({}), "not a whole"),
         (npz.pack(fewer), "different numbers of golden"),
     ):
+        changed = {**parts, "golden.npz": golden}
         with pytest.raises(BundleError, match=complaint):
-            changed = {**parts, "golden.npz": golden}
             bundle.write(tmp_path / "x.orb", manifest=manifest, parts=changed)
 
 

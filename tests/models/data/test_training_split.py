@@ -101,11 +101,6 @@ def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.D
     assert not len(touch_images.find(nowhere, averaged=False, seed=0).images)
 
 
-def test_a_split_that_leaks_is_refused_by_name(data: load.Data) -> None:
-    with pytest.raises(splits.LeakError, match="would be that of memory"):
-        splits.split_windows(data, "windows", seed=0)
-
-
 # --- what is left out --------------------------------------------------------------------------
 
 

@@ -252,12 +252,6 @@ def test_what_cannot_be_done_is_one_sentence(
     assert not list(tmp_path.glob("my.*"))
 
 
-def test_a_missing_folder_is_one_sentence(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert "is no directory" in refused(capsys, *asked(tmp_path / "absent" / "x.orb", data))
-
-
 def test_nothing_that_shares_frames_is_on_both_sides(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
