@@ -7,6 +7,7 @@ import re
 import tracemalloc
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -197,8 +198,8 @@ def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
 def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -> None:
     shipped = bundle.read(SHIPPED)
     golden = shipped.golden
-    far = {"probabilities": golden.probabilities + np.float32(2e-4)}
-    none = {"touches": golden.touches * np.float32(np.nan)}
+    far: dict[str, Any] = {"probabilities": golden.probabilities + np.float32(2e-4)}
+    none: dict[str, Any] = {"touches": golden.touches * np.float32(np.nan)}
     for network, changes in (("gesture", far), ("location", none)):
         other = dataclasses.replace(shipped, golden=dataclasses.replace(golden, **changes))
         with pytest.raises(BundleError, match=f"{network} network answers differently"):

@@ -64,7 +64,7 @@ def test_networks_that_answer_differently_or_are_of_another_shape_are_refused(pa
         ({"user_onnx": read.gesture_onnx}, r"user network makes \(5,\) of \(10, 5, 5\)"),
         ({"heads": {"ann": read.user_onnx}}, r"gesture-ann network makes \(3,\)"),
     ):
-        changed = dataclasses.replace(read, **changes)  # type: ignore[arg-type]
+        changed = dataclasses.replace(read, **changes)
         with pytest.raises(BundleError, match=complaint):
             Recognizer(changed)
 
