@@ -110,18 +110,6 @@ class Vocabulary:
         """Commands of the gestures."""
         return mapping.parse(self.table, self.labels)
 
-    def rotations(self, rows: int, columns: int) -> str:
-        """Return the rotations valid for every gesture and the grid: "all", "half" or "none"."""
-        kinds = ["all" if rows == columns else "half", *(e.rotations for e in self.entries)]
-        return next(kind for kind in ROTATIONS if kind in kinds)
-
-    @property
-    def mirrors(self) -> dict[str, str] | None:
-        """Label -> label of its mirror image, where it differs; None if any gesture has none."""
-        if any(entry.mirror == NO_MIRROR for entry in self.entries):
-            return None
-        return {e.label: e.mirror for e in self.entries if e.mirror not in (SELF, e.label)}
-
 
 def shipped() -> Vocabulary:
     """Return the paper's gestures."""

@@ -61,23 +61,19 @@ class Symmetry:
 
     def sentences(self, labels: Sequence[str]) -> list[str]:
         """Return the transformations, a sentence for each kind."""
-        lines = []
-        for words, turns in (
-            ("turned by quarters", QUARTERS["all"]),
-            ("turned by halves", QUARTERS["half"]),
-            ("never turned", QUARTERS["none"]),
-        ):
-            if names := [labels[i] for i, own in enumerate(self.turns) if own == turns]:
-                lines.append(f"{words}: {', '.join(names)}")
         same = [labels[i] for i, image in enumerate(self.mirror) if image == i]
         other = [f"{labels[i]} into {labels[j]}" for i, j in enumerate(self.mirror) if 0 <= j != i]
-        never = [labels[i] for i, image in enumerate(self.mirror) if image < 0]
-        for words, names in (("mirrored", same + other), ("never mirrored", never)):
-            if names:
-                lines.append(f"{words}: {', '.join(names)}")
-        if moved := [label for label, may in zip(labels, self.shifts, strict=False) if may]:
-            lines.append(f"shifted: {', '.join(moved)}")
-        return lines
+        words = {"quarters": "all", "halves": "half"}
+        kinds = {
+            f"turned by {word}": [
+                label for label, own in zip(labels, self.turns, strict=True)
+                if own == QUARTERS[kind]
+            ]
+            for word, kind in words.items()
+        }  # fmt: skip
+        kinds["mirrored"] = same + other
+        kinds["shifted"] = [label for label, may in zip(labels, self.shifts, strict=False) if may]
+        return [f"{kind}: {', '.join(names)}" for kind, names in kinds.items() if names]
 
 
 PLAIN: Final = Symmetry(((0,),), (-1,))

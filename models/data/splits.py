@@ -81,26 +81,14 @@ def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 
     ]
 
 
-def by_time(
-    ends: Index, window: int, session: NDArray[np.integer], blocks: int = 5, gap: int = 0
-) -> list[Fold]:
-    """Cut every session of frames (frames,) into equal blocks, and test on each block once.
-
-    Windows are given by their last frames; `gap` frames lie between training and test.
-    """
-    if blocks < 2:
-        raise ValueError(f"{blocks} block is no split; cut sessions into 2 or more")
-    block = np.empty(len(session), dtype=np.int64)
+def last_blocks(ends: Index, window: int, session: NDArray[np.integer]) -> Fold:
+    """Test on the last of `BLOCKS` blocks of each session (frames,), a window after training."""
+    last = np.zeros(len(session), dtype=np.bool_)
     for name in np.unique(session):
         frames = np.flatnonzero(session == name)
-        block[frames] = np.arange(len(frames)) * blocks // len(frames)
-    made = []
-    for tested in range(blocks):
-        inside = block == tested
-        train = ~_windows_near(inside, ends, window, gap)
-        test = ~_windows_near(~inside, ends, window)
-        made.append(_fold(f"block {tested + 1}", ends, window, train, test))
-    return made
+        last[frames[-(len(frames) // BLOCKS) :]] = len(frames) >= BLOCKS
+    train = ~_windows_near(last, ends, window, gap=window)
+    return _fold("time", ends, window, train, ~_windows_near(~last, ends, window))
 
 
 def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
@@ -149,8 +137,7 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
     chosen = require(by) if by else "session" if many else "time"
     held = np.zeros(len(data.rows), dtype=np.bool_)
     if chosen == "time":
-        window, session = examples.window, examples.session
-        fold = by_time(examples.ends, window, session, BLOCKS, gap=window)[-1]
+        fold = last_blocks(examples.ends, examples.window, examples.session)
         words = (
             f"the last of {BLOCKS} blocks of every session is held out, a window's length apart; "
             f"{FEW} sessions or more would say more about another day"

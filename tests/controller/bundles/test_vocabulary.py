@@ -20,17 +20,6 @@ def test_the_paper_s_gestures_ship_and_ask_for_what_the_bundle_does() -> None:
         assert (entry.rotations, entry.mirror, entry.shifts) == (hand.rotations, hand.mirror, False)
 
 
-def test_the_whole_is_as_symmetric_as_its_least_symmetric_gesture() -> None:
-    paper = vocabulary.shipped()
-    assert paper.rotations(5, 5) == "all"
-    assert paper.rotations(27, 15) == "half"  # no quarter turns where the grid is no square
-    assert paper.mirrors == {"twist_cw": "twist_ccw", "twist_ccw": "twist_cw"}
-    swipe = vocabulary.of(("null", "press", "left_swipe"))
-    assert swipe.rotations(5, 5) == "none"
-    assert swipe.mirrors is None
-    assert vocabulary.of(("null", "twist_cw")).mirrors is None  # its mirror image is not taught
-
-
 KNOCK = """
 name = "mine"
 [[gesture]]
