@@ -187,12 +187,7 @@ def manifest(text: bytes) -> dict[str, Any]:
 
 
 def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
-    """Write a bundle atomically; an older file is replaced.
-
-    Args:
-        path: The file, `NAME.orb`.
-        manifest: The text of bundle.toml, UTF-8.
-        parts: The bytes of each name in `CONTENT`, and of the networks of the manifest's users.
+    """Write a bundle of bundle.toml's text and the parts it names atomically; an older one goes.
 
     Raises:
         BundleError: `read` would refuse the result.

@@ -50,9 +50,9 @@ def read(
     data: bytes, grid: tuple[int, int, int], classes: int,
     *, located: bool, users: Users, identified: bool, limit_bytes: int,
 ) -> Golden:  # fmt: skip
-    """Return the golden vectors in a file, of the shapes that the manifest implies.
+    """Return the golden vectors in a file for windows of a grid (window, rows, columns).
 
-    `grid` is (window, rows, columns); GoldenError if it is damaged or of other shapes.
+    GoldenError if the file is damaged, or its arrays have other shapes than the manifest implies.
     """
     try:
         arrays = npz.unpack(data, limit_bytes)

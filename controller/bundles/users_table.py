@@ -36,11 +36,7 @@ def head_part(name: str) -> str:
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:
-    """Return the users in a table [users], None if there is none, for gestures, "null" first.
-
-    Raises:
-        ConfigError: The table cannot be used; the message has no subject.
-    """
+    """Return the users in a table [users], None if there is none; ConfigError if it is none."""
     if table is None:
         return NO_USERS
     if not isinstance(table, dict):
@@ -75,11 +71,7 @@ def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[s
 
 
 def read_mapping(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]]:
-    """Return the mapping in a TOML file, for `--mapping`, and those of its [users.NAME].
-
-    Raises:
-        UserError: The file cannot be read, is no TOML, or its table cannot be used.
-    """
+    """Return the mapping in a TOML file, and those of its [users.NAME]; UserError if it cannot."""
     table = config.read_toml(path)
     users = table.pop(USERS, {})
     if not isinstance(users, dict) or not all(isinstance(own, dict) for own in users.values()):

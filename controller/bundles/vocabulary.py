@@ -138,10 +138,7 @@ def read(path: Path) -> Vocabulary:
 
 
 def parse(text: str, source: str, folder: Path) -> Vocabulary:
-    """Return the vocabulary in a TOML text; VocabularyError if it is none.
-
-    Errors name the source; gestures name files in the folder.
-    """
+    """Return the vocabulary in a TOML text; VocabularyError, with the source, if it is none."""
     try:
         table = config.parse_toml(text, _MAX_BYTES)
     except ConfigError as error:

@@ -207,11 +207,8 @@ def digest(recordings: Iterable[Path]) -> str:
 def read_training(paths: Iterable[Path]) -> Recordings:
     """Return recordings to train or tune on: files, and all in folders, in order of their names.
 
-    One may know fewer labels than another, as where places only were recorded.
-
-    Raises:
-        RecordingError: One cannot be read.
-        ValueError: There are none, one is for tests only, or they are not of one kind.
+    One may know fewer labels than another, as where places only were recorded. ValueError if there
+    are none, one is for tests only, or they are not of one kind.
     """
     found = recording_files(paths)
     surveys: list[Survey] = []

@@ -37,11 +37,7 @@ class GroundTruth:
     def of(
         cls, recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
     ) -> "GroundTruth":
-        """Return the ground truth of a recording by a bundle's labels.
-
-        Raises:
-            ValueError: There are no labels, or one is of a gesture that the bundle lacks.
-        """
+        """Return a recording's ground truth by a bundle's labels; ValueError if it has others."""
         label = classes_of(recording, labels, name, choice)
         events = events_of(recording, choice)
         events = tuple(event for event in events if not _excluded(recording, event))

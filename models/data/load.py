@@ -214,11 +214,7 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
 
 
 def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
-
-    Raises:
-        ValueError: It is of other gestures, or there are several that differ.
-    """
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels."""
     folders = [path if path.is_dir() else path.parent for path in paths]
     files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:

@@ -114,8 +114,7 @@ class NetworkRecipe:
     def of_people(self, count: int) -> "NetworkRecipe":
         """Return the recipe for recordings of so many people.
 
-        One person's recordings do not show from where others' hands come, so every example is
-        turned: others' gestures are recognised better then, and on a noisy orb one's own as well.
+        One person's do not show from where others' hands come, so all examples are turned.
         """
         varied = self.augmentation
         if count > 1 or not varied.symmetric:

@@ -127,9 +127,7 @@ def check(fold: Fold, ends: Index, window: int) -> None:
 def split_windows(data: Data, by: str, seed: int) -> Split:
     """Hold sessions, users or the ends of sessions out; "": sessions if there are enough.
 
-    Raises:
-        LeakError: It would leak.
-        ValueError: There is no such split, or too little to split.
+    LeakError if it would leak, ValueError if there is no such split, or too little to split.
     """
     examples = data.examples
     present = np.unique(examples.session)  # recordings that have a window
@@ -173,11 +171,7 @@ class HoldOut:
     enrolled: bool = False
 
     def held(self, user: Index, session: Index) -> Mask:
-        """Return which recordings are held out, (recordings,), by user and rising session of each.
-
-        Raises:
-            ValueError: There are too few groups, or a user has too few sessions.
-        """
+        """Return which recordings are held out, (recordings,), by user and session of each."""
         if self.enrolled:
             return self._sessions_of_each(user, session)
         group = user if self.by == "user" else session

@@ -77,12 +77,7 @@ class People:
 def named(
     files: Iterable[Path], grid: tuple[int, int], faults: Sequence[str] = ()
 ) -> Iterator[tuple[str, Recording]]:
-    """Yield recordings of a sensor of (rows, columns) with their names, one at a time, broken.
-
-    Raises:
-        RecordingError: One cannot be read.
-        ValueError: A fault cannot be seen in frames.
-    """
+    """Yield recordings of a sensor of (rows, columns) with their names, one at a time, broken."""
     for file in files:
         recording = reader.load(file)
         for fault in faults:

@@ -116,13 +116,7 @@ def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -
 
 
 def last_events(recording: Index) -> Mask:
-    """Return which events are in the last block of their recording, (events,).
-
-    The only event of a recording is not.
-
-    Args:
-        recording: Recording of each event, (events,).
-    """
+    """Return the last part of each recording's events, (events,), by the recording of each."""
     held = np.zeros(len(recording), dtype=np.bool_)
     for number in np.unique(recording):
         events = np.flatnonzero(recording == number)

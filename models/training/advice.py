@@ -76,8 +76,8 @@ def safest(
 ) -> list[str]:
     """Return the advice to map irrevocable commands to the most reliable gesture.
 
-    A gesture is as reliable as the worse of two: how many of its events are recognised, and how
-    many of the events that are taken for it are it. `table` is true class by answered class.
+    A gesture is as reliable as the worse of its recall and its precision in a table of events: true
+    class by answered class.
     """
     matrix = np.array(table)
     sure = {

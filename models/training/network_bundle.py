@@ -129,11 +129,7 @@ def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
 def _lender(
     request: Request, base: Bundle, data: Data, gesture: bool, location: bool
 ) -> Bundle | None:
-    """Return the bundle of the network that is not trained; None if there is none.
-
-    Raises:
-        ValueError: The one that was named does not fit, or there is none for the gestures.
-    """
+    """Return the bundle of the network that is not trained; None if there is none."""
     if gesture and location:
         if request.base is not None:
             raise ValueError("--with lends a network that is not trained, and here both are")

@@ -29,11 +29,7 @@ REST: Final = 1.5  # as many stretches without a gesture as these times those wi
 def choose(
     bundle: Bundle, recordings: Iterable[Recording], frames: int = FRAMES, seed: int = 0
 ) -> Rehearsal:
-    """Return about so many frames of labelled recordings to rehearse, some stretches of each.
-
-    Raises:
-        ValueError: A recording has no labels, or a gesture that the bundle does not know.
-    """
+    """Return about so many frames of labelled recordings to rehearse, some stretches of each."""
     rng = np.random.default_rng(seed)
     length = max(bundle.window + 2, round(STRETCH_S * bundle.rate_hz))
     lead = max(bundle.window, round(LEAD_S * bundle.rate_hz))

@@ -67,8 +67,8 @@ class UserPlan:
     def train(self, device: torch.device, folder: Path, say: Say) -> UserResult:
         """Train the networks; write the bundle, its card and its report.
 
-        The figures are of a network that learned nothing from the gestures held out. The bundle
-        gets a network that learned from all, unless time is split.
+        The figures are of a network that learned nothing from the gestures held out; unless time is
+        split, the bundle gets one that learned from all.
         """
         request, everything = self.request, self.gestures
         recipe = USER.lasting(request.epochs)

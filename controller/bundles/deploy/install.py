@@ -35,12 +35,8 @@ def install(
 ) -> str:
     """Test a bundle and take it into use; return a sentence that names the one in use.
 
-    Args:
-        path: The bundle.
-        store: The bundle store.
-        other_sensor: Accept another grid, pitch or rate than that of the bundle in use.
-        report: Called with each line of intermediate results.
-        corrects: Name of the bundle that it is a correction of; None if it is none.
+    With `other_sensor` another grid, pitch or rate is accepted; `corrects` names the bundle that it
+    is a correction of; lines of intermediate results are reported.
 
     Raises:
         BundleError: It is damaged, does not fit, or fails its self-test.

@@ -40,13 +40,7 @@ class SelfTestResult:
 
 
 def run(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResult]:
-    """Return the measurements of every engine with a bundle, the one to use first.
-
-    That is the fastest one.
-
-    Raises:
-        BundleError: The bundle is damaged, or no engine can run it.
-    """
+    """Return the measurements of every engine, the fastest first; BundleError if all fail."""
     bundles.read(path)
     tried = [_in_a_process(path, name) for name in names]
     best, *others = sorted(tried, key=lambda result: (bool(result.problem), result.step_us))

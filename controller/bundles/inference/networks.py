@@ -72,10 +72,7 @@ class Recognizer(Networks):
 
 
 def _finite(output: Batch) -> Batch:
-    """Return an output, (n,), or "null" for certain if a number is not finite.
-
-    A network of unknown origin may give such outputs although it passes its golden vectors.
-    """
+    """Return an output, (n,); "null" for certain if a number is not finite, as may happen."""
     if np.isfinite(output).all():
         return output
     certain = np.zeros_like(output)
