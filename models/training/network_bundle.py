@@ -145,20 +145,12 @@ def _lender(
 
 def _misfit(lender: Bundle, data: Data, *, location: bool) -> str:
     """Return why a bundle's other network does not fit; "": it does."""
-    rows, columns = data.examples.images.shape[1:]
     own, new = lender.preprocess, data.settings
-    if (lender.rows, lender.columns, lender.pitch_mm) != (rows, columns, data.pitch_mm):
-        return (
-            f"it is for {lender.rows}×{lender.columns} taxels {lender.pitch_mm:g} mm apart, the "
-            f"recordings have {rows}×{columns}, {data.pitch_mm:g} mm apart"
-        )
-    if (own.normalise, own.scale) != (new.normalise, new.scale):
-        return f"it sees images by {own.normalise}, the recordings are made into {new.normalise}"
-    if location and own != new:
-        return "its images are made in another way than the recordings' would be"
-    if not location and not lender.locates:
-        return "it has none"
-    return ""
+    theirs = lender.rows, lender.columns, lender.pitch_mm, own.normalise, own.scale
+    ours = *data.examples.images.shape[1:], data.pitch_mm, new.normalise, new.scale
+    if theirs != ours or (location and own != new):
+        return "it is for another sensor than the recordings', or makes images in another way"
+    return "" if location or lender.locates else "it has none"
 
 
 def _mapping(vocabulary: Vocabulary, lent: dict[str, Any], *, located: bool) -> dict[str, Any]:

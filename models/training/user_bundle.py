@@ -148,11 +148,9 @@ def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
             raise ValueError(f"there is no gesture {label!r}; there are {', '.join(known)}")
     labels = tuple(wanted) or known
     if strange := [label for label in labels if label not in base.labels]:
-        both = ",".join(label for label in known if label in base.labels)
         raise ValueError(
             f"the bundle does not know {' and '.join(strange)}; train its gestures on such "
-            "recordings first, and name that bundle with --with"
-            + (f", or leave some out: --gestures {both}" if both else "")
+            "recordings first, and name that bundle with --with, or choose others by --gestures"
         )
     return labels
 

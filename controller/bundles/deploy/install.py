@@ -68,13 +68,11 @@ def install(
 
 def check_fits(new: Bundle, in_use: Bundle) -> None:
     """Raise BundleError if grid, pitch or rate differ from those of the bundle in use."""
-    current = (in_use.rows, in_use.columns, in_use.rate_hz)
-    pitch = new.pitch_mm != in_use.pitch_mm
-    if pitch or (new.rows, new.columns, new.rate_hz) != current:
+    theirs, ours = sensor_summary(new), sensor_summary(in_use)
+    if theirs != ours:
         raise BundleError(
-            f"the bundle is for {sensor_summary(new, pitch=pitch)}, and this device has "
-            f"{sensor_summary(in_use, pitch=pitch)}; `controller install --other-sensor` takes it "
-            "all the same"
+            f"the bundle is for {theirs}, and this device has {ours}; `controller install "
+            "--other-sensor` takes it all the same"
         )
 
 

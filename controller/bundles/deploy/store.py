@@ -164,10 +164,10 @@ def summary(bundle: Bundle) -> str:
     return f"{', '.join(bundle.labels[1:])}; for {sensor_summary(bundle)}"
 
 
-def sensor_summary(bundle: Bundle, *, pitch: bool = False) -> str:
-    """Return the sensor of a bundle as text, on request with its pitch."""
-    spacing = f", {bundle.pitch_mm:g} mm apart," if pitch else ""
-    return f"{bundle.rows}×{bundle.columns} taxels{spacing} at {bundle.rate_hz:g} Hz"
+def sensor_summary(bundle: Bundle) -> str:
+    """Return the sensor of a bundle as text."""
+    grid = f"{bundle.rows}×{bundle.columns} taxels"
+    return f"{grid} at {bundle.rate_hz:g} Hz, {bundle.pitch_mm:g} mm apart"
 
 
 def _kept(record: InstalledRecord) -> InstalledRecord:
