@@ -13,7 +13,7 @@ from controller.errors import count
 from controller.recognition.debounce import NULL
 from controller.recordings import reader
 from controller.recordings.recording import Recording
-from models.data import faults
+from models.data import test_sessions
 from models.data.examples import Choice
 from models.data.ground_truth import GroundTruth
 from models.data.load import Data
@@ -109,7 +109,7 @@ def summarise_broken(
     found = summarise(on, labels, tallies)
     error = found.location.error.value if found.location else np.nan
     return Broken(
-        on, fault, faults.meaning(fault), found.events, found.event_accuracy, found.f1,
+        on, fault, test_sessions.meaning(fault), found.events, found.event_accuracy, found.f1,
         found.false_alarms_per_min, error,
     )  # fmt: skip
 

@@ -166,7 +166,6 @@ def classes(found: Training) -> Table:
         ("window precision", lambda row: percent(row.precision)),
         ("event recall", lambda row: percent(row.event_recall) if row.label != "null" else ""),
         ("answered", lambda row: _answered(found, row)),
-        ("missed with more", _curve),
         ("advice", lambda row: row.advice),
     )
     return table(columns, found.classes)
@@ -179,11 +178,6 @@ def _answered(found: Training, row: ClassRow) -> str:
         return ""
     counts = found.gesture.answered[number_of]
     return f"{count(counts[number_of])} of {count(sum(counts))}"
-
-
-def _curve(row: ClassRow) -> str:
-    """Return the share of events missed after training on ever more examples: "9 % → 4 %"."""
-    return " → ".join(percent(error) for _, error in row.curve)
 
 
 def honesty(found: Training) -> Table:

@@ -32,7 +32,7 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.simulator.orb import PRESETS
-from models.data import faults as faulty
+from models.data import test_sessions
 from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Figure, Result
@@ -102,8 +102,8 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
     mouse = dataclasses.replace(people, data=dataclasses.replace(people.data, hand="pointer"))
     clicked = summarise(preset, loaded.labels, evaluate(loaded, mouse.sessions(size.mouse), _no))
     grid = loaded.rows, loaded.columns
-    taxel = _worst(loaded, people, faulty.taxels(*grid)[:: size.every], size)
-    electrode = _worst(loaded, people, faulty.electrodes(*grid)[:: size.every], size)
+    taxel = _worst(loaded, people, test_sessions.taxels(*grid)[:: size.every], size)
+    electrode = _worst(loaded, people, test_sessions.electrodes(*grid)[:: size.every], size)
     return {
         **figures(found),
         "leak_gap": _exact(leak_gap(path)),

@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
-from controller.bundles import mapping_file
+from controller.bundles import users_table
 from controller.errors import UserError
 from controller.keymap import keymap
 from controller.keymap.key_state import KeyState
@@ -81,7 +81,7 @@ def one(data: bytes) -> None:
     _FILE.write_bytes(content)
     try:
         if kind == len(KINDS):
-            table, people = mapping_file.read(_FILE, LABELS)
+            table, people = users_table.read_mapping(_FILE, LABELS)
             TWO.overridden(table, people)
             for own in (table, *people.values()):
                 for label in LABELS:

@@ -88,9 +88,9 @@ def _curve(experiment: Experiment, share: float, seed: int) -> list[Row]:
         scores = {"train": epoch.train, "random": epoch.random, **experiment.judge(task, last)}
         return {"epoch": float(epoch.number), "examples": float(examples), **scores}
 
-    def watch(epochs: list[Epoch], done: float) -> None:
-        if not done and epochs[-1].number in shown:
-            rows.append(row(epochs[-1], last=False))
+    def watch(epoch: Epoch) -> None:
+        if epoch.number in shown:
+            rows.append(row(epoch, last=False))
 
     fitted = fit(task, seed, None, watch)
     return [*rows, row(fitted.epochs[fitted.best - 1], last=True)]

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from controller.simulator.orb import PRESETS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from controller.simulator.orb import PRESETS
 from models.reports.drawing import DIM, INK, RANDOM, SERIES, UNSEEN, above, panels, save, styled
 from models.results import storage
 from models.studies.information.histogram import BITS, PAPER_H_Y, PAPER_H_Z, PAPER_INFORMATION

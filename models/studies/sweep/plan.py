@@ -18,10 +18,9 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from controller.simulator.orb import PRESETS
-
 from controller import config, files
 from controller.errors import UserError, reason
+from controller.simulator.orb import PRESETS
 from models.data.examples import refuse_test_seed
 from models.data.recipe import (
     RECIPES,
