@@ -76,8 +76,7 @@ def serve(
 ) -> None:
     """Let a target act without a window, for some seconds or until the program is ended.
 
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
+    LinkError if the first connection failed; later ones are tried again and again.
     """
     began_s = clock()
     now_s, connected = 0.0, False
@@ -98,11 +97,7 @@ def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
-    """Open the window; headless, an invisible surface of the same size.
-
-    Raises:
-        WindowError: There is no display; the sentence says what to do.
-    """
+    """Open the window, or WindowError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
     try:
@@ -114,11 +109,7 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
 
 
 def save(surface: pygame.Surface, path: Path) -> None:
-    """Save a picture of the window; the name says the format, as in play.png.
-
-    Raises:
-        PictureError: It cannot be saved.
-    """
+    """Save a picture of the window in the format that its name says, or raise PictureError."""
     try:
         # In memory first: pygame does not see that a disk is full.
         picture = io.BytesIO()

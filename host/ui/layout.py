@@ -12,7 +12,7 @@ from host.ui.pause_menu import PauseMenu
 from host.ui.pointer_input import DomeArea
 from tetris.engine.game import Game, Phase
 from tetris.window import theme
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 DESIGN: Final = (1280, 720)  # the window's first size; any other is filled in proportion

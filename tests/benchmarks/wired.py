@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diagnostics import touch_checks
-from controller.protocol.messages import Contact, GroundTruth
+from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, Sensor
+from controller.sensors.hardware.converters import Chip
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
@@ -73,14 +74,15 @@ class Wired(Sensor):
         self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
         self.board = self.bench.board
         if spoil is not None:
+            said = spoil
+
+            class Spoilt(Chip):
+                def decode(self, answer: bytes) -> int | None:
+                    count = super().decode(answer)
+                    return None if count is None else said(count, rng)
+
             chip = self.board.chip
-            told = chip.decode
-
-            def decode(answer: bytes) -> int | None:
-                count = told(answer)
-                return None if count is None else spoil(count, rng)
-
-            self.board = replace(self.board, chip=replace(chip, decode=decode))
+            self.board = replace(self.board, chip=Spoilt(chip.bits, chip.fastest_hz))
         self.driver = Driver(self.board)
         self._hand, self._rng = int(rng.integers(HANDS)), rng
         self._stiff = [(f.row, f.column) for f in broken if f.kind == "stiff"]
@@ -101,18 +103,6 @@ class Wired(Sensor):
             fingers[place[0]] = 1.0
         drift = 1.0 + _DRIFT * self._rng.standard_normal((ROWS, COLUMNS))
         self.bench.touch(self._rest * (1.0 + change) * drift, fingers)
-
-    def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        raise NotImplementedError
-
-    def truths(self) -> list[GroundTruth]:
-        return []
-
-    def label(self, t_s: float) -> str:
-        return "null"
-
-    def button(self, t_s: float) -> str | None:
-        return None
 
     def close(self) -> None:
         self.driver.close()
