@@ -76,10 +76,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"frames": FRAMES[0]}, r"not float32 \(n, 5, 5\)"),
     ({"frames": FRAMES[:0]}, "holds no frames"),
     ({"frames": BROKEN}, "not all numbers below 1e.06"),
-    ({"frames": FRAMES * 1e6}, "not all numbers below"),
     ({"t": TIMES[:-1]}, r"not float64 \(30\)"),
     ({"t": TIMES[::-1].copy()}, "does not rise"),
-    ({"t": TIMES * np.nan}, "does not rise"),
     ({"label": np.full(30, 3, dtype=np.int16)}, "a label that it does not name"),
     ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
     ({"command_name": np.zeros(1)}, "without its"),
@@ -98,7 +96,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"true_contact": None}, "has no 'true_contact'"),
     ({"event_release": np.zeros(3)}, r"not float64 \(2\)"),
     ({"event_release": np.array([0.1, 1.6])}, "end before they begin"),
-    ({"event_onset": np.array([np.nan, 1.2])}, "end before they begin"),
     ({"event_name": np.zeros(2)}, "without its"),
     # What form 3 brought.
     ({"key": np.full(30, 3, dtype=np.int16)}, "a key that it does not name"),
