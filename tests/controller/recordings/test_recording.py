@@ -89,14 +89,12 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"meta": meta(rows=-1)}, "impossible things"),
     ({"meta": meta(mood="good")}, "nothing legible"),
     ({"meta": meta(seed=-1)}, "impossible things"),
-    ({"meta": meta(user=3)}, "impossible things"),
     # The truth of a simulation.
     ({"true_touch": TRUTH.touch[1:]}, r"not float32 \(30, 2\)"),
     ({"true_contact": TRUTH.contact[:, :, :2]}, r"not float32 \(30, n, 3\)"),
     ({"true_contact": None}, "has no 'true_contact'"),
     ({"event_release": np.zeros(3)}, r"not float64 \(2\)"),
     ({"event_release": np.array([0.1, 1.6])}, "end before they begin"),
-    ({"event_name": np.zeros(2)}, "without its"),
     # What form 3 brought.
     ({"key": np.full(30, 3, dtype=np.int16)}, "a key that it does not name"),
     ({"cue": np.full(30, -2, dtype=np.int16)}, "a cue that it does not name"),
