@@ -60,12 +60,9 @@ class ZipError(ValueError):
 
 
 def open_zip(file: IO[bytes], limit_bytes: int, max_members: int) -> zipfile.ZipFile:
-    """Open a zip file with members that are stored or deflated, each with bytes of its own.
+    """Open a zip file of any origin: members are stored or deflated, each with bytes of its own.
 
-    Args:
-        file: Of any origin.
-        limit_bytes: Most bytes of all members together, unpacked.
-        max_members: Most entries of the directory.
+    All together, unpacked, may have `limit_bytes`.
 
     Raises:
         ZipError: It exceeds a limit, or is packed in another way.
@@ -127,12 +124,9 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = None) -> Arrays:
-    """Return the arrays of an `.npz`, by name, rows first.
+    """Return the arrays of an `.npz`, by name, rows first; `only` these, if they exist.
 
-    Args:
-        source: The file, or its content.
-        limit_bytes: Most bytes of all arrays together, and of the file.
-        only: Names of the arrays to return, if they exist; by default all.
+    The file and all arrays together may have `limit_bytes`.
 
     Raises:
         NpzError: It is damaged, too large, or holds anything but plain arrays.
@@ -148,23 +142,13 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
 
 
 def single(path: Path, limit_bytes: int) -> NDArray[Any]:
-    """Return the array of an `.npy`.
-
-    Raises:
-        NpzError: It is damaged, too large, or anything but a plain array.
-        OSError: The file cannot be read.
-    """
+    """Return the array of an `.npy`; NpzError and OSError as of `unpack`."""
     with _open(path, limit_bytes) as file:
         return _array(path.stem, file, _size(file), limit_bytes)
 
 
 def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
-    """Return (shape, dtype) of every array of an `.npz`, by name, without reading its data.
-
-    Raises:
-        NpzError: As `unpack`.
-        OSError: The file cannot be read.
-    """
+    """Return (shape, dtype) of every array by name without reading data; errors as of `unpack`."""
     with _open(source, limit_bytes) as file:
         members = _members(file, limit_bytes)
         return {name: _header(name, stream, limit_bytes) for name, stream, _ in members}
