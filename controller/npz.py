@@ -60,12 +60,10 @@ class ZipError(ValueError):
 
 
 def open_zip(file: IO[bytes], limit_bytes: int, max_members: int) -> zipfile.ZipFile:
-    """Open a zip file of any origin: members are stored or deflated, each with bytes of its own.
-
-    All together, unpacked, may have `limit_bytes`.
+    """Open a zip file of any origin with members that are stored or deflated, each with own bytes.
 
     Raises:
-        ZipError: It exceeds a limit, or is packed in another way.
+        ZipError: It has more bytes unpacked or members than allowed, or is packed in another way.
         DAMAGE: It is damaged; reading a member raises these, too.
     """
     _check_end(file)
@@ -124,12 +122,10 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = None) -> Arrays:
-    """Return the arrays of an `.npz`, by name, rows first; `only` these, if they exist.
-
-    The file and all arrays together may have `limit_bytes`.
+    """Return the arrays of an `.npz`, by name, rows first; `only` those named, if they exist.
 
     Raises:
-        NpzError: It is damaged, too large, or holds anything but plain arrays.
+        NpzError: It is damaged, larger than the limit, or holds anything but plain arrays.
         OSError: The file cannot be read.
     """
     wanted = None if only is None else set(only)
@@ -142,13 +138,13 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
 
 
 def single(path: Path, limit_bytes: int) -> NDArray[Any]:
-    """Return the array of an `.npy`; NpzError and OSError as of `unpack`."""
+    """Return the array of an `.npy`; NpzError and OSError as from `unpack`."""
     with _open(path, limit_bytes) as file:
         return _array(path.stem, file, _size(file), limit_bytes)
 
 
 def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
-    """Return (shape, dtype) of every array by name without reading data; errors as of `unpack`."""
+    """Return (shape, dtype) of every array of an `.npz`, by name, without reading its data."""
     with _open(source, limit_bytes) as file:
         members = _members(file, limit_bytes)
         return {name: _header(name, stream, limit_bytes) for name, stream, _ in members}

@@ -77,9 +77,8 @@ def _install(argv: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="controller install",
         description="Test a bundle on this device and take it into use: its hash, its golden "
-        "vectors, and the time of a control step with each engine. The faster engine is used, or, "
-        "of equally fast ones, the one that starts sooner. The bundle before is kept for "
-        "`controller rollback`.",
+        "vectors, and the time of a control step with each engine. The faster engine is used. The "
+        "bundle before is kept for `controller rollback`.",
     )
     parser.add_argument("file", metavar="FILE", type=Path, help="a bundle, NAME.orb")
     parser.add_argument(

@@ -14,13 +14,13 @@ from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
     ADAPTER,
+    ALIAS,
     DEVICE,
     BluetoothError,
     Bus,
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS
 from controller.protocol import psk
 
 if TYPE_CHECKING:
@@ -67,9 +67,9 @@ async def _pair(options: argparse.Namespace) -> int:
         SCREEN,
         WINDOW_S,
         PairingAgent,
+        Prompt,
         accept_all,
     )
-    from controller.links.bluetooth.prompt import Prompt
 
     confirm: Confirm = accept_all if options.yes else Prompt().confirm
     bus = await Bus.connect()

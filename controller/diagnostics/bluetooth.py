@@ -11,6 +11,7 @@ from controller.diagnostics.report import Row, Verdict
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
+    SERVICE_UUID,
     BluetoothError,
     Bus,
     Objects,
@@ -19,7 +20,6 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
-from controller.links.bluetooth.identifiers import SERVICE_UUID
 
 _GOOD, _DOUBTFUL, _FAULT, _UNKNOWN = (
     Verdict.GOOD, Verdict.DOUBTFUL, Verdict.FAULT, Verdict.UNKNOWN

@@ -13,7 +13,6 @@ from controller.recognition.frames import Frame, PreprocessSettings
 from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.sensor_health import taxel_names
 from controller.recordings.quality import taxels
-from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD
 
 Frames = NDArray[np.float32]  # (n, rows, columns), pF
@@ -137,7 +136,7 @@ def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
     level = idle.mean(axis=0)
     change = (frames / np.where(level > 0.01, level, np.inf) - 1.0).astype(np.float32)
     change[:, level <= 0.01] = 0.0
-    response = Response(
+    response = taxels.Response(
         change,
         np.abs(change).mean(axis=(1, 2), dtype=np.float64),
         known=np.ones(len(frames), dtype=np.bool_),

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Final
 
 from controller import __version__
 from controller.bundles import bundle as bundles
-from controller.bundles import mapping_file
+from controller.bundles import users_table
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy.store import BundleStore, name_of
+from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
 from controller.links import Link, LinkError, open_link
@@ -36,8 +36,8 @@ from controller.sensors import calibration_store
 from controller.sensors.base import Sensor, SensorError
 
 if TYPE_CHECKING:
-    from controller.capture.cue_plan import CuePlan
-    from controller.capture.run_files import RunFiles
+    from controller.capture.cues import CuePlan
+    from controller.capture.session_recorder import RunFiles
     from controller.keymap.terminal import Keyboard
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
@@ -70,7 +70,7 @@ def prepare(options: Namespace) -> Parts:
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
-        from controller.capture.run_files import RunFiles
+        from controller.capture.session_recorder import RunFiles
         from controller.runtime import recording_session
 
         plan = recording_session.plan(options, bundle.labels)
@@ -135,12 +135,10 @@ def exchange(parts: Parts, device: Device) -> None:
 def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
-    They run in the engine that is fastest here. All golden vectors are tested, unless this very
-    file was tested before: by `controller install`, or before the release if it is the shipped
-    bundle.
+    They run in the engine that is fastest here.
     """
     if options.bundle is not None:
-        path, engine, proved = options.bundle, "", False
+        path, engine = options.bundle, ""
         bundle = bundles.read(path)
     else:
         store = BundleStore()
@@ -151,13 +149,12 @@ def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
         except bundles.BundleError as error:
             remedy = "; `controller rollback` goes back to the one before" if installed else ""
             raise bundles.BundleError(f"{error}{remedy}") from None
-        proved = not installed or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
-        own, people = mapping_file.read(options.mapping, bundle.labels)
+        own, people = users_table.read_mapping(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
-    return bundle, mapping, Recognizer(bundle, options.engine or engine, proved=proved)
+    return bundle, mapping, Recognizer(bundle, options.engine or engine)
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
@@ -204,9 +201,9 @@ def _day(name: str, day: str) -> str:
     """Return the day of a simulated hand, as `controller teach --session DAY` names it."""
     if not day:
         return ""
-    from controller.recordings import naming
+    from controller.recordings import writer
 
-    return naming.first(name, day)
+    return writer.first(name, day)
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:

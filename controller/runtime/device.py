@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from controller.links.base import Link
-from controller.links.log_limit import LogLimit
+from controller.links.base import Link, LogLimit
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     Command,

@@ -11,8 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from controller.links.base import Link
-from controller.links.log_limit import LogLimit
+from controller.links.base import Link, LogLimit
 from controller.protocol.messages import (  # fmt: skip
     PROVING,
     Bye,

@@ -19,7 +19,7 @@ from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import read
 from controller.sensors.virtual import Virtual
 from controller.simulator.faults import Fault, FaultError
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.orb import PresetError, preset
 
 _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean
 

@@ -11,10 +11,9 @@ import numpy as np
 from controller.protocol.messages import Perform
 from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
+from controller.simulator.gesture import GestureError
 from controller.simulator.gesture_file import Repertoire, load
-from controller.simulator.gesture_values import GestureError
-from controller.simulator.orb import NOMINAL, OrbModel
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.orb import NOMINAL, OrbModel, PresetError, preset
 from controller.simulator.virtual_orb import VirtualOrb
 
 RATE_HZ = 10.0  # paper, section 4.1

@@ -1,21 +1,17 @@
-"""Cost of crashes: recordings killed, cut, bit-flipped and half lost, then recovered.
+"""Cost of crashes: recordings killed, then recovered.
 
-    python -m tests.benchmarks.crash [--kills N] [--damages N] [--seed N] [--json]
+    python -m tests.benchmarks.crash [--kills N] [--seed N] [--json]
 
 Real processes record seeded frames at 100 Hz, or run `controller --sensor virtual --record` at
-10 Hz, and get SIGKILL at a random moment: while they record, seal or recover. Copies of the
-journals that they leave are then damaged as a bad disk would, or as a power cut just before the
-last sync. Whatever is left is recovered, and every frame compared with what its seed and number
-make.
+10 Hz, and get SIGKILL at a random moment: while they record, seal or recover. Whatever is left is
+recovered, and every frame compared with what its seed and number make.
 
-Seconds lost are those between the last frame that the process had handed over, or that the file
-held before a power cut or before its first flipped bit, and the last one recovered. Needs fork and
-SIGKILL: Linux or macOS.
+Seconds lost are those between the last frame that the process had handed over and the last one
+recovered. Needs fork and SIGKILL: Linux or macOS.
 """
 
 import argparse
 import json
-import shutil
 import signal
 import tempfile
 from collections import Counter
@@ -28,10 +24,10 @@ from typing import Any, Final
 import numpy as np
 
 from controller.recognition.frames import Frame
-from controller.recordings import reader, recovery
+from controller.recordings import journal_file, reader
+from controller.recordings.journal import decode
 from controller.recordings.recording import Recording, RecordingError
 
-from .crash_damage import DAMAGES, Left, left
 from .crash_lives import LABELS, ORIGIN, RATE_HZ, Life, control, kill, made, record, recover, seal
 
 GOAL_S: Final = 1.0  # "at most the last second is lost"
@@ -39,6 +35,7 @@ LIFE_S: Final = 3.0  # the longest that a process lives
 CONTROLLER_S: Final = 6.0  # likewise; it takes a second or two to start
 CONTROLLER_HZ: Final = 10.0
 
+Left = tuple[int, bytes]  # seed of a journal, and its content
 Expected = Callable[[int], Frame | None]  # the frame of a number; None: nobody knows
 
 
@@ -62,9 +59,9 @@ class Tally:
         """Recover a folder and judge it; `last` is the number of the last frame there was."""
         self.runs += 1
         reason = "no frame had reached the journal yet"
-        for journal in recovery.leftovers(folder):
+        for journal in journal_file.leftovers(folder):
             try:
-                recovery.recover(journal)
+                journal_file.recover(journal)
             except RecordingError as error:
                 reason = str(error).removeprefix(f"the journal {journal} ")
         found = 0
@@ -101,8 +98,8 @@ def recordings(count: int, work: Path, rng: np.random.Generator) -> tuple[Tally,
     kill(lives, record)
     for life in lives:
         if life.added.value >= RATE_HZ:
-            [journal] = recovery.leftovers(life.folder)
-            journals.append(left(life.seed, journal.read_bytes()))
+            [journal] = journal_file.leftovers(life.folder)
+            journals.append((life.seed, journal.read_bytes()))
         tally.take(life.folder, partial(made, life.seed), life.added.value)
     return tally, journals
 
@@ -121,11 +118,12 @@ def recoveries(count: int, work: Path, rng: np.random.Generator, journals: list[
     """Kill processes while they recover."""
     tally = Tally("killed while recovering")
     for k in range(count):
-        journal = journals[k % len(journals)]
-        life = Life(room(work), journal.seed, rng.uniform(0.0, 0.03), waits=True)
-        (life.folder / "one.journal").write_bytes(journal.data)
+        seed, data = journals[k % len(journals)]
+        life = Life(room(work), seed, rng.uniform(0.0, 0.03), waits=True)
+        (life.folder / "one.journal").write_bytes(data)
         kill([life], recover)
-        tally.take(life.folder, partial(made, journal.seed), journal.last(len(journal.data)))
+        whole = decode(data).recording
+        tally.take(life.folder, partial(made, seed), 0 if whole is None else len(whole.t))
     return tally
 
 
@@ -154,22 +152,6 @@ def room(work: Path) -> Path:
     return Path(tempfile.mkdtemp(dir=work))
 
 
-def damaged(
-    name: str, count: int, work: Path, rng: np.random.Generator, journals: list[Left]
-) -> Tally:
-    """Damage journals in one way."""
-    tally = Tally(name)
-    for _ in range(count):
-        journal = journals[int(rng.integers(len(journals)))]
-        other = journals[int(rng.integers(len(journals)))]
-        content, until = DAMAGES[name](journal, rng, other.data if other != journal else b"\0")
-        folder = room(work)
-        (folder / "one.journal").write_bytes(content)
-        tally.take(folder, partial(made, journal.seed), journal.last(until))
-        shutil.rmtree(folder)
-    return tally
-
-
 # --- the table ------------------------------------------------------------------------------------
 
 
@@ -177,8 +159,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--damages", type=int, default=100, help="of each kind")
-    parser.add_argument("--seed", type=int, default=1, help="of the moments and places")
+    parser.add_argument("--seed", type=int, default=1, help="of the moments")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
@@ -188,7 +169,6 @@ def main() -> None:
         tally, journals = recordings(arguments.kills - 3 * tenth, work, rng)
         tallies = [tally, sealings(tenth, work, rng), recoveries(tenth, work, rng, journals)]
         tallies.append(controllers(tenth, work, rng))
-        tallies += [damaged(name, arguments.damages, work, rng, journals) for name in DAMAGES]
     show(tallies)
     if arguments.json:
         print(json.dumps({"benchmark": "crash", "results": [result(t) for t in tallies]}))

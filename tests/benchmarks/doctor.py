@@ -20,7 +20,7 @@ from controller.cli.doctor import RATE_HZ
 from controller.diagnostics import measurements, wiring_checks
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware.emulated.faults import KINDS
-from controller.simulator.presets import PRESETS, preset
+from controller.simulator.orb import PRESETS, preset
 
 from .results import Results, command_line
 from .wired import COLUMNS, ROWS, Wired

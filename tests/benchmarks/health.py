@@ -28,8 +28,7 @@ from controller.recognition.event_metric import TAIL_S, Answer, Event, Score, ju
 from controller.recognition.pipeline import Pipeline, Step
 from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
-from controller.simulator.orb import OrbModel
-from controller.simulator.presets import PRESETS, preset
+from controller.simulator.orb import PRESETS, OrbModel, preset
 from controller.simulator.virtual_orb import VirtualOrb
 
 from .results import Results, command_line, row

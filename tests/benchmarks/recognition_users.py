@@ -22,9 +22,9 @@ import os
 from pathlib import Path
 from typing import Final
 
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.data.test_sessions import BENCHMARK_SEED
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 from models.training.loop import prepare_torch
 from tests.benchmarks import user_study as users
 

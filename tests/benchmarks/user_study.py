@@ -22,7 +22,7 @@ from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results import storage
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 from models.training import user_task
 from models.training.networks import Network
 from models.training.user_task import UserGestures, gesture_evidence, train_users

@@ -16,7 +16,7 @@ from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
-from controller.simulator.presets import preset
+from controller.simulator.orb import preset
 
 Spoil = Callable[[int, np.random.Generator], int]  # what the converter says, to what comes
 

@@ -10,12 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from PIL import Image
 
 Array = NDArray[np.float64]
 
 CORAL, BLUE, INK, DIM, LINE = "#ff8a5c", "#3b82d6", "#1e2535", "#8c96ae", "#dfe3ec"
-HUES = {"press": "#ffc857", "pinch": "#5ed68c", "twist_cw": BLUE, "twist_ccw": CORAL}
 SIGNED = LinearSegmentedColormap.from_list(
     "signed", ["#174a8c", BLUE, "#b9d8f5", "#ffffff", "#ffd3c0", CORAL, "#b8431a"]
 )
@@ -51,13 +49,10 @@ def image(axes: Axes, log_c: Array, limit: float) -> None:
         spine.set_visible(False)
 
 
-def save(figure: Figure, path: Path, *, tight: bool = True, flat: bool = False) -> None:
-    if tight:
-        figure.tight_layout()
+def save(figure: Figure, path: Path) -> None:
+    figure.tight_layout()
     figure.savefig(
         path, bbox_inches="tight", metadata={"Date": None} if path.suffix == ".svg" else None
     )
     plt.close(figure)
-    if flat:  # few colours, so a palette makes it a third as large
-        Image.open(path).convert("RGB").quantize(128).save(path, optimize=True)
     print(path, file=sys.stderr)

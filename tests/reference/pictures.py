@@ -16,13 +16,10 @@ from numpy.typing import NDArray
 
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
-from controller.simulator.presets import PRESETS
-from controller.simulator.session import simulate
 from tests.reference import paper_model
 
 from .dome import Dome
-from .paint import BLUE, CORAL, DIM, HUES, INK, LINE, SIGNED, STYLE, image, save
-from .render import View
+from .paint import BLUE, CORAL, DIM, INK, LINE, STYLE, image, save
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -97,25 +94,6 @@ def comparison(folder: Path) -> None:
         12, -0.0, "lines: model    circles: reference", ha="right", va="bottom", color=DIM
     )
     save(figure, folder / "comparison.svg")
-
-
-def maps(folder: Path) -> None:
-    """Model against reference, taxel by taxel, at 6 and 12 mm."""
-    figure, axes = plt.subplots(2, 5, figsize=(8.4, 4.0), width_ratios=[1, 1, 0.18, 1, 1])
-    for block, (place, title) in enumerate(((0j, "apex"), (0.5 + 0j, "half the radius"))):
-        ours, theirs = pressing(place)
-        for row, depth in enumerate((6.0, 12.0)):
-            at = int(np.abs(DEPTHS_MM - depth).argmin())
-            for column, (name, signal) in enumerate((("reference", theirs), ("model", ours))):
-                panel = axes[row, 3 * block + column]
-                image(panel, signal[at], 0.4)
-                if row == 0:
-                    panel.set_title(f"{name}, {title}", fontsize=9, loc="center")
-        axes[0, 2].axis("off")
-        axes[1, 2].axis("off")
-    for row, depth in enumerate((6, 12)):
-        axes[row, 0].set_ylabel(f"{depth} mm deep", color=INK)
-    save(figure, folder / "maps.svg")
 
 
 def inflation(folder: Path) -> None:
@@ -206,7 +184,7 @@ def _figure_5b(axes: Axes) -> None:
 
 
 def touched(folder: Path) -> None:
-    """The membrane under a press, a pinch and a twist."""
+    """What taxels sense under a press, a pinch and twists."""
     ray = np.exp(1j * np.radians([193.0, -20.0, 13.0, 46.0])).astype(np.complex128)
     hand = 0.47 * ray  # a thumb and three
     cases = (
@@ -215,68 +193,14 @@ def touched(folder: Path) -> None:
         ("twist, counterclockwise", hand, 6.0, 3j * ray),
         ("twist, clockwise", hand, 6.0, -3j * ray),
     )
-    figure, axes = plt.subplots(2, 4, figsize=(11.4, 5.6), height_ratios=[1.0, 1])
-    for column, (title, z, depth, drag) in enumerate(cases):
-        log_c, top = feel(z, depth, drag), axes[0, column]
-        view = View(INFLATED, SKIN, grip(z, depth, drag))
-        view.draw(top, log_c, SIGNED, 0.5)
-        view.fingers(top, z, 7.0, (drag / 38).astype(np.complex128), INK)
-        top.set_title(title, loc="center")
-        image(axes[1, column], log_c, 0.5)
-    figure.subplots_adjust(wspace=0.06, hspace=0.08)
-    save(figure, folder / "touched.png", tight=False)
-
-
-def traces(folder: Path) -> None:
-    """Half a minute of one session: all taxels, both presets."""
-    figure, axes = plt.subplots(2, 1, figsize=(9.6, 6.6), sharex=True)
-    for panel, preset in zip(axes, ("nominal", "paper-snr"), strict=True):
-        session = simulate(12, 1.0, domain=3, model=PRESETS[preset])
-        z = session.frames / session.frames[:25].mean(axis=0)
-        start, stop = 27.0, 49.0
-        inside = (session.time_s >= start) & (session.time_s <= stop)
-        for event in session.events:
-            if start < event.release_s and event.onset_s < stop:
-                panel.axvspan(
-                    max(event.onset_s, start),
-                    min(event.release_s, stop),
-                    color=HUES[event.kind],
-                    alpha=0.28,
-                    lw=0,
-                )
-                if panel is axes[0]:
-                    panel.text(
-                        (event.onset_s + event.release_s) / 2,
-                        6.35,
-                        event.kind.replace("_", "\n"),
-                        ha="center",
-                        va="bottom",
-                        fontsize=7,
-                    )
-        for other in session.distractors:
-            panel.axvspan(
-                max(other.onset_s, start), min(other.release_s, stop), color=LINE, alpha=0.7, lw=0
-            )
-        for row in range(5):
-            for column in range(5):
-                shade = mpl.colormaps["Blues"](0.45 + 0.13 * column) if column != 2 else CORAL
-                panel.plot(
-                    session.time_s[inside],
-                    (z[inside, row, column] - 1) * 2.2 + 5 - row,
-                    color=shade,
-                    lw=0.8,
-                )
-        panel.set(
-            yticks=range(1, 6),
-            yticklabels=[f"row {5 - k}" for k in range(5)],
-            xlim=(start, stop),
-            ylim=(-0.3, 6.2),
-        )
-        panel.set_title(preset, loc="left", pad=26 if panel is axes[0] else 6)
-        panel.plot([stop - 0.4] * 2, [5.6, 5.6 + 0.44], color=INK, lw=2, solid_capstyle="butt")
-        panel.text(stop - 0.6, 5.82, "20 % of C₀", ha="right", va="center", fontsize=8)
-    axes[1].set(xlabel="s", xticks=np.arange(28, 50, 2))
-    save(figure, folder / "traces.png", flat=True)
+    figure, row = plt.subplots(1, 4, figsize=(11.4, 3.2))
+    for axes, (title, z, depth, drag) in zip(row, cases, strict=True):
+        image(axes, feel(z, depth, drag), 0.5)
+        x, y = 2 + 3.8 * z.real, 2 - 3.8 * z.imag  # of the fingers, in taxels
+        axes.quiver(x, y, drag.real, drag.imag, color=INK, scale=24)
+        axes.plot(x, y, "o", mfc="none", mec=INK, ms=22)
+        axes.set_title(title, loc="center")
+    save(figure, folder / "touched.svg")
 
 
 def main() -> int:
@@ -287,7 +211,7 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     mpl.use("agg")
     with plt.rc_context(STYLE):
-        for draw in (inflation, comparison, maps, touched, traces):
+        for draw in (inflation, comparison, touched):
             draw(folder)
     return 0
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.links.log_limit import HUSH_S, LogLimit
+from controller.links.base import HUSH_S, LogLimit
 from controller.protocol.messages import (
     DECLINED,
     Bye,

@@ -14,8 +14,7 @@ import pytest
 
 from controller.cli import service
 from controller.diagnostics import bluetooth
-from controller.links.bluetooth.bluez import explain
-from controller.links.bluetooth.identifiers import SERVICE_UUID
+from controller.links.bluetooth.bluez import SERVICE_UUID, explain
 from controller.runtime.device import HOLD_S, LongPress
 from controller.runtime.process import BEATS, WatchdogHeartbeat
 from tests.support import ROOT

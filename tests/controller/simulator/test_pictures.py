@@ -15,7 +15,7 @@ def test_a_checkout_can_draw_the_documentations_pictures(tmp_path: Path) -> None
     with rc_context(paint.STYLE):
         for draw, name in (
             (pictures.inflation, "inflation.svg"),
-            (pictures.touched, "touched.png"),
+            (pictures.touched, "touched.svg"),
         ):
             draw(tmp_path)
             assert (tmp_path / name).stat().st_size > 20_000
