@@ -1,6 +1,6 @@
 """Quick touches over the real link: which are understood exactly once, by dwell and rate.
 
-    python -m tests.benchmarks.tapping [--taps N] [--seeds N] [--bundle FILE] [--preset NAME] [--json]
+    python -m tests.benchmarks.tapping [--taps N] [--seeds N] [--bundle FILE] [--preset NAME]
 
 A mouse clicks on the panel's own input code (`host.ui.pointer_input`), and fingers of different
 depth, size and aim touch the dome; both reach a virtual orb through a real TCP link and the same
@@ -303,7 +303,8 @@ def main() -> None:
     for preset in [arguments.preset] if arguments.preset else ["nominal", "paper-snr"]:
         found = measure(preset, bundle, arguments.taps, arguments.seeds, list(cells()))
         for cell, tally in found.items():
-            name = f"{cell.hand}_{cell.gesture}_{cell.where}_{cell.dwell_s * 1000:.0f}ms_{cell.rate_hz:g}hz"
+            name = f"{cell.hand}_{cell.gesture}_{cell.where}"
+            name += f"_{cell.dwell_s * 1000:.0f}ms_{cell.rate_hz:g}hz"
             median = float(np.median(tally.latencies_s)) if tally.latencies_s else None
             results.keep(
                 row(
