@@ -1,6 +1,7 @@
 """Gesture recognition: CNN-3D learns the class of the last frame of each window."""
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 import torch
@@ -15,6 +16,9 @@ from models.evaluation import scores
 from models.results.training import Epoch, GestureResult
 from models.training.loop import Index, Task, TrainingJob, batched, fit_shown
 from models.training.networks import Network, gesture_net
+
+
+WINDOWS_HZ: Final = 10.0  # windows of a second that an epoch draws: neighbours are nearly the same
 
 
 class GestureTask(Task):
@@ -46,20 +50,24 @@ class GestureTask(Task):
         }
         label = examples.label[self.ends["train"]]
         self._null = self.ends["train"][label == 0]
-        self._drawn = round(recipe.null_share * len(self._null))
+        share = min(1.0, WINDOWS_HZ / examples.rate_hz)
+        self._drawn = round(share * recipe.null_share * len(self._null))
         self._weights = _weights(label, classes, recipe, answers or classes).to(device)
         shape = (examples.window, *examples.images.shape[1:])
         net = gesture_net(shape, classes, recipe).to(device)
         super().__init__(net, recipe, self.ends["train"][label != 0])
+        self._taken = round(share * len(self.train))
 
     def steps(self) -> int:
-        """Return the number of batches of an epoch, which draws some of the null windows."""
-        return -(-(len(self.train) + self._drawn) // self.recipe.batch)
+        """Return the number of batches of an epoch, which draws some of the windows."""
+        return -(-(self._taken + self._drawn) // self.recipe.batch)
 
     def batches(self, rng: np.random.Generator) -> Iterator[Index]:
         """Yield one epoch's windows in batches, by their last frames, (batch,)."""
-        some = rng.choice(self._null, self._drawn, replace=False)
-        order = rng.permutation(np.concatenate([self.train, some]))
+        some, touched = rng.choice(self._null, self._drawn, replace=False), self.train
+        if self._taken < len(touched):
+            touched = rng.choice(touched, self._taken, replace=False)
+        order = rng.permutation(np.concatenate([touched, some]))
         yield from np.array_split(order, self.steps())
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:

@@ -27,7 +27,7 @@ from host.connection.virtual_orb import VirtualOrbProcess
 from host.demo import until_ms
 from host.ui.pointer_input import TWIST_RING_MM, DomeArea, PointerInput
 
-from .results import Results, command_line, row, say
+from .results import Results, command_line, say
 
 TICK_S: Final = 1 / 60
 READY_S: Final = 2.5  # the rest image is found
@@ -306,12 +306,9 @@ def main() -> None:
             name = f"{cell.hand}_{cell.gesture}_{cell.where}"
             name += f"_{cell.dwell_s * 1000:.0f}ms_{cell.rate_hz:g}hz"
             median = float(np.median(tally.latencies_s)) if tally.latencies_s else None
-            results.keep(
-                row(
-                    name, tally.once / tally.touches, "1", preset=preset, touches=tally.touches,
-                    twice=tally.twice, wrong=tally.wrong, strangers=tally.strangers,
-                    latency_s=median,
-                )
+            results.note(
+                name, tally.once / tally.touches, "1", preset=preset, touches=tally.touches,
+                twice=tally.twice, wrong=tally.wrong, strangers=tally.strangers, latency_s=median,
             )  # fmt: skip
     results.finish(arguments.json)
 

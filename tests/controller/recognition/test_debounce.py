@@ -1,6 +1,7 @@
 """One gesture per touch."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,14 +80,54 @@ def test_a_restored_debouncer_continues_exactly(stream: list[int], data: st.Data
     assert [after.step(sure(label)) for label in stream[cut:]] == expected[cut:]
 
 
+TAPS = DebounceSettings(smoothing=1.0, on=0.98, off=0.45, least=0.8, brief_s=0.05)
+
+
+def taps(probability: float, frames: int, chosen: DebounceSettings = TAPS) -> list[tuple[int, str]]:
+    """(frame, label) of what fires at 40 Hz for a press of a probability, with rest around it."""
+    stage = Debouncer(LABELS, chosen, rate_hz=40.0)
+    stream = [sure(NULL)] * 5 + [sure(PRESS, probability)] * frames + [sure(NULL)] * 5
+    steps = ((i, stage.step(newest)) for i, newest in enumerate(stream))
+    return [(i, label) for i, label in steps if label is not None]
+
+
+def test_clear_evidence_fires_at_once() -> None:
+    assert taps(0.99, 20) == [(5, "press")]
+
+
+def test_a_tap_too_short_to_be_clear_fires_when_it_ends() -> None:
+    assert taps(0.9, 3) == [(8, "press")]
+
+
+@pytest.mark.parametrize(("probability", "frames"), [(0.7, 3), (0.9, 2), (0.5, 20)])
+def test_a_touch_that_was_hardly_one_fires_nothing(probability: float, frames: int) -> None:
+    assert taps(probability, frames) == []
+
+
+def test_waiting_has_a_bound() -> None:
+    bounded = replace(TAPS, wait_s=0.2, late=0.9)
+    assert taps(0.9, 20, bounded) == [(5 + 8, "press")]
+    assert taps(0.9, 20) == [(25, "press")]
+
+
+def test_two_taps_a_tenth_of_a_second_apart_are_two() -> None:
+    stage = Debouncer(LABELS, TAPS, rate_hz=40.0)
+    tap, rest = [sure(PRESS, 0.99)] * 3, [sure(NULL)] * 4
+    assert [stage.step(newest) for newest in (tap + rest) * 2].count("press") == 2
+
+
 SHARE = st.floats(0.01, 1.0)
 
 
 @settings(deadline=None)
 @given(
     arrays.arrays(np.float32, (40, 4), elements=st.floats(0.0, 1.0, width=32)),
-    st.builds(DebounceSettings, SHARE, SHARE, SHARE),
-)
+    st.builds(
+        DebounceSettings, SHARE, SHARE, SHARE,
+        wait_s=st.sampled_from([0.0, 0.2, 1.0]), late=SHARE,
+        least=st.sampled_from([2.0, 0.4, 0.7]), brief_s=st.sampled_from([0.0, 0.1, 0.3]),
+    ),
+)  # fmt: skip
 def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
     weights: NDArray[np.float32], chosen: DebounceSettings
 ) -> None:

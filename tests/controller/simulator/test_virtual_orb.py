@@ -120,7 +120,9 @@ def paths(frames: int) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDA
 
 def test_rubber_remembers_a_press_for_a_while() -> None:
     circuit = ReadoutModel(noise_lsb=0.0, mains=0.0)
-    quiet = OrbModel(electronics=ElectronicsModel(readout=circuit, pressure=0, dead=0, leaky=0))
+    quiet = OrbModel(
+        electronics=ElectronicsModel(readout=circuit, pressure=(0.0, 0.05), dead=0, leaky=0)
+    )
     point, depth, radius = paths(200)
     depth[80:] = 0.0
     frames = OrbSimulator(np.random.SeedSequence(3), model=quiet).advance(point, depth, radius)
