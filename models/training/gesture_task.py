@@ -17,7 +17,6 @@ from models.results.training import Epoch, GestureResult
 from models.training.loop import Index, Task, TrainingJob, batched, fit_shown
 from models.training.networks import Network, gesture_net
 
-
 WINDOWS_HZ: Final = 10.0  # windows of a second that an epoch draws: neighbours are nearly the same
 
 
