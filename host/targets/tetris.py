@@ -3,17 +3,14 @@
 `TetrisTarget.tick` is the pure core, without a window and a clock.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import pygame
 
-from controller.protocol.messages import (
-    Command,
-    Message,
-    UploadStatus,
-)
+from controller.protocol.messages import Command, Message, State, UploadStatus
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
 from host.targets import Target, TargetOptions
@@ -26,6 +23,7 @@ from tetris.engine.events import Paused
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.files import config_folder
 from tetris.window import bindings
+from tetris.window.keys import Code, Keys
 from tetris.window.menu import OF_ACTION, OF_CODE, MenuStep
 from tetris.window.settings import FILE_NAME, Settings, changed, hands, load
 from tetris.window.tiles import ThemeChoice
@@ -49,7 +47,10 @@ ACTIONS: Final[dict[str, Action]] = {
 HINTS: Final = {Phase.PAUSED: "P to go on", Phase.OVER: "pinch, or R, to play again"}
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
-_HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # what acts for as long as its key is down
+# What acts for as long as its key is down, or its gesture is held.
+_HELD: Final[dict[Code, Action]] = {"left": Action.LEFT, "right": Action.RIGHT, "down": Action.DOWN}
+# A tap holds for some frames longer than a key: the orb needs them to see that the finger has left.
+_LINGER_FRAMES: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +92,7 @@ class TetrisTarget(Target):
         self._look = _look(self._settings)
         self.game = Game(seed, config or PACE)
         self.keys = hands(self._settings)
+        self._gestures = HeldGestures(self._settings)
         self.correcting = CorrectionKeys()
         self.reason = ""
         self._now_s = 0.0
@@ -139,12 +141,12 @@ class TetrisTarget(Target):
                 elif action is not None:
                     acted.append((item.message, action))
                     due = (*due, action)
-            events += self.game.update(now_s, due, soft_drop=self.keys.soft_drop)
-        mine = (*self.keys.poll(now_s), *self._asked, *actions)
+            events += self.game.update(now_s, due, soft_drop=self._soft_drop(now_s))
+        mine = (*self.keys.poll(now_s), *self._gestures.poll(now_s), *self._asked, *actions)
         self._asked.clear()
         if Action.PAUSE in mine or Action.RESTART in mine:
             self.reason = ""  # to pause, or to go on without the orb, is now the player's affair
-        events += self.game.update(now_s, mine, soft_drop=self.keys.soft_drop)
+        events += self.game.update(now_s, mine, soft_drop=self._soft_drop(now_s))
         if any(isinstance(event, Paused) for event in events):
             self.menu.open()
         if self.game.phase is not Phase.OVER:
@@ -161,12 +163,17 @@ class TetrisTarget(Target):
         match item:
             case Connected(welcome=welcome):
                 self.correcting.labels = welcome.labels
+                self._gestures = HeldGestures(self._settings, welcome.rate_hz)
                 return self._go_on()
             case Stale():
+                self._gestures.hold((), now_s)
                 return self._stop(before, "the orb is silent")
             case Lost() | Refused():
+                self._gestures.hold((), now_s)
                 return self._stop(before, "the link to the orb is lost")
             case Delivered(message=message):
+                if isinstance(message, State):
+                    self._gestures.hold(message.pressed, now_s)
                 if isinstance(message, UploadStatus):
                     self.correcting.answer(message, now_s)
                 return self._go_on() if before == "stale" else ()
@@ -184,6 +191,9 @@ class TetrisTarget(Target):
         """End the pause that the link made; one that the player made stays."""
         ours, self.reason = bool(self.reason), ""
         return (Action.PAUSE,) if ours and self.game.phase is Phase.PAUSED else ()
+
+    def _soft_drop(self, now_s: float) -> bool:
+        return self.keys.soft_drop or self._gestures.soft_drop(now_s)
 
     def _navigate(self, nav: MenuStep | None) -> None:
         if nav:
@@ -226,7 +236,7 @@ class TetrisTarget(Target):
     def _waits(self, code: int) -> bool:
         """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
         action = bindings.table(self._settings.keys).get(code)
-        return bool(self.correcting.labels) and action not in _HELD
+        return bool(self.correcting.labels) and action not in _HELD.values()
 
     def _act(self, now_s: float) -> None:
         """Press the Ctrl that waits: it was no part of a correction."""
@@ -268,6 +278,36 @@ class TetrisTarget(Target):
     def projection(self) -> Projection | None:
         """Rectangle of the dome in the window; None before the first picture."""
         return self._scene.panel.projection if self._scene else None
+
+
+class HeldGestures:
+    """Commands whose gesture is held: after the first step they repeat as held keys do."""
+
+    def __init__(self, settings: Settings, rate_hz: float = 10.0) -> None:
+        """Begin with nothing held, on an orb of so many frames a second."""
+        self._das_s = settings.das_ms / 1000 + _LINGER_FRAMES / rate_hz
+        self._keys = Keys(_HELD, das_s=self._das_s, arr_s=settings.arr_ms / 1000)
+        self._held: frozenset[str] = frozenset()
+        self._lowering_s = math.inf  # since when "down" is held
+
+    def hold(self, commands: Sequence[str], now_s: float) -> None:
+        """Take the commands that are held now."""
+        held = frozenset(commands)
+        for name in sorted(self._held - held):
+            self._keys.release(name, now_s)
+        for name in sorted(held - self._held):
+            self._keys.press(name, now_s)
+        if ("down" in held) != ("down" in self._held):
+            self._lowering_s = now_s if "down" in held else math.inf
+        self._held = held
+
+    def poll(self, now_s: float) -> list[Action]:
+        """Return the repeats that are due."""
+        return [due.action for due in self._keys.due(now_s) if due.repeated]
+
+    def soft_drop(self, now_s: float) -> bool:
+        """Whether "down" is held for so long that it lowers the piece."""
+        return now_s - self._lowering_s >= self._das_s
 
 
 def _look(settings: Settings) -> ThemeChoice:

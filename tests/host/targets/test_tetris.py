@@ -15,6 +15,7 @@ from controller.protocol.messages import (
     Contacts,
     Correction,
     Message,
+    State,
     Telemetry,
     Welcome,
 )
@@ -55,6 +56,50 @@ def test_each_command_of_the_orb_acts_on_the_piece() -> None:
     assert target.game.pieces_placed == 1
     target.tick(0.05, [said("hold")])
     assert target.game.hold is not None
+
+
+def held(*names: str) -> Delivered:
+    return Delivered(State(names), 0)
+
+
+def columns(target: TetrisTarget, until_s: float, from_s: float) -> list[int]:
+    """Columns of the piece at each of sixty ticks a second."""
+    found = []
+    for tick in range(round(from_s * 60), round(until_s * 60)):
+        target.tick(tick / 60)
+        found.append(target.game.piece.x)
+    return found
+
+
+def test_a_held_gesture_repeats_as_a_held_key_until_it_ends() -> None:
+    target = playing()
+    x = target.game.piece.x
+    target.tick(0.0, [said("left"), held("left")])
+    # At 10 Hz six frames are waited beside the game's own 167 ms, then every 33 ms.
+    assert set(columns(target, 0.75, 0.02)) == {x - 1}
+    assert columns(target, 0.85, 0.76)[-1] == x - 3
+    target.tick(0.86, [held()])
+    assert len(set(columns(target, 1.5, 0.87))) == 1
+
+
+@pytest.mark.parametrize("end", [Stale(), Lost("gone"), held()])
+def test_nothing_repeats_after_the_orb_has_gone(end: Received) -> None:
+    target = playing()
+    target.tick(0.0, [said("right"), held("right")])
+    target.tick(0.1, [end])
+    x = target.game.piece.x
+    target.tick(2.0, [Connected(WELCOME)])
+    assert set(columns(target, 3.0, 2.1)) == {x}
+
+
+def test_a_held_down_lowers_the_piece_fast() -> None:
+    target = playing()
+    target.tick(0.0, [said("down"), held("down")])
+    y = target.game.piece.y
+    columns(target, 0.75, 0.02)
+    assert y - target.game.piece.y <= 1
+    columns(target, 1.1, 0.76)
+    assert y - target.game.piece.y > 3
 
 
 def test_tick_tells_which_command_became_which_action() -> None:
