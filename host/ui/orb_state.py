@@ -20,6 +20,7 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
+from host.ui.unanswered import UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
 LinkState = Literal["connecting", "live", "stale", "lost"]
@@ -29,6 +30,7 @@ MEMORY: Final = 8  # commands in the list
 TRACE_S: Final = 12.0  # seconds of deviation in the sparkline
 TRACE_POINTS: Final = 600  # at most, whatever the rate
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
+REASON_S: Final = 2.5  # and why the last one gave no command stands there for so long
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +69,11 @@ class OrbState:
     user: str = ""  # the identified user; "" for none that it knows
     sure: float = 0.0  # how probable that is; 0 where the device knows no users
     history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
+    unanswered: tuple[str, float] | None = None  # why the last touch gave no command, and when
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
+    _touches: UnansweredTouches = field(default_factory=lambda: UnansweredTouches(("null",)))
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -92,6 +96,7 @@ class OrbState:
         self.health = ()
         self.user, self.sure = "", 0.0
         self.trace.clear()
+        self._touches, self.unanswered = UnansweredTouches(welcome.labels), None
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:
         """Take what the device felt in one frame; an image of a foreign shape is left out."""
@@ -101,6 +106,10 @@ class OrbState:
             self.trace.append((now_s, float(np.sqrt(np.mean(self.felt**2)))))
         if len(message.probabilities) == len(self._target):
             self._target = np.asarray(message.probabilities, np.float32)
+            if message.ready and self.trace:
+                level = self.trace[-1][1]
+                reason = self._touches.step(level, self._target, message.gesture, now_s)
+                self.unanswered = (reason, now_s) if reason else self.unanswered
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
 
@@ -110,6 +119,8 @@ class OrbState:
 
     def command(self, message: Command, now_s: float) -> None:
         """Remember a command for the list."""
+        self._touches.answer()
+        self.unanswered = None
         self.history.append(
             RecentCommand(message.label, message.name, message.probability, message.touch, now_s)
         )
@@ -139,6 +150,11 @@ class OrbState:
         ).astype(np.float32)
         while self.trace and self.trace[0][0] < now_s - TRACE_S:
             self.trace.popleft()
+
+    def reason_unanswered(self, now_s: float) -> str:
+        """Return why the last touch gave no command; "" if it did, or it is long ago."""
+        reason, at_s = self.unanswered or ("", now_s)
+        return reason if now_s - at_s < REASON_S else ""
 
     def mark(self, now_s: float) -> tuple[float, float, float] | None:
         """Return the last recognised touch as x, y and how fresh it is, 1 down to 0."""

@@ -88,7 +88,7 @@ class Panel:
         below = self.projection.centre[1] + self._radius * (1 + dome.PADDING)
         top = round(below) + self._unit.px(4)
         if view.link == "live":
-            top = self._bars(surface, view, self._caption(surface, view, top))
+            top = self._bars(surface, view, self._caption(surface, view, now_s, top))
         else:
             self._reason(surface, view, top + self._unit.px(20))
         self._hops(surface, view)
@@ -166,7 +166,7 @@ class Panel:
         surface.blit(plate, box)
         surface.blit(label, label.get_rect(center=box.center))
 
-    def _caption(self, surface: pygame.Surface, view: OrbState, top: int) -> int:
+    def _caption(self, surface: pygame.Surface, view: OrbState, now_s: float, top: int) -> int:
         """Draw below the dome what matters most; return where the next part begins."""
         if view.health and not view.gesture:
             for number, line in enumerate(_HEALTH.wrap(view.health[0])[:2]):
@@ -175,6 +175,8 @@ class Panel:
                 surface.blit(label, label.get_rect(midtop=at))
             return top + self._unit.px(36)
         size, colour, message = 18, theme.TEXT_DIM, view.hint
+        if reason := view.reason_unanswered(now_s):
+            colour, message = theme.WARN, reason
         if view.gesture:
             size, colour, message = 24, theme.ACCENT, sprites.words(view.gesture)
         label = self._unit.text(message, size, colour, self._inner)

@@ -1,0 +1,85 @@
+"""Reasons why a touch gave no command: too short, too light, or undecided between two gestures.
+
+Judged from telemetry alone, so that it needs nothing of the device: how strong the image was, how
+long, and what the network took it for.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.ui.sprites import words
+
+_RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
+_FALL: Final = (1.3, 0.010)  # and ends below this
+_REST_S: Final = 1.0  # time constant of the level at rest
+_ANSWER_S: Final = 0.2  # after its end, in which a touch may still be answered
+_LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
+_SHORT_S: Final = 0.3
+_RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
+
+
+class UnansweredTouches:
+    """Watches one orb's telemetry for touches that no command answers; times are in seconds."""
+
+    def __init__(self, labels: Sequence[str]) -> None:
+        """Begin untouched; "null" is the first label."""
+        self._labels = labels
+        self._rest = 0.0
+        self._last_s: float | None = None
+        self._begun_s: float | None = None  # of the touch under way, or just over
+        self._ended_s: float | None = None
+        self._answered = False
+        self._peaks = np.zeros(len(labels))  # greatest probabilities
+        self._null = 1.0  # smallest probability of none
+
+    def answer(self) -> None:
+        """Take note of a command."""
+        self._answered = True
+
+    def step(
+        self, deviation: float, probabilities: NDArray[np.float32], held: str, now_s: float
+    ) -> str:
+        """Take a frame's deviation, probabilities (labels,) and held gesture; return the reason.
+
+        It is "" but for the frame in which an unanswered touch is over.
+        """
+        passed_s = 0.0 if self._last_s is None else now_s - self._last_s
+        self._last_s = now_s
+        times, more = _FALL if self._begun_s is not None else _RISE
+        if self._rest and deviation > times * self._rest + more:
+            if self._begun_s is None or self._ended_s is not None:
+                self._begin(now_s)
+        elif self._begun_s is None:
+            share = min(1.0, passed_s / _REST_S) if self._rest else 1.0
+            self._rest += share * (deviation - self._rest)
+        elif self._ended_s is None:
+            self._ended_s = now_s
+        if self._begun_s is None:
+            return ""
+        self._answered |= bool(held)
+        np.maximum(self._peaks, probabilities, out=self._peaks)
+        self._null = min(self._null, float(probabilities[0]))
+        if self._ended_s is None or now_s - self._ended_s < _ANSWER_S:
+            return ""
+        reason = "" if self._answered else self._reason(self._ended_s - self._begun_s)
+        self._begun_s = self._ended_s = None
+        return reason
+
+    def _begin(self, now_s: float) -> None:
+        self._begun_s, self._ended_s, self._answered = now_s, None, False
+        self._peaks[:], self._null = 0.0, 1.0
+
+    def _reason(self, lasted_s: float) -> str:
+        """Return why a touch that lasted so long was not answered."""
+        first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])
+        if 1.0 - self._null < _LIGHT:
+            return "too light: press a little more firmly"
+        if others and self._peaks[others[0]] > _RIVAL * self._peaks[first]:
+            one, other = (words(self._labels[i]) for i in (first, others[0]))
+            return f"undecided between {one} and {other}"
+        if lasted_s < _SHORT_S:
+            return "too short: stay a little longer"
+        return f"not clearly a {words(self._labels[first])}"

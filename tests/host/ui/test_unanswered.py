@@ -1,0 +1,59 @@
+"""Why a touch gave no command, as the panel says it."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from host.ui.unanswered import UnansweredTouches
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+REST, TOUCHED = 0.01, 0.08  # root mean square of z - 1
+FRAME_S = 0.025
+
+Share = NDArray[np.float32]
+
+
+def shares(null: float, **others: float) -> Share:
+    """Return probabilities, (labels,)."""
+    return np.array([null, *(others.get(label, 0.0) for label in LABELS[1:])], np.float32)
+
+
+def reasons(
+    touch: Share, frames: int, *, answered: bool = False, held: str = "", level: float = TOUCHED
+) -> list[str]:
+    """Return what is said of one touch of so many frames, with rest around it."""
+    watch, said = UnansweredTouches(LABELS), []
+    for frame in range(40 + frames + 20):
+        touched = 40 <= frame < 40 + frames
+        if answered and frame == 40 + frames + 2:
+            watch.answer()
+        probabilities = touch if touched else shares(1.0)
+        strength = level if touched else REST
+        said.append(watch.step(strength, probabilities, held if touched else "", frame * FRAME_S))
+    return [reason for reason in said if reason]
+
+
+@pytest.mark.parametrize(
+    ("touch", "frames", "reason"),
+    [
+        (shares(0.8, press=0.2), 20, "too light: press a little more firmly"),
+        (shares(0.2, press=0.8), 4, "too short: stay a little longer"),
+        (shares(0.1, press=0.5, pinch=0.4), 20, "undecided between press and pinch"),
+        (shares(0.2, pinch=0.7), 20, "not clearly a pinch"),
+    ],
+)
+def test_a_touch_without_a_command_has_a_reason(touch: Share, frames: int, reason: str) -> None:
+    assert reasons(touch, frames) == [reason]
+
+
+def test_a_touch_that_is_answered_even_a_little_late_has_none() -> None:
+    assert reasons(shares(0.2, press=0.8), 4, answered=True) == []
+    assert reasons(shares(0.0, press=1.0), 20, held="press") == []
+
+
+def test_rest_is_no_touch_on_a_noisy_orb_either() -> None:
+    watch, noise = UnansweredTouches(LABELS), np.random.default_rng(1)
+    levels = 0.05 * (1.0 + 0.15 * noise.standard_normal(2000))
+    assert {watch.step(level, shares(1.0), "", i * FRAME_S) for i, level in enumerate(levels)} == {
+        ""
+    }
