@@ -12,6 +12,7 @@ Latency is from the contact message that puts the finger down to the tick in whi
 there.
 """
 
+import itertools
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -230,7 +231,9 @@ def cells() -> Iterator[Cell]:
                     yield Cell(hand, "press", dwell, rate, "alternating")
                     yield Cell(hand, "press", dwell, rate, "same")
         for gesture, dwells in LONGER_S.items():
-            yield from (Cell(hand, gesture, dwell, rate) for dwell in dwells for rate in (1, 2))
+            for dwell, rate in itertools.product(dwells, (1, 2)):
+                if dwell <= 0.8 / rate:
+                    yield Cell(hand, gesture, dwell, rate)
 
 
 def play(orb: Orb, cell: Cell, touches: int, rng: np.random.Generator) -> Tally:
