@@ -27,6 +27,7 @@ _SURE: Final = 9.0  # times the noise of such a drift, divided by idle: four med
 _STEADY_KPA: Final = 0.02  # what a pressure sensor scatters by
 _LEAK_KPA: Final = 0.2  # a minute
 _RISE_KPA: Final = 0.01  # that a second of pumping brings at least
+_BELOW_KPA: Final = -0.3  # no pressure: the sensor's output is at ground
 _PUMPED_S: Final = 2.0  # of pumping that tell whether it works
 _USUAL_PF: Final = (15.0, 120.0)
 _SETTLES_S: Final = 2.0  # at most, until the first second is still
@@ -61,6 +62,9 @@ def air(samples: Sequence[PressureReading], problem: str) -> Row:
     kpa = np.array([sample.kpa for sample in samples[first:]])  # while the pump did one thing
     seconds = last.t_s - samples[first].t_s
     rise, found = float(np.median(kpa[-5:]) - np.median(kpa[:5])), f"{last.kpa:.2f} kPa"
+    if last.kpa < _BELOW_KPA:
+        advice = "Check supply and lead of the pressure sensor; the pump stays off meanwhile."
+        return Row("pressure", Verdict.FAULT, found, advice, "no_pressure_sensor")
     if problem:
         return Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")
     if last.pumping and seconds >= _PUMPED_S and rise < _RISE_KPA * seconds:

@@ -100,6 +100,7 @@ def test_a_link_is_opened_and_closed() -> None:
         (np.linspace(2.2, 2.6, 20), False, "", "pump_stuck"),
         (np.linspace(2.2, 2.0, 20), False, "", "air_leak"),
         ([2.2] * 20, False, "refused", "pump"),
+        ([-0.7] * 20, False, "refused", "no_pressure_sensor"),
     ],
 )
 def test_what_the_pressure_says_of_pump_and_hose(
