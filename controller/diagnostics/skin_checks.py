@@ -227,8 +227,9 @@ def _guess(rest: Frame, lost: Mask) -> tuple[float, str]:
         return best
     change = _deviation(rest, lost)
     change -= change.mean()
-    for row, column in np.ndindex(*rest.shape):
-        press = pressed(*rest.shape, _PITCH_MM, (row, column))
+    rows, columns = rest.shape
+    for row, column in np.ndindex(rows, columns):
+        press = pressed(rows, columns, _PITCH_MM, (row, column))
         press -= press.mean()
         power = float(np.square(press).sum())
         depth = float((press * change).sum()) / power
