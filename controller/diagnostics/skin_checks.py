@@ -1,6 +1,7 @@
 """Checks of the skin from frames that nothing touches, among them its calibration; pure."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ _STEADY_KPA: Final = 0.02  # what a pressure sensor scatters by
 _LEAK_KPA: Final = 0.2  # a minute
 _RISE_KPA: Final = 0.01  # that a second of pumping brings at least
 _BELOW_KPA: Final = -0.3  # no pressure: the sensor's output is at ground
+_STARTS: Final = 4.0  # of the pump, a minute
 _PUMPED_S: Final = 2.0  # of pumping that tell whether it works
 _USUAL_PF: Final = (15.0, 120.0)
 _SETTLES_S: Final = 2.0  # at most, until the first second is still
@@ -72,8 +74,6 @@ def air(samples: Sequence[PressureReading], problem: str) -> Row:
     if last.kpa < _BELOW_KPA:
         advice = "Check supply and lead of the pressure sensor; the pump stays off meanwhile."
         return Row("pressure", Verdict.FAULT, found, advice, "no_pressure_sensor")
-    if problem:
-        return Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")
     if last.pumping and seconds >= _PUMPED_S and rise < _RISE_KPA * seconds:
         advice = "Listen whether it runs; look at its transistor and its hose."
         words = f"{found} after {seconds:.0f} s of pumping"
@@ -82,9 +82,15 @@ def air(samples: Sequence[PressureReading], problem: str) -> Row:
         advice = "Cut the pump's supply: its transistor does not switch off."
         words = f"the pressure rises to {found} with the pump off"
         return Row("pump", Verdict.FAULT, words, advice, "pump_stuck")
-    if not last.pumping and -rise > _STEADY_KPA + _LEAK_KPA * seconds / 60.0:
+    if problem:
+        return Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")
+    starts = sum(after.pumping and not before.pumping for before, after in pairwise(samples))
+    minutes = (last.t_s - samples[0].t_s) / 60.0
+    scatter = np.abs(np.diff([sample.kpa for sample in samples])).mean()
+    often = starts > 1 + _STARTS * minutes and scatter < _STEADY_KPA
+    if often or (not last.pumping and -rise > _STEADY_KPA + _LEAK_KPA * seconds / 60.0):
         advice = "Look at hose, valve and seam: soap water shows where it bubbles."
-        words = f"the pressure falls to {found} with the pump off"
+        words = f"{found}; the pump ran {starts} times in {60.0 * minutes:.0f} s"
         return Row("air", Verdict.FAULT, words, advice, "air_leak")
     return Row("air", Verdict.GOOD, found)
 
