@@ -11,15 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator.gesture import Paths, min_jerk
+from controller.simulator.lowpass import Lowpass
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Act = Callable[[complex, np.random.Generator, float, bool], Paths]
 
 # The thumb is where the pointer is, three fingers are across from it. A grip with equal angles
 # would look the same turned either way round (docs/simulator.md).
 GRIP_DEG: Final = (0.0, 147.0, 180.0, 213.0)
 _EDGE_S: Final = 0.12  # a finger sinks in and rises
-_SINK_MM_S: Final = 75.0  # as fast as in virtual_orb.py
+_SINK_MM_S: Final = 75.0  # as fast as in virtual_orb.py, and as late
+_FOLLOW_S: Final = 0.03
 _RADIUS_MM: Final = 7.0
 
 
@@ -47,7 +50,7 @@ def _pinch(centre: complex, rng: np.random.Generator, step_hz: float, quick: boo
     reach = rng.uniform(15.0, 19.0) + (rng.uniform(6.0, 8.0) - 17.0) * share
     angle = rng.choice([0.0, np.pi / 2, rng.uniform(0.0, np.pi)])
     points = centre + reach[:, None] * np.exp(1j * (angle + np.array([0.0, np.pi])))
-    return points, depth, np.full(2, _RADIUS_MM)
+    return _followed(points, step_hz), depth, np.full(2, _RADIUS_MM)
 
 
 def _twist(direction: float) -> Act:
@@ -69,7 +72,7 @@ def _twist(direction: float) -> Act:
         angle = np.radians(rng.uniform(35.0, 120.0)) * direction
         grip = rng.uniform(0.0, 2 * np.pi) + np.radians(GRIP_DEG)
         points = rng.uniform(16.0, 20.0) * np.exp(1j * (grip + angle * share[:, None]))
-        return points, depth, np.full(4, _RADIUS_MM)
+        return _followed(points, step_hz), depth, np.full(4, _RADIUS_MM)
 
     return act
 
@@ -99,6 +102,16 @@ def _click(dwell_s: float, depth_mm: float, step_hz: float, fingers: int) -> Arr
     time = _times(dwell_s + deepest / _SINK_MM_S, step_hz)
     depth = np.minimum(_SINK_MM_S * time, deepest - _SINK_MM_S * (time - dwell_s))
     return np.repeat(np.clip(depth, 0.0, deepest)[:, None], fingers, axis=1)
+
+
+def _followed(points: Complex, step_hz: float) -> Complex:
+    """Return fingers, (steps, fingers), that lag the pointer a little."""
+    keep = np.exp(-1.0 / (_FOLLOW_S * step_hz))
+    parts = [
+        Lowpass(keep, part[0].copy()).advance((1.0 - keep) * part)
+        for part in (points.real, points.imag)
+    ]
+    return np.asarray(parts[0] + 1j * parts[1], dtype=np.complex128)
 
 
 def _down_and_up(time: Array, total_s: float, fingers: int) -> Array:

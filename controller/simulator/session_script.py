@@ -117,8 +117,8 @@ class SessionScript:
             end = self._do(kind, now, self._steps, place, quick=True)
             if end is None:
                 return None
-            # The next finger comes down in its time, but seldom before the last one has left.
-            now = max(began + period * rng.uniform(0.9, 1.1), end + rng.uniform(-0.04, 0.1))
+            # The next finger comes down in its time, often while the last one rises.
+            now = max(began + period * rng.uniform(0.9, 1.1), end + rng.uniform(-0.1, 0.1))
         return now + self._look()
 
     def truth(
