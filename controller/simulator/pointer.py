@@ -28,7 +28,7 @@ _RADIUS_MM: Final = 7.0
 
 def _press(centre: complex, rng: np.random.Generator, step_hz: float, quick: bool) -> Paths:
     if quick:
-        depth = _click(float(np.exp(rng.uniform(*np.log((0.05, 0.3))))), 9.0, step_hz, 1)
+        depth = click(float(np.exp(rng.uniform(*np.log((0.05, 0.3))))), 9.0, step_hz, 1)
         return np.full(depth.shape, centre, dtype=np.complex128), depth, np.full(1, _RADIUS_MM)
     total = 0.3 + rng.uniform(0.3, 1.2)
     time = _times(total, step_hz)
@@ -39,7 +39,7 @@ def _press(centre: complex, rng: np.random.Generator, step_hz: float, quick: boo
 
 def _pinch(centre: complex, rng: np.random.Generator, step_hz: float, quick: bool) -> Paths:
     if quick:
-        depth = _click(rng.uniform(0.2, 0.5), 7.0, step_hz, 2)
+        depth = click(rng.uniform(0.2, 0.5), 7.0, step_hz, 2)
         time, begin, close = np.arange(len(depth)) / step_hz, 0.0, rng.uniform(0.1, 0.2)
     else:
         begin, close, hold = 0.08, rng.uniform(0.1, 0.65), rng.uniform(0.0, 0.6)
@@ -60,7 +60,7 @@ def _twist(direction: float) -> Act:
         before, hold = rng.uniform(0.0, 0.15), rng.uniform(0.0, 0.3)
         if quick:
             dwell = rng.uniform(0.25, 0.6)
-            depth = _click(dwell, 7.0, step_hz, 4)
+            depth = click(dwell, 7.0, step_hz, 4)
             before *= 0.4
             time, turn = np.arange(len(depth)) / step_hz, dwell - before
         else:
@@ -96,7 +96,7 @@ def _share(linear: Array, rng: np.random.Generator) -> Array:
     return even if rng.random() < 0.5 else min_jerk(even)
 
 
-def _click(dwell_s: float, depth_mm: float, step_hz: float, fingers: int) -> Array:
+def click(dwell_s: float, depth_mm: float, step_hz: float, fingers: int) -> Array:
     """Return the depth of each finger, (steps, fingers), mm, as a click of the mouse moves it."""
     deepest = min(depth_mm, _SINK_MM_S * dwell_s)
     time = _times(dwell_s + deepest / _SINK_MM_S, step_hz)
