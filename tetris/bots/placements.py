@@ -63,11 +63,10 @@ def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> list[Piece]:
 
 def find_spins(bits: int, piece: Piece, kicks: Kicks = "srs") -> dict[Spin, list[Piece]]:
     """Return the same by spins; a place that can be reached with and without one is in both."""
-    found = _find(bits, piece, kicks)
-    sets = {Spin.NONE: found.resting}
-    if piece.kind == "T":
-        sets = _spins(bits, found, kicks)
-    return {spin: _pieces(piece.kind, some) for spin, some in sets.items()}
+    if piece.kind != "T":
+        return {Spin.NONE: find(bits, piece, kicks)}
+    sets = _spins(bits, _find(bits, piece, kicks), kicks)
+    return {spin: _pieces("T", some) for spin, some in sets.items()}
 
 
 def _find(bits: int, piece: Piece, kicks: Kicks) -> _Found:
