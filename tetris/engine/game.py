@@ -13,6 +13,7 @@ from tetris.engine import events as happened
 from tetris.engine import moves, scoring
 from tetris.engine.events import Action, Event, Finish, GravityCap, Input, TopOut
 from tetris.engine.gravity import GravityGame
+from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config, Phase
 from tetris.engine.state import NS, Snapshot
 
@@ -85,6 +86,11 @@ class Game(GravityGame):
             self._schedule()
         events, self._events = self._events, []
         return events
+
+    def put(self, piece: Piece, kick: int | None = None) -> None:
+        """Take the piece in play to a free place, as a turn by that kick does, or none."""
+        self._take(piece)
+        self._kick = kick
 
     def _act(self, given: Input) -> None:
         if not (self.in_play and self.phase is _RUNNING):
