@@ -62,8 +62,8 @@ class Request:
     )
     split: str = _option(
         "",
-        "hold out sessions, users, or the ends of sessions: session, user, time (default: session, "
-        "or time for fewer than four)",
+        "hold out sessions, users, the ends of sessions, or places: session, user, time, site "
+        "(default: session, or time for fewer than four)",
         "BY",
     )
     base: Path | None = _option(

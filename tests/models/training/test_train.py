@@ -113,6 +113,15 @@ def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
     assert not loaded.locates
 
 
+def test_places_that_were_never_taught_are_told_apart_in_the_card(
+    data: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "my.orb"
+    assert train(out, data, "--task", "location", "--split", "site") == 0
+    assert "sites held out, with all touches nearest to them" in (tmp_path / "my.md").read_text()
+    assert "sites held out" in (tmp_path / "my.html").read_text()
+
+
 def test_a_training_that_was_interrupted_gives_the_same_bytes(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -233,7 +242,7 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     [
         (
             ["--split", "windows"],
-            "the score would be that of memory; split by session, user, time",
+            "the score would be that of memory; split by session, user, time, site",
         ),
         (["--split", "user"], "there is only one user; record another, or use --split time"),
         (["--labels", "cue"], "no cue label names a gesture; it has true and button labels"),
