@@ -119,6 +119,9 @@ class Request:
         "DIR",
         **FOLDERS,
     )
+    unmeasured: bool = _option(
+        False, "do not measure how much more examples would help", flag="no-advice"
+    )
     command: str = ""  # as it was typed
 
     def networks(self) -> Recipe:
