@@ -1,6 +1,6 @@
 """Gestures of real people on a touch screen, classified by models that never saw these people.
 
-    python -m tests.benchmarks.people PATH [--steps N] [--why] [--json]
+    python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
 
 PATH is the `frames.npz` of docs/people.md; it is imported, and its people are judged in five folds
 by `models folds`: CNN-3D by our recipe, and trees on the touch's trajectory, on the same windows;
@@ -150,7 +150,7 @@ def results(found: CrossValidation, left: dict[str, float]) -> Results:
 
 def main(argv: list[str] | None = None) -> int:
     """Judge, and print the report; with --json a line of JSON as well."""
-    parser = command_line(__doc__, steps=STEPS, why=False)
+    parser = command_line(__doc__, steps=STEPS, choose=False, why=False)
     parser.add_argument("path", type=Path, help="frames.npz of docs/people.md")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as place_for:
@@ -158,7 +158,7 @@ def main(argv: list[str] | None = None) -> int:
         recordings = imported(asked.path, folder)
         request = Request(
             (recordings,), folder / "people.json", folds=FOLDS, steps=asked.steps, window=WINDOW,
-            given=True, sound=True, command="tests.benchmarks.people",
+            given=True, choose=asked.choose, sound=True, command="tests.benchmarks.people",
         )  # fmt: skip
         found = cross_validation.cross(request, say)
         left = why(recordings, max(1, asked.steps // 4), say) if asked.why else {}
