@@ -3,6 +3,7 @@
 hid:                        over GATT (Bluetooth low energy), on the first adapter
 hid:hci1                    on another adapter
 hid:?keys=keyboard          keys in place of the pad; or the path of a mapping: docs/hid.md
+hid:?host=AA:BB:CC:DD:EE:FF for one host only
 """
 
 from __future__ import annotations
@@ -43,15 +44,18 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     """Register the HID device; LinkError or KeyMapError if that is not possible."""
     adapter, _, query = url.partition(":")[2].partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
-    if adapter.startswith("//") or set(options) - {"keys"}:
+    host = options.get("host", "").upper()
+    if adapter.startswith("//") or set(options) - {"keys", "host"}:
         raise LinkError(
-            f"cannot understand {url}; write hid: or an adapter as in hid:hci1, then ?keys=FILE "
-            "(docs/hid.md)"
+            f"cannot understand {url}; write hid: or an adapter as in hid:hci1, then ?keys=FILE or "
+            "?host=ADDRESS (docs/hid.md)"
         )
+    if host and not hosts.is_address(host):
+        raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
     keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome.name, adapter)
+    return HidLink(keys, welcome.name, adapter, only=host)
 
 
 class HidLink(BluetoothLink):
@@ -65,8 +69,11 @@ class HidLink(BluetoothLink):
     dropped = 0
     connected = False
 
-    def __init__(self, keys: KeyMap, name: str, adapter: str) -> None:
-        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses."""
+    def __init__(self, keys: KeyMap, name: str, adapter: str, *, only: str = "") -> None:
+        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses.
+
+        `only` is the address of the only host that may be active; "": any paired host.
+        """
         from controller.links.bluetooth.hid.gatt import GattTransport
 
         self._requests: RequestQueue[Message] = RequestQueue()
@@ -74,7 +81,7 @@ class HidLink(BluetoothLink):
         place = hosts.place()
         self._device = HidDevice(
             keys,
-            HostSelection(hosts.recall(place), time.monotonic()),
+            HostSelection(hosts.recall(place), only, time.monotonic()),
             notify=self._report_host,
             store=partial(hosts.remember, place),
         )
