@@ -163,7 +163,8 @@ def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("url", "said"),
     [
-        ("hid://x", "cannot understand hid://x; write hid: or an adapter"),
+        ("hid://x", "cannot understand hid://x; write hid: or hid:classic"),
+        ("hid:hci0,hci1", "cannot understand"),
         ("hid:?key=a.toml", "cannot understand"),
         ("hid:?keys=no.toml", "cannot read no.toml: no such file"),
         ("hid:?host=laptop", "laptop is no Bluetooth address, such as AA:BB:CC:DD:EE:FF"),
