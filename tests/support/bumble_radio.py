@@ -48,7 +48,7 @@ class Air:
 
         Args:
             record: The orb's service record, as BlueZ takes it.
-            channel: Where its RFCOMM server listens; 0: it offers nothing.
+            channel: Where its RFCOMM server listens.
         """
         self.arrived: Callable[[socket.socket], None] = socket.socket.close
         self._connections: dict[str, Any] = {}
@@ -58,21 +58,19 @@ class Air:
         self._thread.start()
         self._do(self._power_on(record, channel))
 
-    def rfcomm(
-        self, address: str, channel: int, timeout_s: float, local: str = ""
+    def open_channel(
+        self, address: str, channel: int, timeout_s: float = 10.0, local: str = ""
     ) -> socket.socket:
-        """Connect to an RFCOMM channel, as `host.bluetooth.sockets.rfcomm` does."""
-        return self._open(socket.SOCK_STREAM, timeout_s, self._open_dlc, address, channel)
+        """Connect to an RFCOMM channel, as `host.connection.rfcomm.open_channel` does."""
+        return self._open(socket.SOCK_STREAM, self._open_dlc, address, channel)
 
-    def l2cap(self, address: str, psm: int, timeout_s: float, local: str = "") -> socket.socket:
-        """Connect to an L2CAP service, as `host.bluetooth.sockets.l2cap` does."""
-        return self._open(socket.SOCK_SEQPACKET, timeout_s, self._open_l2cap, address, psm)
+    def open_service(self, address: str, psm: int, local: str = "") -> socket.socket:
+        """Connect to an L2CAP service, as `host.connection.rfcomm.open_service` does."""
+        return self._open(socket.SOCK_SEQPACKET, self._open_l2cap, address, psm)
 
-    def _open(
-        self, kind: int, timeout_s: float, connect: Any, address: str, port: int
-    ) -> socket.socket:
+    def _open(self, kind: int, connect: Any, address: str, port: int) -> socket.socket:
         near, far = socket.socketpair(socket.AF_UNIX, kind)
-        near.settimeout(timeout_s)
+        near.setblocking(False)
         try:
             self._do(connect(address, port, far))
         except BaseException:
@@ -99,10 +97,9 @@ class Air:
         self._laptop, self._orb = _device("laptop", LAPTOP, link), _device("orb", ORB, link)
         for device in (self._laptop, self._orb):
             await device.power_on()
-        if channel:
-            self._server = rfcomm.Server(self._orb)
-            self._server.listen(self._accept, channel)
-            self._orb.sdp_service_records = {HANDLE: attributes(record)}
+        self._server = rfcomm.Server(self._orb)
+        self._server.listen(self._accept, channel)
+        self._orb.sdp_service_records = {HANDLE: attributes(record)}
         await self._orb.set_connectable(True)
 
     async def _end(self) -> None:
