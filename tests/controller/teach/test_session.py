@@ -169,15 +169,16 @@ if sys.platform != "win32":
     import struct
     import termios
 
-    from tests.controller.keymap.test_terminal import ANSWERED, QUERY, Terminal
+    from controller.keymap.terminal_decoder import QUERY
+    from tests.controller.keymap.test_terminal import ANSWERED, Terminal
 
     def test_in_a_terminal_people_see_what_to_do_and_are_asked_in_the_end(mine: Path) -> None:
         argv = ["teach", "--speed", "0", "--out", str(mine), "--session", "1", "--repetitions", "1"]
         terminal = Terminal(f"""
 import sys
 from controller.__main__ import main
-from controller.teach import next_step
-next_step.trainable = lambda: True
+from controller.teach import dataset_folder
+dataset_folder.trainable = lambda: True
 sys.exit(main({argv!r}))
 """)
         fcntl.ioctl(terminal.screen, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 80, 0, 0))
