@@ -71,12 +71,12 @@ def parse(url: str) -> tuple[str, int | None, float, str]:
         )
     options = dict(parse_qsl(match["options"] or "", keep_blank_values=True))
     local, seconds = options.pop("local", ""), options.pop("connect_timeout", str(CONNECT_S))
-    if options:
-        raise LinkError(f"{url} has an option {min(options)}; there are local and connect_timeout")
-    if local and not ADDRESS.fullmatch(local):
-        raise LinkError(f"{url}: local is an adapter's address, such as 00:11:22:33:44:55")
-    if not re.fullmatch(r"\d+(\.\d+)?", seconds):
-        raise LinkError(f"{url}: connect_timeout is a number of seconds")
+    known = not options and re.fullmatch(r"\d+(\.\d+)?", seconds)
+    if not known or (local and not ADDRESS.fullmatch(local)):
+        raise LinkError(
+            f"{url} has an unknown option; write ?local=00:11:22:33:44:55 (the adapter to use), "
+            "connect_timeout=SECONDS or both, with an & between"
+        )
     channel = int(match["channel"]) if match["channel"] else None
     return match["address"].upper(), channel, float(seconds), local
 

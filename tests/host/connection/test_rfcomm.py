@@ -92,9 +92,9 @@ def test_a_url_is_read_in_full() -> None:
         ("rfcomm://00:11:22:33:44", "is no Bluetooth address"),
         (":0", "a channel from 1 to 30"),
         (":31", "a channel from 1 to 30"),
-        ("?speed=9", "has an option speed"),
-        ("?connect_timeout=x", "is a number of seconds"),
-        ("?local=hci0", "local is an adapter's address"),
+        ("?speed=9", "has an unknown option"),
+        ("?connect_timeout=x", "connect_timeout=SECONDS"),
+        ("?local=hci0", r"\?local=00:11:22:33:44:55"),
     ],
 )
 def test_a_url_that_is_none_is_told_before_anything_is_tried(rest: str, words: str) -> None:

@@ -68,6 +68,8 @@ class L2capSockets:
         return connection, address
 
     def _socket(self) -> socket.socket:
+        if not hasattr(socket, "AF_BLUETOOTH"):
+            raise OSError(errno.EAFNOSUPPORT, "no Bluetooth sockets")
         fresh = socket.socket(socket.AF_BLUETOOTH, socket.SOCK_SEQPACKET, socket.BTPROTO_L2CAP)
         fresh.setblocking(False)
         fresh.setsockopt(SOL_BLUETOOTH, BT_SECURITY, bytes([MEDIUM, 0]))
@@ -162,11 +164,6 @@ class ClassicTransport(HidTransport):
     # --- the channels ---
 
     def _listen(self, port: int) -> socket.socket:
-        if not hasattr(socket, "AF_BLUETOOTH") and type(self._radio) is L2capSockets:
-            raise BluetoothError(
-                "this Python was built without Bluetooth sockets; use the system's python3, or "
-                "--link hid:, which needs none"
-            )
         try:
             return self._radio.listen(self._address, port)
         except OSError as error:
@@ -175,6 +172,8 @@ class ClassicTransport(HidTransport):
                 "start bluetoothd with --noplugin=input (docs/hid.md), or use --link hid:",
                 errno.EACCES: "only a service may wait on the HID channels; give it the capability "
                 "CAP_NET_BIND_SERVICE, or use --link hid:",
+                errno.EAFNOSUPPORT: "this Python was built without Bluetooth sockets; use the "
+                "system's python3, or --link hid:, which needs none",
             }.get(error.errno or 0, f"cannot wait on the HID channels: {error.strerror or error}")
             raise BluetoothError(problem) from error
 
@@ -255,15 +254,11 @@ class ClassicTransport(HidTransport):
             if address in self._hosts or not self._is_bonded(address):
                 continue
             fresh: dict[int, socket.socket] = {}
-            try:
+            with contextlib.suppress(OSError), contextlib.ExitStack() as stack:  # it may be away
                 for port in (CONTROL, INTERRUPT):
-                    fresh[port] = await asyncio.wait_for(
-                        self._radio.connect(self._address, address, port), CONNECT_S
-                    )
-            except (OSError, TimeoutError) as error:
-                log.debug("host %s does not answer: %s", address, error)
-                for connection in fresh.values():
-                    connection.close()
-                continue
-            for port, connection in fresh.items():
-                self._attach(address, port, connection)
+                    connecting = self._radio.connect(self._address, address, port)
+                    fresh[port] = await asyncio.wait_for(connecting, CONNECT_S)
+                    stack.callback(fresh[port].close)
+                stack.pop_all()
+                for port, connection in fresh.items():
+                    self._attach(address, port, connection)
