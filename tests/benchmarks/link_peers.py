@@ -5,6 +5,7 @@
     python -m tests.benchmarks.link_peers echo URL        a bare pyserial loop: a frame in, one out
     python -m tests.benchmarks.link_peers lines URL       the same, which looks for a frame's end
     python -m tests.benchmarks.link_peers cable           two ptys, joined
+    python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
     python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
     python -m tests.benchmarks.link_peers xprogram        a window that tells when it gets keys
     python -m tests.benchmarks.link_peers tetris          our game's window, and the same
@@ -192,6 +193,21 @@ def cable(far: list[int] | None = None) -> None:
     joint.run([master for master, _ in pairs], far)
 
 
+def air() -> None:
+    """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
+    import queue
+
+    from controller.links.bluetooth.bluez import CHANNEL
+    from controller.links.bluetooth.serial_profile import record
+    from tests.support.bumble_radio import ORB, Air
+
+    radio = Air(record(), CHANNEL)
+    came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
+    radio.arrived = came.put
+    sockets = [radio.open_channel(ORB, CHANNEL), came.get(timeout=10.0)]
+    cable([each.fileno() for each in sockets])
+
+
 def proxy(port: str) -> None:
     """Join each connection with one to a port of this machine; "pull" closes both at once."""
     joint = Joint()
@@ -267,6 +283,7 @@ _ROLES: Final[dict[str, Callable[..., None]]] = {
     "echo": echo,
     "lines": lines,
     "cable": cable,
+    "air": air,
     "proxy": proxy,
     "xprogram": xprogram,
     "tetris": tetris,

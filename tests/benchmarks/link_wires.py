@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, Final
 
 from tests.support.processes import LineProcess
@@ -94,7 +95,15 @@ def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
     return Line(str(wire.first["ends"][0]), peer, wire)
 
 
+def _rfcomm(stack: ExitStack, who: str, counted: bool) -> Line:
+    """RFCOMM over Bumble's virtual controllers, with a pty at each end, which both pay for."""
+    wire = _started(stack, "air")
+    near, far = wire.first["ends"]
+    return Line(near, _started(stack, who, far), wire)
+
+
 WIRES: Final = (
     Wire("pty", _pty),
     Wire("tcp", _tcp),
+    *([Wire("rfcomm-bumble", _rfcomm)] if find_spec("bumble") else []),
 )

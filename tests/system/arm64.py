@@ -26,7 +26,9 @@ import platformdirs
 SUITE: Final = "trixie"  # Debian 13: qemu 10
 PYTHON: Final = "3.13"  # the suite's
 PLATFORMS: Final = ("manylinux_2_28_aarch64", "manylinux_2_27_aarch64", "manylinux2014_aarch64")
-WHEELS: Final = "numpy onnxruntime platformdirs pyserial pytest pytest-xdist hypothesis cobs"
+WHEELS: Final = (
+    "numpy onnxruntime platformdirs pyserial tomli-w pytest pytest-xdist hypothesis cobs"
+)
 CPU: Final = "cortex-a72"  # the Raspberry Pi 4's
 AGREE: Final = 1e-5
 PATIENCE_S: Final = "300"  # with a program that takes seconds on the machine itself

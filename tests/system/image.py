@@ -50,7 +50,7 @@ PACKAGES: Final = """
     procps busybox-static
 """
 # Bumble by hand: its own list draws in USB libraries that nothing here needs.
-WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial dbus-fast"
+WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial tomli-w dbus-fast"
 BARE_WHEELS: Final = "bumble cryptography cffi pycparser pyee typing_extensions"
 # linux-image-cloud-amd64 has no Bluetooth at all; this kernel has everything as modules. The
 # kernel asks for the ciphers when a controller appears, and would give up while they load.
