@@ -17,19 +17,12 @@ BLOCK: Final = 4096  # bytes; a disk loses or keeps a block in one piece
 
 @dataclass(frozen=True)
 class Left:
-    """A journal that a killed process left, and how it stood before the last sync.
+    """A journal that a killed process left, and how it stood before the last sync."""
 
-    Attributes:
-        seed: Of its frames.
-        data: All of it.
-        frames: (number, end) of each frame.
-        confirmed: All before this offset was on the disk then; the rest was being synced.
-    """
-
-    seed: int
-    data: bytes
-    frames: tuple[tuple[int, int], ...]
-    confirmed: int
+    seed: int  # of its frames
+    data: bytes  # all of it
+    frames: tuple[tuple[int, int], ...]  # (number, end) of each frame
+    confirmed: int  # all before this offset was on the disk then; the rest was being synced
 
     def last(self, cut: int) -> int:
         """Return the number of the last frame that is whole before an offset."""

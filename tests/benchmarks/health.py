@@ -50,17 +50,11 @@ _RECOGNIZER = Recognizer(_BUNDLE)
 
 @dataclass
 class Game:
-    """One session of play, and what came of it.
+    """One session of play, and what came of it."""
 
-    Attributes:
-        score: By the event metric, from `since_s` on.
-        steps: Of every frame.
-        found: What is said of the sensor at the end.
-    """
-
-    score: Score
-    steps: list[Step]
-    found: tuple[str, ...]
+    score: Score  # by the event metric, from `since_s` on
+    steps: list[Step]  # of every frame
+    found: tuple[str, ...]  # what is said of the sensor at the end
 
 
 def play(
@@ -76,15 +70,10 @@ def play(
 ) -> Game:
     """Play.
 
-    Args:
-        model: The orb.
-        seed: Which orb, hand and order.
-        minutes: How long.
-        busy: Stretches (from, to) in which the hand does nothing.
-        finger: From when to when another finger lies there, seconds.
-        faults: (seconds, fault) that are switched on.
-        away: From when to when there are no frames.
-        since_s: What happens before does not count.
+    model: the orb; seed: which orb, hand and order; minutes: how long; busy: stretches (from, to)
+    in which the hand does nothing; finger: from when to when another finger lies there, seconds;
+    faults: (seconds, fault) that are switched on; away: from when to when there are no frames;
+    since_s: what happens before does not count.
     """
     orb = VirtualOrb(seed, RATE_HZ, _DOMAIN, model)
     rng = np.random.default_rng([_DOMAIN, seed])

@@ -119,17 +119,11 @@ runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 
 @dataclass(frozen=True, slots=True)
 class Module:
-    """One source file.
+    """One source file."""
 
-    Attributes:
-        path: Relative to the root, as in "controller/files.py".
-        lines: How many.
-        tree: Its syntax tree.
-    """
-
-    path: str
-    lines: int
-    tree: ast.Module
+    path: str  # relative to the root, as in "controller/files.py"
+    lines: int  # how many
+    tree: ast.Module  # its syntax tree
 
 
 def main() -> int:

@@ -147,14 +147,10 @@ def _welcome() -> Welcome:
 
 
 class Joint:
-    """Two ends that are joined while nobody has pulled the plug.
-
-    Attributes:
-        passed: Bytes so far, from the first end to the second and back.
-    """
+    """Two ends that are joined while nobody has pulled the plug."""
 
     def __init__(self) -> None:
-        self.passed = [0, 0]
+        self.passed = [0, 0]  # bytes so far, from the first end to the second and back
         self.pulled = False
 
     def run(self, ends: list[int], far: list[int] | None = None) -> None:

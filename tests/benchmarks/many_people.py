@@ -39,27 +39,16 @@ WARM: Final = 30  # of them are not timed
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What an hour of recordings costs; times are processor-seconds.
+    """What an hour of recordings costs; times are processor-seconds."""
 
-    Attributes:
-        frames: In an hour.
-        bytes_on_disk: Of recordings as they are written.
-        bytes_in_memory: Of examples made of them.
-        survey_s: To learn what kind of recordings they are.
-        read_s: To check them, choose labels, and make examples of them.
-        windows: To learn from.
-        step_ms: Of training, for a batch.
-        batch: Windows in it.
-    """
-
-    frames: float
-    bytes_on_disk: float
-    bytes_in_memory: float
-    survey_s: float
-    read_s: float
-    windows: float
-    step_ms: float
-    batch: int
+    frames: float  # in an hour
+    bytes_on_disk: float  # of recordings as they are written
+    bytes_in_memory: float  # of examples made of them
+    survey_s: float  # to learn what kind of recordings they are
+    read_s: float  # to check them, choose labels, and make examples of them
+    windows: float  # to learn from
+    step_ms: float  # of training, for a batch
+    batch: int  # windows in it
 
 
 def measure(preset: str) -> Cost:

@@ -28,23 +28,14 @@ MISSING: Final = ("", "-")
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One frame, as a line tells it.
+    """One frame, as a line tells it."""
 
-    Attributes:
-        person: Number.
-        hand: Of `HANDS`.
-        finger: Of `FINGERS`.
-        task: Of `TASKS`.
-        t_s: When.
-        counts: (27, 15), above the untouched level.
-    """
-
-    person: int
-    hand: int
-    finger: int
-    task: int
-    t_s: float
-    counts: NDArray[np.int16]
+    person: int  # number
+    hand: int  # of `HANDS`
+    finger: int  # of `FINGERS`
+    task: int  # of `TASKS`
+    t_s: float  # when
+    counts: NDArray[np.int16]  # (27, 15), above the untouched level
 
 
 def parse(line: str) -> Line | None:

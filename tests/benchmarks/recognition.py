@@ -73,23 +73,14 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Size:
-    """How much is measured.
+    """How much is measured."""
 
-    Attributes:
-        sessions: Of each preset.
-        minutes: Of each session.
-        broken: Sessions for each dead taxel and electrode.
-        judged: Sessions that the peers are judged on.
-        mouse: Sessions of a mouse.
-        every: Of the taxels and electrodes, each so many-th is tried.
-    """
-
-    sessions: int = 200
-    minutes: float = 10.0
-    broken: int = 11
-    judged: int = 60
-    mouse: int = 20
-    every: int = 1
+    sessions: int = 200  # of each preset
+    minutes: float = 10.0  # of each session
+    broken: int = 11  # sessions for each dead taxel and electrode
+    judged: int = 60  # sessions that the peers are judged on
+    mouse: int = 20  # sessions of a mouse
+    every: int = 1  # of the taxels and electrodes, each so many-th is tried
 
 
 QUICK: Final = Size(sessions=6, minutes=4.0, broken=1, judged=3, mouse=2, every=6)

@@ -62,17 +62,11 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Size:
-    """How much is measured.
+    """How much is measured."""
 
-    Attributes:
-        users: People, each with every gesture.
-        draws: Sets of examples of each.
-        minutes: Of the session that is judged.
-    """
-
-    users: int = 10
-    draws: int = 1
-    minutes: float = 6.0
+    users: int = 10  # people, each with every gesture
+    draws: int = 1  # sets of examples of each
+    minutes: float = 6.0  # of the session that is judged
 
 
 QUICK: Final = Size(users=1, draws=1, minutes=3.0)
@@ -80,15 +74,10 @@ QUICK: Final = Size(users=1, draws=1, minutes=3.0)
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """What one lesson led to.
+    """What one lesson led to."""
 
-    Attributes:
-        before: The untaught bundle on the session.
-        after: The taught one.
-    """
-
-    before: Tally
-    after: Tally
+    before: Tally  # the untaught bundle on the session
+    after: Tally  # the taught one
 
 
 def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Figure]:

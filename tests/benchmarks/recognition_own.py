@@ -93,19 +93,12 @@ def measure(results: Results, path: Path, preset: str, users: int) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """What came of one person's lessons.
+    """What came of one person's lessons."""
 
-    Attributes:
-        label: What was taught.
-        number: Its class.
-        tallies: What was counted on the day judged, by examples.
-        refused: Lessons that were.
-    """
-
-    label: str
-    number: int
-    tallies: dict[int, Tally]
-    refused: int
+    label: str  # what was taught
+    number: int  # its class
+    tallies: dict[int, Tally]  # what was counted on the day judged, by examples
+    refused: int  # lessons that were
 
 
 def _person(path: Path, loaded: Bundle, preset: str, kind: str, user: int) -> Outcome:

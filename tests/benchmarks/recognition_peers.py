@@ -50,16 +50,7 @@ def judge_peers(
     *,
     again: bool,
 ) -> dict[tuple[str, str], Result]:
-    """Return how every peer does: (name, preset) -> figures; none where a package is missing.
-
-    Args:
-        loaded: The bundle that they are compared with.
-        people: Who plays, by preset.
-        count: Sessions of each preset.
-        cache: Where peers are kept.
-        say: Takes lines of progress.
-        again: They are trained even if they are kept.
-    """
+    """Return how every peer does: (name, preset) -> figures; none where a package is missing."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         say(f"peers are missing: {' and '.join(missing)} cannot be imported")

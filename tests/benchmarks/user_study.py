@@ -46,23 +46,14 @@ Part = Callable[[str, int, "Size", tuple[str, ...]], dict[str, Any]]
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How much is measured.
+    """How much is measured."""
 
-    Attributes:
-        users: Enrolled people; the paper's ten.
-        enrolled: Sessions of each.
-        new: New sessions of each.
-        known: Strangers that training may learn from, and sessions of each.
-        strangers: Others, of whom it may not.
-        minutes: Of a session.
-    """
-
-    users: int = 10
-    enrolled: int = 4
-    new: int = 2
-    known: tuple[int, int] = (10, 1)
-    strangers: int = 10
-    minutes: float = 4.0
+    users: int = 10  # enrolled people; the paper's ten
+    enrolled: int = 4  # sessions of each
+    new: int = 2  # new sessions of each
+    known: tuple[int, int] = (10, 1)  # strangers that training may learn from, and sessions of each
+    strangers: int = 10  # others, of whom it may not
+    minutes: float = 4.0  # of a session
 
 
 QUICK: Final = Size(users=3, enrolled=2, new=1, known=(2, 1), strangers=2, minutes=1.0)

@@ -73,8 +73,7 @@ def seeds() -> Iterable[bytes]:
 def one(data: bytes) -> None:
     """Feed bytes to a decoder at once, and to another one piece by piece.
 
-    Raises:
-        AssertionError: They disagree, or one remembers more than a frame.
+    Raises AssertionError: they disagree, or one remembers more than a frame.
     """
     choices = Choices(data)
     how, step = choices.number(), choices.number() % 64 + 1

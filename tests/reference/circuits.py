@@ -46,13 +46,7 @@ CIRCUITS: Final[dict[str, Parts]] = {
 
 
 def seen(parts: Parts, slot_s: float, before_v: float = 0.0) -> float:
-    """Return what the converter samples of the middle taxel, volts.
-
-    Args:
-        parts: The circuit.
-        slot_s: From the column's rise to the sample.
-        before_v: What the last conversion left on the sampling capacitor.
-    """
+    """Return what the converter samples of the middle taxel, volts."""
     line, rise = Timeline(), 50e-6
     for row in range(5):
         line.close(f"g{row}", 0.0, rise - 15e-6 if row == ROW else rise + slot_s + 50e-6)

@@ -25,12 +25,9 @@ def deflection(mesh: Mesh, load: Array) -> Array:
 def drag(mesh: Mesh, ratio: float, force: Array, swelling: Array | None = None) -> Array:
     """Solve the clamped sheet in plane stress (Young's modulus 1, thickness 1), u (nodes, 2).
 
-    Args:
-        mesh: The disc.
-        ratio: Poisson's; below zero for rubber that is stretched already.
-        force: In its plane, per area, (nodes, 2).
-        swelling: Area strain that something else imposes, equal both ways, (triangles,): the
-            sheet is that much too large for its place, or, as below a dent, too small.
+    mesh: the disc; ratio: Poisson's; below zero for rubber that is stretched already; force: in its
+    plane, per area, (nodes, 2); swelling: area strain that something else imposes, equal both ways,
+    (triangles,): the sheet is that much too large for its place, or, as below a dent, too small.
     """
     # Strains xx, yy, 2 xy from the corners' displacements, (triangles, 3, 6).
     strain = np.zeros((len(mesh.area), 3, 6))

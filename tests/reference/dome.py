@@ -25,36 +25,22 @@ _STEP_LIMIT = 0.15  # radii that a node may move in one Newton step
 
 @dataclass
 class State:
-    """A state of equilibrium.
+    """A state of equilibrium."""
 
-    Attributes:
-        x: Node positions, (nodes, 3).
-        pressure: Above the atmosphere's.
-        held: Which nodes each finger holds, bool (fingers, nodes).
-        grip: Where it holds them, from its centre, (fingers, nodes, 3).
-    """
-
-    x: Array
-    pressure: float
-    held: Mask
-    grip: Array
+    x: Array  # node positions, (nodes, 3)
+    pressure: float  # above the atmosphere's
+    held: Mask  # which nodes each finger holds, bool (fingers, nodes)
+    grip: Array  # where it holds them, from its centre, (fingers, nodes, 3)
 
 
 @dataclass(frozen=True)
 class Press:
-    """What a finger path did, step by step.
+    """What a finger path did, step by step."""
 
-    Attributes:
-        depth_mm: How far inward the skin under each finger moved, (steps, fingers).
-        log_c: ln C / C0 of every taxel, (steps, 25).
-        pressure: Above the atmosphere's, (steps,).
-        x: Node positions, (steps, nodes, 3).
-    """
-
-    depth_mm: Array
-    log_c: Array
-    pressure: Array
-    x: Array
+    depth_mm: Array  # how far inward the skin under each finger moved, (steps, fingers)
+    log_c: Array  # ln C / C0 of every taxel, (steps, 25)
+    pressure: Array  # above the atmosphere's, (steps,)
+    x: Array  # node positions, (steps, nodes, 3)
 
     def at(self, depth_mm: float) -> Array:
         """Return ln C / C0 at an indentation of the first finger, (25,)."""
@@ -78,12 +64,9 @@ class Dome:
     ) -> None:
         """Inflate the dome.
 
-        Args:
-            rings: Circles of nodes.
-            volume: Enclosed volume, R^3.
-            connected: Volume of hose and reservoir that shares the dome's gas, R^3.
-            focus: Where on the flat disc the middle of the rings is.
-            grading: Above 1, rings crowd around the focus.
+        rings: circles of nodes; volume: enclosed volume, R^3; connected: volume of hose and
+        reservoir that shares the dome's gas, R^3; focus: where on the flat disc the middle of the
+        rings is; grading: above 1, rings crowd around the focus.
         """
         self.mesh = mesh = disc(rings, focus, grading)
         dofs = (3 * mesh.triangle[:, :, None] + np.arange(3)).reshape(-1, 9)
@@ -116,11 +99,9 @@ class Dome:
     ) -> Press:
         """Press fingers straight inward, optionally moving them along the skin as well.
 
-        Args:
-            points: Reference positions, unit disc; the nearest nodes are touched.
-            travel_mm: How far every finger has come since it touched, (steps,).
-            finger: What they are like.
-            shift_mm: Displacement of every finger besides, (steps, fingers, 3).
+        points: reference positions, unit disc; the nearest nodes are touched; travel_mm: how far
+        every finger has come since it touched, (steps,); finger: what they are like; shift_mm:
+        displacement of every finger besides, (steps, fingers, 3).
         """
         nodes, surface, normal = self.touch(points)
         radius = finger.radius

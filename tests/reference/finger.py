@@ -14,17 +14,11 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Finger:
-    """A spherical fingertip.
+    """A spherical fingertip."""
 
-    Attributes:
-        radius_mm: Of the sphere.
-        stiffness: Of its springs; `material.PULP` or `material.RIGID`.
-        sticky: It holds the skin where it first touched it.
-    """
-
-    radius_mm: float = 7.0
-    stiffness: float = material.PULP
-    sticky: bool = True
+    radius_mm: float = 7.0  # of the sphere
+    stiffness: float = material.PULP  # of its springs; `material.PULP` or `material.RIGID`
+    sticky: bool = True  # it holds the skin where it first touched it
 
     @property
     def radius(self) -> float:
@@ -36,12 +30,9 @@ class Finger:
     ) -> tuple[Array, sparse.csr_matrix]:
         """Return the force of the springs, (nodes * 3,), and their stiffness.
 
-        Args:
-            arm: From the finger's middle to every node, (nodes, 3).
-            share: Reference area of every node, (nodes,).
-            near: Nodes that may meet the finger without being held, (nodes,).
-            held: Nodes that it holds, (nodes,).
-            grip: Where, from its middle, (nodes, 3).
+        arm: from the finger's middle to every node, (nodes, 3); share: reference area of every
+        node, (nodes,); near: nodes that may meet the finger without being held, (nodes,); held:
+        nodes that it holds, (nodes,); grip: where, from its middle, (nodes, 3).
         """
         length = np.linalg.norm(arm, axis=1)
         gap = length - self.radius
@@ -60,12 +51,7 @@ class Finger:
         return force.ravel(), sparse.csr_matrix(stiffness)
 
     def catch(self, before: Array, after: Array) -> tuple[Mask, Array]:
-        """Return which nodes it touches after a step, and where each touched it first.
-
-        Args:
-            before: From the finger's middle to every node before the step, (nodes, 3).
-            after: The same after it.
-        """
+        """Return which nodes it touches after a step, and where each touched it first."""
         above, below = (np.linalg.norm(arm, axis=1) - self.radius for arm in (before, after))
         when = np.clip(above / np.maximum(above - below, 1e-12), 0.0, 1.0)[:, None]
         first = before + when * (after - before)

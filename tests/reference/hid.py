@@ -31,19 +31,13 @@ class Globals:
 
 @dataclass(frozen=True)
 class Field:
-    """One main item: `count` values of `size` bits, from `offset` on.
+    """One main item: `count` values of `size` bits, from `offset` on."""
 
-    Attributes:
-        kind: INPUT, OUTPUT or FEATURE.
-        application: The usage (page << 16 | id) of the collection at the top.
-        usages: One a value, or, of an array, one a possible value.
-    """
-
-    kind: int
+    kind: int  # INPUT, OUTPUT or FEATURE
     flags: int
     offset: int
-    application: int
-    usages: tuple[int, ...]
+    application: int  # the usage (page << 16 | id) of the collection at the top
+    usages: tuple[int, ...]  # one a value, or, of an array, one a possible value
     state: Globals
 
 
@@ -70,8 +64,8 @@ class Descriptor:
 
         Variables are all there; None is the null state. Of an array only what is down is there.
 
-        Raises:
-            ValueError: The report has another length, or a value out of range with no null state.
+        Raises ValueError: the report has another length, or a value out of range with no null
+        state.
         """
         if len(data) * 8 != self.bits(kind, report_id):
             raise ValueError(f"report {report_id} has {len(data)} bytes")
@@ -103,11 +97,7 @@ def _values(one: Field, word: int) -> dict[int, int | None]:
 
 
 def parse(data: bytes) -> Descriptor:
-    """Return what a report descriptor describes.
-
-    Raises:
-        ValueError: It breaks a rule.
-    """
+    """Return what a report descriptor describes."""
     descriptor, state, stack = Descriptor(), Globals(), []
     depth, application = 0, 0
     usages: list[int] = []

@@ -21,10 +21,8 @@ class Meridian:
     def __init__(self, elements: int, volume: float, connected: float = 0.0) -> None:
         """Inflate the dome.
 
-        Args:
-            elements: Number of elements; they are finer towards the apex.
-            volume: Enclosed volume, R^3.
-            connected: Volume of hose and reservoir that shares the dome's gas, R^3.
+        elements: number of elements; they are finer towards the apex; volume: enclosed volume, R^3;
+        connected: volume of hose and reservoir that shares the dome's gas, R^3.
         """
         self.reference = np.linspace(0.0, 1.0, elements + 1) ** 1.3
         self._length = np.diff(self.reference)
@@ -51,9 +49,8 @@ class Meridian:
     ) -> tuple[Array, Array, Array]:
         """Press a finger on the apex.
 
-        Returns:
-            Depth of the skin's apex in mm, (steps,); ln C / C0 of the taxels, (steps, 25);
-            pressure, (steps,).
+        Returns depth of the skin's apex in mm, (steps,); ln C / C0 of the taxels, (steps, 25);
+        pressure, (steps,).
         """
         y, radius = self._y, radius_mm / material.RADIUS_MM
         self._held[:] = False

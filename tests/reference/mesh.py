@@ -12,32 +12,20 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Mesh:
-    """A triangulated unit disc.
+    """A triangulated unit disc."""
 
-    Attributes:
-        node: Reference positions, (nodes, 2).
-        triangle: Corners, counterclockwise, (triangles, 3).
-        slope: Gradients of the corners' shape functions, (triangles, 3, 2).
-        area: Reference areas, (triangles,).
-        share: Reference area that belongs to each node, (nodes,).
-        free: Nodes that are not clamped, (nodes,).
-    """
-
-    node: Array
-    triangle: Index
-    slope: Array
-    area: Array
-    share: Array
-    free: NDArray[np.bool_]
+    node: Array  # reference positions, (nodes, 2)
+    triangle: Index  # corners, counterclockwise, (triangles, 3)
+    slope: Array  # gradients of the corners' shape functions, (triangles, 3, 2)
+    area: Array  # reference areas, (triangles,)
+    share: Array  # reference area that belongs to each node, (nodes,)
+    free: NDArray[np.bool_]  # nodes that are not clamped, (nodes,)
 
 
 def disc(rings: int, focus: complex = 0j, grading: float = 1.0) -> Mesh:
     """Mesh the unit disc with 6 k nodes on the k-th of `rings` circles.
 
-    Args:
-        rings: Circles of nodes.
-        focus: Where the middle of the rings is; a conformal map takes it there.
-        grading: Above 1, rings crowd around the focus.
+    A conformal map takes their middle to `focus`; a grading above 1 crowds them there.
     """
     nodes, triangles = [np.zeros(1, dtype=np.complex128)], []
     for k in range(1, rings + 1):
@@ -73,10 +61,7 @@ def _first(ring: int) -> int:
 def taxels(mesh: Mesh, pitch: float = 10 / 38, side: float = 5 / 38) -> sparse.csr_matrix:
     """Return the share of every taxel's area that each triangle fills, (25, triangles).
 
-    Args:
-        mesh: The disc.
-        pitch: Distance of two taxels, radii.
-        side: Width of a taxel, radii.
+    Two taxels are `pitch` apart and each is `side` wide, in radii.
     """
     parts = 8  # each triangle is judged by the centres of parts^2 smaller ones
     i, j = np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")

@@ -25,12 +25,7 @@ class View:
         self._membrane, self._skin, self._grip = membrane, skin, grip
 
     def space(self, z: Complex, lift: float = 0.0) -> Array:
-        """Return where points of the flat disc are on the touched dome, (3, points), mm.
-
-        Args:
-            z: Points of the unit disc, (points,).
-            lift: How far above the skin, radii.
-        """
+        """Return where points of the flat disc are on the touched dome, (3, points), mm."""
         return self._place(z, lift)[:3]
 
     def _place(self, z: Complex, lift: float) -> Array:
@@ -54,11 +49,8 @@ class View:
     def draw(self, axes: Axes, log_c: Array, colours: Colormap, limit: float) -> None:
         """Draw skin and taxels.
 
-        Args:
-            axes: Where.
-            log_c: What every taxel senses, (25,).
-            colours: Of log_c from -limit to limit.
-            limit: See there.
+        axes: where; log_c: what every taxel senses, (25,); colours: of log_c from -limit to limit;
+        limit: see there.
         """
         reach, turn = np.linspace(0.0, 1.0, 61), np.linspace(0.0, 2 * np.pi, 145)
         disc = (reach[:, None] * np.exp(1j * turn)).astype(np.complex128)

@@ -25,35 +25,21 @@ SAMPLE_S: Final = 1.5e-6  # the converter's sampling time
 
 @dataclass(frozen=True)
 class Parts:
-    """One orb's parts.
+    """One orb's parts."""
 
-    Attributes:
-        taxels_pf: (rows, columns).
-        film_ohm: End to end of columns, then rows, (columns + rows,).
-        stray_pf: At the board ends, same order.
-        row_pf: Capacitor from each row to ground.
-        bleed_ohm: R_m of each row (or column: see `place`).
-        leak_a: Into each row, from pin and converter.
-        gate_pf: From a row pin's gate to the row: what it injects as it lets go.
-        sample_pf: The converter's sampling capacitor.
-        input_pf: Its pin.
-        coupling_pf: C_m, in series between row and converter; None: bridged.
-        place: R_m from row to ground, or in line with the drive, or with the converter's input.
-        buffered: A follower stands before the converter.
-    """
-
-    taxels_pf: Array
-    film_ohm: Array
-    stray_pf: Array
-    row_pf: Array
-    bleed_ohm: Array
-    leak_a: Array
-    gate_pf: float = 0.1
-    sample_pf: float = 20.0
-    input_pf: float = 7.0
-    coupling_pf: float | None = None
+    taxels_pf: Array  # (rows, columns)
+    film_ohm: Array  # end to end of columns, then rows, (columns + rows,)
+    stray_pf: Array  # at the board ends, same order
+    row_pf: Array  # capacitor from each row to ground
+    bleed_ohm: Array  # R_m of each row (or column: see `place`)
+    leak_a: Array  # into each row, from pin and converter
+    gate_pf: float = 0.1  # from a row pin's gate to the row: what it injects as it lets go
+    sample_pf: float = 20.0  # the converter's sampling capacitor
+    input_pf: float = 7.0  # its pin
+    coupling_pf: float | None = None  # C_m, in series between row and converter; None: bridged
+    # R_m from row to ground, or in line with the drive, or with the converter's input
     place: Place = "row"
-    buffered: bool = False
+    buffered: bool = False  # a follower stands before the converter
 
     @property
     def rows(self) -> int:
@@ -171,11 +157,7 @@ def _input(parts: Parts, j: int) -> Iterable[str]:
 
 
 def run(circuit: str, nodes: Sequence[str]) -> tuple[Array, Array]:
-    """Return times, (steps,), and the voltages of nodes then, (steps, nodes).
-
-    Raises:
-        RuntimeError: ngspice fails.
-    """
+    """Return times, (steps,), and the voltages of nodes then, (steps, nodes)."""
     with tempfile.TemporaryDirectory() as folder:
         deck, raw = Path(folder) / "deck.cir", Path(folder) / "out.raw"
         save = " ".join(f"v({node})" for node in nodes)

@@ -23,14 +23,9 @@ _STANDARD: Final = Config()
 class Kernel:
     """One game after another, action by action.
 
-    Attributes:
-        bits: The board: see `tetris.engine.board`.
-        piece: The piece in play; when the game is over, the one that ended it.
-        hold: The held piece, if any.
-        can_hold: Whether hold is allowed before the next lock.
-        lines: Rows cleared so far.
-        pieces_placed: Pieces locked so far.
-        over: Whether the game has been lost.
+    bits: the board: see `tetris.engine.board`; hold: the held piece, if any; can_hold: whether hold
+    is allowed before the next lock; lines: rows cleared so far; pieces_placed: pieces locked so
+    far; over: whether the game has been lost.
     """
 
     __slots__ = (
@@ -52,7 +47,7 @@ class Kernel:
         "piece",
         "pieces_placed",
     )
-    piece: Piece
+    piece: Piece  # the piece in play; when the game is over, the one that ended it
 
     def __init__(self, seed: int, config: Config = _STANDARD) -> None:
         """Begin a game; of the rules, those count that have nothing to do with time."""

@@ -84,17 +84,12 @@ def scene(*given: Any, **options: Any) -> Callable[[Callable[..., Any]], Callabl
 
 
 class HidTable:
-    """A fake bluetoothd, and the orb's HID device.
-
-    Attributes:
-        told: Who has the orb, from its first change on.
-        remembered: What the device has stored.
-    """
+    """A fake bluetoothd, and the orb's HID device."""
 
     def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
         self.bluez, self.bus = bluez, bus
-        self.told: list[str] = []
-        self.remembered: list[StoredHosts] = []
+        self.told: list[str] = []  # who has the orb, from its first change on
+        self.remembered: list[StoredHosts] = []  # what the device has stored
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
             load(Path(mapping), OUTPUTS),
@@ -132,17 +127,7 @@ class RefusedError(Exception):
 
 
 class FakeBluez:
-    """Plays bluetoothd, and the hosts behind it.
-
-    Attributes:
-        objects: What GetManagedObjects tells, plain values.
-        application: The registered application's objects by path, {} if there is none.
-        advertisement: The registered advertisement's properties, {} if there is none.
-        profiles: The options of registered profiles, by UUID.
-        heard: (host's address, UUID, value) of every notification, oldest first.
-        disconnected: Addresses that the program has disconnected, oldest first.
-        refuse: The error that a method answers with, by its name.
-    """
+    """Plays bluetoothd, and the hosts behind it."""
 
     def __init__(self, bus: MessageBus) -> None:
         self.bus = bus
@@ -151,6 +136,7 @@ class FakeBluez:
             "Discoverable": False, "Pairable": False, "DiscoverableTimeout": 180,
             "PairableTimeout": 0, "Class": 0,
         }  # fmt: skip
+        # what GetManagedObjects tells, plain values
         self.objects: dict[str, dict[str, Properties]] = {
             "/org/bluez": {},
             ADAPTER: {
@@ -159,11 +145,16 @@ class FakeBluez:
                 "org.bluez.LEAdvertisingManager1": {"SupportedInstances": 5},
             },
         }
+        # the registered application's objects by path, {} if there is none
         self.application: dict[str, dict[str, Properties]] = {}
+        # the registered advertisement's properties, {} if there is none
         self.advertisement: Properties = {}
-        self.profiles: dict[str, Properties] = {}
+        self.profiles: dict[str, Properties] = {}  # the options of registered profiles, by UUID
+        # (host's address, UUID, value) of every notification, oldest first
         self.heard: list[tuple[str, str, bytes]] = []
+        # addresses that the program has disconnected, oldest first
         self.disconnected: list[str] = []
+        # the error that a method answers with, by its name
         self.refuse: dict[str, RefusedError] = {}
         self._owner = ""  # of the application
         self._listening: dict[str, set[str]] = {}  # characteristic: hosts' addresses

@@ -93,9 +93,7 @@ def make(kind: str, folder: Path, name: str = "special") -> Path:
 def answer(main: Callable[[list[str]], int], words: Sequence[str]) -> Answer:
     """Run a command in this process; return its answer.
 
-    Raises:
-        HangError: It did not end.
-        MemoryError: It asked for more than `MEMORY`.
+    Raises HangError: it did not end; MemoryError: it asked for more than `MEMORY`.
     """
 
     def late(number: int, frame: FrameType | None) -> None:

@@ -31,30 +31,18 @@ _DNS: Final = 53  # the port at which names are looked up, on this machine or el
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a program did.
+    """What a program did."""
 
-    Attributes:
-        status: Its exit status.
-        output: Its standard output and error.
-        contacts: Addresses outside this machine and name servers anywhere, "ADDRESS:PORT" or the
-            path of a socket.
-        made: Files and folders that it made or tried to make, but for devices.
-    """
-
-    status: int
-    output: str
+    status: int  # its exit status
+    output: str  # its standard output and error
+    # addresses outside this machine and name servers anywhere, "ADDRESS:PORT" or the path of a
+    # socket
     contacts: frozenset[str]
-    made: frozenset[Path]
+    made: frozenset[Path]  # files and folders that it made or tried to make, but for devices
 
 
 def trace(command: Sequence[str], environment: dict[str, str], folder: Path) -> Trace:
-    """Run a program to its end under strace, all its threads and children included.
-
-    Args:
-        command: The program.
-        environment: All of its environment.
-        folder: The folder that it runs in.
-    """
+    """Run a program to its end under strace, all its threads and children included."""
     with tempfile.TemporaryDirectory() as logs:
         calls = ",".join(f"?{name}" for name in (*_CONTACTS, *_MAKERS))
         strace = ["strace", "-ff", "-qq", "-y", "--seccomp-bpf", "-s", "4096", "-e", "signal=none"]

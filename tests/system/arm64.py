@@ -68,8 +68,7 @@ class MissingError(OSError):
 def python() -> Path:
     """Return a program that is Python on the emulated machine, built first if it must be.
 
-    Raises:
-        MissingError: A tool is not installed, or a download fails.
+    Raises MissingError: a tool is not installed, or a download fails.
     """
     home = platformdirs.user_cache_path("orbtouch", appauthor=False) / f"arm64-{SUITE}"
     program = home / "python"

@@ -31,15 +31,10 @@ import platformdirs
 
 @dataclass(frozen=True)
 class Suite:
-    """A release of Debian.
+    """A release of Debian."""
 
-    Attributes:
-        python: Its Python.
-        glibc: Its C library, 2.x, which decides what wheels it takes.
-    """
-
-    python: str
-    glibc: int
+    python: str  # its Python
+    glibc: int  # its C library, 2.x, which decides what wheels it takes
 
 
 SUITES: Final = {"trixie": Suite("3.13", 41), "bookworm": Suite("3.11", 36)}
@@ -80,27 +75,17 @@ class ImageError(OSError):
 
 @dataclass(frozen=True)
 class Image:
-    """What qemu boots.
+    """What qemu boots."""
 
-    Attributes:
-        kernel: The compressed kernel.
-        initrd: The first file system, which mounts the root.
-        root: The root file system, read only.
-    """
-
-    kernel: Path
-    initrd: Path
-    root: Path
+    kernel: Path  # the compressed kernel
+    initrd: Path  # the first file system, which mounts the root
+    root: Path  # the root file system, read only
 
 
 def image(suite: str = DEFAULT) -> Image:
     """Return the image, built first if it is not in the cache: about three minutes, 140 MB.
 
-    Args:
-        suite: The release of Debian.
-
-    Raises:
-        ImageError: A tool is missing, there is no such suite, or a step failed.
+    Raises ImageError: a tool is missing, there is no such suite, or a step failed.
     """
     _check_tools()
     if suite not in SUITES:

@@ -33,40 +33,24 @@ MEMORY_MB: Final = 1536
 
 @dataclass(frozen=True)
 class Row:
-    """A figure that a case has measured.
+    """A figure that a case has measured."""
 
-    Attributes:
-        what: What was measured.
-        n: How often.
-        p50_ms: The median.
-        p99_ms: The 99th percentile.
-    """
-
-    what: str
-    n: int
-    p50_ms: float
-    p99_ms: float
+    what: str  # what was measured
+    n: int  # how often
+    p50_ms: float  # the median
+    p99_ms: float  # the 99th percentile
 
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a case.
+    """What came of a case."""
 
-    Attributes:
-        name: The case.
-        ok: Whether it went as it should.
-        seconds: How long it took, on the guest's clock.
-        found: What was seen, line by line.
-        rows: What was measured.
-        log: All that it printed, and the daemons with it.
-    """
-
-    name: str
-    ok: bool
-    seconds: float
-    found: tuple[str, ...]
-    rows: tuple[Row, ...]
-    log: str
+    name: str  # the case
+    ok: bool  # whether it went as it should
+    seconds: float  # how long it took, on the guest's clock
+    found: tuple[str, ...]  # what was seen, line by line
+    rows: tuple[Row, ...]  # what was measured
+    log: str  # all that it printed, and the daemons with it
 
 
 def names() -> list[str]:
@@ -77,13 +61,7 @@ def names() -> list[str]:
 def run(cases: Sequence[str], keep: Path | None = None, suite: str = DEFAULT) -> dict[str, Result]:
     """Boot once, run the cases one after the other, and return what came of each.
 
-    Args:
-        cases: Their names.
-        keep: A folder to keep logs in; None: a temporary one.
-        suite: The release of Debian to boot.
-
-    Raises:
-        ImageError: There is no image, or the guest did not come up.
+    Raises ImageError: there is no image, or the guest did not come up.
     """
     built = image(suite)
     with tempfile.TemporaryDirectory(prefix="orbtouch-system-") as name:

@@ -15,24 +15,15 @@ AT_ONCE: Final = 4096  # rows that walk down the trees together
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Forest:
-    """Trees side by side, as long as the largest of them; node 0 is the root.
+    """Trees side by side, as long as the largest of them; node 0 is the root."""
 
-    Attributes:
-        left: Next node where the feature is not above the threshold, (trees, nodes); a leaf
-            leads to itself.
-        right: Next node otherwise.
-        feature: Which feature is asked for.
-        threshold: What it is compared with.
-        value: What a node answers, (trees, nodes, outputs).
-        depth: Steps after which every row is at a leaf.
-    """
-
+    # next node where the feature is not above the threshold, (trees, nodes); a leaf leads to itself
     left: NDArray[np.int32]
-    right: NDArray[np.int32]
-    feature: NDArray[np.int32]
-    threshold: NDArray[np.float32]
-    value: NDArray[np.float32]
-    depth: int
+    right: NDArray[np.int32]  # next node otherwise
+    feature: NDArray[np.int32]  # which feature is asked for
+    threshold: NDArray[np.float32]  # what it is compared with
+    value: NDArray[np.float32]  # what a node answers, (trees, nodes, outputs)
+    depth: int  # steps after which every row is at a leaf
 
     @classmethod
     def of(cls, trained: Any) -> "Forest":

@@ -69,22 +69,14 @@ Saved = tuple[dict[str, NDArray[Any]], dict[str, Any]]  # arrays, and words as J
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Peer:
-    """Another model.
+    """Another model."""
 
-    Attributes:
-        name: Of `NAMES`.
-        settings: How it sees frames.
-        averaged: Its places are told from the image of a touch; else from each frame's.
-        gesture: Windows -> probabilities.
-        place: Images -> places, grid units; None: it tells none.
-        honesty: Its score on unseen sessions beside that on windows at random; None: unknown.
-    """
-
-    name: str
-    settings: PreprocessSettings
-    averaged: bool
-    gesture: Answer
-    place: Answer | None
+    name: str  # of `NAMES`
+    settings: PreprocessSettings  # how it sees frames
+    averaged: bool  # its places are told from the image of a touch; else from each frame's
+    gesture: Answer  # windows -> probabilities
+    place: Answer | None  # images -> places, grid units; None: it tells none
+    # its score on unseen sessions beside that on windows at random; None: unknown
     honesty: HeldOutScore | None
 
 
@@ -98,15 +90,7 @@ class Brief(Recipe):
 
 
 def train(name: str, paths: Sequence[Path], cache: Path, say: Say, *, again: bool = False) -> Peer:
-    """Return a peer: the one that is kept, or trained now.
-
-    Args:
-        name: Of `NAMES`.
-        paths: Recordings to learn from.
-        cache: Where peers are kept.
-        say: Takes lines of progress.
-        again: It is trained even if it is kept.
-    """
+    """Return a peer: the one that is kept, or trained now."""
     recipe = _recipe(name)
     digest = hashlib.sha256()
     for path in sorted(file for folder in paths for file in folder.rglob("[!.]*.npz")):
