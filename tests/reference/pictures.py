@@ -6,26 +6,52 @@ python -m tests.reference.pictures [--out docs/pictures]
 import argparse
 import sys
 from pathlib import Path
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
+from PIL import Image
 
 from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
+from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import simulate
 from tests.reference import paper_model
 
 from .dome import Dome
-from .paint import BLUE, CORAL, DIM, HUES, INK, LINE, SIGNED, STYLE, image, save
-from .render import View
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+CORAL, BLUE, INK, DIM, LINE = "#ff8a5c", "#3b82d6", "#1e2535", "#8c96ae", "#dfe3ec"
+HUES = {"press": "#ffc857", "pinch": "#5ed68c", "twist_cw": BLUE, "twist_ccw": CORAL}
+SIGNED = LinearSegmentedColormap.from_list(
+    "signed", ["#174a8c", BLUE, "#b9d8f5", "#ffffff", "#ffd3c0", CORAL, "#b8431a"]
+)
+STYLE: Final[dict[Any, Any]] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": DIM,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "xtick.color": DIM,
+    "ytick.color": DIM,
+    "legend.frameon": False,
+    "svg.hashsalt": "orbtouch",
+    "savefig.dpi": 130,
+    "savefig.facecolor": "white",
+}
 
 INFLATED = membrane.inflate()
 SKIN = Skin(INFLATED, 5, 5, 10.0, ContactModel())
@@ -33,17 +59,13 @@ VOLUME = float(-np.trapezoid(np.pi * INFLATED.radius**2, INFLATED.height))
 DEPTHS_MM = np.linspace(0.0, 12.0, 49)
 
 
-def grip(z: Complex, depth_mm: float, drag_mm: Complex) -> FingerGroup:
-    """Fingers of 7 mm on the unit disc."""
-    depth, radius = np.full((2, 1, len(z)), [[[depth_mm]], [[7.0]]])
-    return SKIN.grips(Fingers(z[None], depth, radius, drag_mm[None]))[0]
-
-
 def feel(z: Complex, depth_mm: float, drag_mm: Complex) -> Array:
-    """What the model's taxels sense, ln C / C0, (25,)."""
+    """What the model's taxels sense of fingers of 7 mm on the unit disc, ln C / C0, (25,)."""
     if depth_mm <= 0.0:
         return np.zeros(25)
-    log_c: Array = SKIN.log_capacitance(grip(z, depth_mm, drag_mm), np.zeros(1))[0]
+    depth, radius = np.full((2, 1, len(z)), [[[depth_mm]], [[7.0]]])
+    [grip] = SKIN.grips(Fingers(z[None], depth, radius, drag_mm[None]))
+    log_c: Array = SKIN.log_capacitance(grip, np.zeros(1))[0]
     return log_c
 
 
@@ -59,22 +81,14 @@ def comparison(folder: Path) -> None:
     """Model against reference: curves, and where the worst taxel is."""
     figure, axes = plt.subplots(2, 2, figsize=(8.4, 6.4), height_ratios=[2.4, 1], sharex=True)
     cases = (
-        (
-            "A press on the apex",
-            0j,
-            ((12, "under the finger"), (13, "10 mm off"), (14, "20 mm off")),
-        ),
-        (
-            "A press at half the radius",
-            0.5 + 0j,
-            ((14, "1 mm off"), (13, "9 mm off"), (12, "19 mm off"), (10, "39 mm off")),
-        ),
-    )
-    shades = [INK, BLUE, CORAL, DIM]
+        ("A press on the apex", 0j, {12: "under the finger", 13: "10 mm off", 14: "20 mm off"}),
+        ("A press at half the radius", 0.5 + 0j,
+         {14: "1 mm off", 13: "9 mm off", 12: "19 mm off", 10: "39 mm off"}),
+    )  # fmt: skip
     for column, (title, place, taxels) in enumerate(cases):
         ours, theirs = pressing(place)
         top, low = axes[:, column]
-        for (taxel, name), shade in zip(taxels, shades, strict=False):
+        for (taxel, name), shade in zip(taxels.items(), (INK, BLUE, CORAL, DIM), strict=False):
             top.plot(DEPTHS_MM, ours[:, taxel], color=shade, lw=2.0, label=name)
             top.plot(DEPTHS_MM[::4], theirs[::4, taxel], "o", mfc="white", mec=shade, ms=5)
         top.axhline(0.0, color=LINE, lw=0.8, zorder=0)
@@ -99,25 +113,6 @@ def comparison(folder: Path) -> None:
     save(figure, folder / "comparison.svg")
 
 
-def maps(folder: Path) -> None:
-    """Model against reference, taxel by taxel, at 6 and 12 mm."""
-    figure, axes = plt.subplots(2, 5, figsize=(8.4, 4.0), width_ratios=[1, 1, 0.18, 1, 1])
-    for block, (place, title) in enumerate(((0j, "apex"), (0.5 + 0j, "half the radius"))):
-        ours, theirs = pressing(place)
-        for row, depth in enumerate((6.0, 12.0)):
-            at = int(np.abs(DEPTHS_MM - depth).argmin())
-            for column, (name, signal) in enumerate((("reference", theirs), ("model", ours))):
-                panel = axes[row, 3 * block + column]
-                image(panel, signal[at], 0.4)
-                if row == 0:
-                    panel.set_title(f"{name}, {title}", fontsize=9, loc="center")
-        axes[0, 2].axis("off")
-        axes[1, 2].axis("off")
-    for row, depth in enumerate((6, 12)):
-        axes[row, 0].set_ylabel(f"{depth} mm deep", color=INK)
-    save(figure, folder / "maps.svg")
-
-
 def inflation(folder: Path) -> None:
     """The inflated dome, and figure 5b."""
     figure, (left, middle, right) = plt.subplots(
@@ -130,18 +125,11 @@ def inflation(folder: Path) -> None:
         shape = 38 * np.stack(
             [np.r_[-dome.radius[::-1], dome.radius], np.r_[dome.height[::-1], dome.height]]
         )
-        left.plot(
-            *shape, color=CORAL if now else BLUE, lw=2.4 if now else 1.0, alpha=1 if now else 0.75
-        )
+        hue = CORAL if now else BLUE
+        left.plot(*shape, color=hue, lw=2.4 if now else 1.0, alpha=1 if now else 0.75)
         if pressure != 2000:
-            left.text(
-                0,
-                shape[1].max() + 0.6,
-                f"{pressure / 1000:g} kPa",
-                ha="center",
-                color=CORAL if now else BLUE,
-                fontsize=8,
-            )
+            words = f"{pressure / 1000:g} kPa"
+            left.text(0, shape[1].max() + 0.6, words, ha="center", color=hue, fontsize=8)
     left.set(
         xlabel="mm",
         title="The dome at pressures of the pump",
@@ -206,7 +194,7 @@ def _figure_5b(axes: Axes) -> None:
 
 
 def touched(folder: Path) -> None:
-    """The membrane under a press, a pinch and a twist."""
+    """What taxels sense of a press, a pinch and twists, and how the fingers moved."""
     ray = np.exp(1j * np.radians([193.0, -20.0, 13.0, 46.0])).astype(np.complex128)
     hand = 0.47 * ray  # a thumb and three
     cases = (
@@ -215,16 +203,16 @@ def touched(folder: Path) -> None:
         ("twist, counterclockwise", hand, 6.0, 3j * ray),
         ("twist, clockwise", hand, 6.0, -3j * ray),
     )
-    figure, axes = plt.subplots(2, 4, figsize=(11.4, 5.6), height_ratios=[1.0, 1])
-    for column, (title, z, depth, drag) in enumerate(cases):
-        log_c, top = feel(z, depth, drag), axes[0, column]
-        view = View(INFLATED, SKIN, grip(z, depth, drag))
-        view.draw(top, log_c, SIGNED, 0.5)
-        view.fingers(top, z, 7.0, (drag / 38).astype(np.complex128), INK)
-        top.set_title(title, loc="center")
-        image(axes[1, column], log_c, 0.5)
-    figure.subplots_adjust(wspace=0.06, hspace=0.08)
-    save(figure, folder / "touched.png", tight=False)
+    figure, axes = plt.subplots(1, 4, figsize=(11.4, 3.1))
+    for panel, (title, z, depth, drag) in zip(axes, cases, strict=True):
+        image(panel, feel(z, depth, drag), 0.5)
+        panel.set_title(title, loc="center")
+        for place, moved in zip(38.0 * z, 4.0 * drag, strict=True):  # millimetres
+            at, came = ((2 + end.real / 10, 2 - end.imag / 10) for end in (place, place - moved))
+            panel.add_patch(Circle(at, 0.7, fc="none", ec=CORAL, lw=1.4))
+            panel.annotate("", at, came, arrowprops={"arrowstyle": "-|>", "color": CORAL})
+    figure.subplots_adjust(wspace=0.06)
+    save(figure, folder / "touched.png", flat=True)
 
 
 def traces(folder: Path) -> None:
@@ -237,22 +225,12 @@ def traces(folder: Path) -> None:
         inside = (session.time_s >= start) & (session.time_s <= stop)
         for event in session.events:
             if start < event.release_s and event.onset_s < stop:
-                panel.axvspan(
-                    max(event.onset_s, start),
-                    min(event.release_s, stop),
-                    color=HUES[event.kind],
-                    alpha=0.28,
-                    lw=0,
-                )
+                first, last = max(event.onset_s, start), min(event.release_s, stop)
+                panel.axvspan(first, last, color=HUES[event.kind], alpha=0.28, lw=0)
                 if panel is axes[0]:
-                    panel.text(
-                        (event.onset_s + event.release_s) / 2,
-                        6.35,
-                        event.kind.replace("_", "\n"),
-                        ha="center",
-                        va="bottom",
-                        fontsize=7,
-                    )
+                    middle, name = (event.onset_s + event.release_s) / 2, event.kind
+                    name = name.replace("_", "\n")
+                    panel.text(middle, 6.35, name, ha="center", va="bottom", fontsize=7)
         for other in session.distractors:
             panel.axvspan(
                 max(other.onset_s, start), min(other.release_s, stop), color=LINE, alpha=0.7, lw=0
@@ -260,12 +238,8 @@ def traces(folder: Path) -> None:
         for row in range(5):
             for column in range(5):
                 shade = mpl.colormaps["Blues"](0.45 + 0.13 * column) if column != 2 else CORAL
-                panel.plot(
-                    session.time_s[inside],
-                    (z[inside, row, column] - 1) * 2.2 + 5 - row,
-                    color=shade,
-                    lw=0.8,
-                )
+                curve = (z[inside, row, column] - 1) * 2.2 + 5 - row
+                panel.plot(session.time_s[inside], curve, color=shade, lw=0.8)
         panel.set(
             yticks=range(1, 6),
             yticklabels=[f"row {5 - k}" for k in range(5)],
@@ -279,6 +253,29 @@ def traces(folder: Path) -> None:
     save(figure, folder / "traces.png", flat=True)
 
 
+def image(axes: Axes, log_c: Array, limit: float) -> None:
+    """A 5 x 5 image with its values in percent of C0."""
+    axes.imshow(log_c.reshape(5, 5), cmap=SIGNED, vmin=-limit, vmax=limit)
+    for (row, column), value in np.ndenumerate(np.expm1(log_c).reshape(5, 5) * 100):
+        ink = "white" if abs(log_c[5 * row + column]) > 0.55 * limit else INK
+        axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=8, color=ink)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def save(figure: Figure, path: Path, *, flat: bool = False) -> None:
+    figure.tight_layout()
+    figure.savefig(
+        path, bbox_inches="tight", metadata={"Date": None} if path.suffix == ".svg" else None
+    )
+    plt.close(figure)
+    if flat:  # few colours, so a palette makes it a third as large
+        Image.open(path).convert("RGB").quantize(128).save(path, optimize=True)
+    print(path, file=sys.stderr)
+
+
 def main() -> int:
     """Draw them all."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -287,7 +284,7 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     mpl.use("agg")
     with plt.rc_context(STYLE):
-        for draw in (inflation, comparison, maps, touched, traces):
+        for draw in (inflation, comparison, touched, traces):
             draw(folder)
     return 0
 
