@@ -29,7 +29,7 @@ from models.evaluation.tune import Goal, tune
 from models.results.evaluation import Result
 
 if TYPE_CHECKING:
-    from .baselines.peers import Peer
+    from .peers import Peer
 
 LEARN: Final = DataSet(seed=11, minutes=6.0)  # what peers learn from, on each preset
 LEARN_USERS: Final = 16
@@ -55,7 +55,7 @@ def judge_peers(
     if missing:
         say(f"peers are missing: {' and '.join(missing)} cannot be imported")
         return {}
-    from .baselines import peers
+    from . import peers
 
     folders = [cache / "peers" / preset for preset in people]
     for preset, folder in zip(people, folders, strict=True):
