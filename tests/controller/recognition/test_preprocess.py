@@ -15,6 +15,7 @@ from controller.recognition.preprocess import Preprocessor
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
+OTHER_PF = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
 
 
 def idle(seconds: float, seed: int = 0, noise: float = 0.003) -> NDArray[np.float32]:
@@ -302,10 +303,9 @@ def test_a_finger_that_was_there_from_the_start_is_noticed_when_it_leaves() -> N
 # --- a calibration --------------------------------------------------------------------------------
 
 
-def known() -> Preprocessor:
-    return Preprocessor(
-        PreprocessSettings(), 5, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003)
-    )
+def known(rest: NDArray[np.float64] = REST_PF) -> Preprocessor:
+    stored = StoredBaseline(rest.astype(np.float32), 0.003)
+    return Preprocessor(PreprocessSettings(), 5, 5, stored)
 
 
 def test_with_a_calibration_play_may_begin_after_a_third_of_a_second() -> None:
@@ -328,10 +328,7 @@ def test_with_a_calibration_a_finger_from_the_start_is_a_touch_at_once() -> None
 
 
 def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
-    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
-    stage = Preprocessor(
-        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
-    )
+    stage = known(OTHER_PF)
     ready = [stage.step(frame).ready for frame in idle(2.0)]
     assert ready.index(True) < 14
     assert stage.rest == pytest.approx(REST_PF, rel=0.01)
@@ -347,34 +344,26 @@ def followed(stage: Preprocessor, change: float, frames: int) -> list[float]:
     return shares
 
 
-def test_a_calibration_that_holds_counts_like_the_ten_frames_of_a_first_second() -> None:
-    stage = known()
-    for _ in range(3):
-        stage.step(REST_PF.astype(np.float32))
-    assert followed(stage, 0.01, 3) == pytest.approx([0, 1 / 11, 2 / 12], abs=1e-3)
-
-
-def test_a_known_rest_follows_with_a_time_constant_of_two_seconds() -> None:
-    stage = known()
-    for _ in range(40):
-        stage.step(REST_PF.astype(np.float32))
-    assert followed(stage, 0.01, 2) == pytest.approx([1 / 20, 1 - (19 / 20) ** 2], abs=1e-3)
-
-
-def test_a_calibration_that_began_under_a_finger_counts_like_one_frame() -> None:
-    stage = known()
-    finger = np.ones((5, 5))
-    finger[1:4, 1:4] = 0.85
-    for _ in range(3):
-        stage.step((REST_PF * finger).astype(np.float32))
-    assert followed(stage, 0.01, 7) == pytest.approx([0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4], abs=1e-3)
+@pytest.mark.parametrize(
+    ("finger", "frames", "shares"),
+    [
+        (1.0, 3, [0, 1 / 11, 2 / 12]),  # one that holds: as the ten frames of a first second
+        (1.0, 40, [1 / 20, 1 - (19 / 20) ** 2]),  # later a time constant of two seconds
+        (0.85, 3, [0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4]),  # begun under a finger: as one frame
+    ],
+)
+def test_a_calibration_counts_like_some_frames(
+    finger: float, frames: int, shares: list[float]
+) -> None:
+    stage, image = known(), np.ones((5, 5))
+    image[1:4, 1:4] = finger
+    for _ in range(frames):
+        stage.step((REST_PF * image).astype(np.float32))
+    assert followed(stage, 0.01, len(shares)) == pytest.approx(shares, abs=1e-3)
 
 
 def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
-    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
-    stage = Preprocessor(
-        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
-    )
+    stage = known(OTHER_PF)
     without = fresh()
     for frame in idle(0.3):
         assert not stage.step(frame).ready

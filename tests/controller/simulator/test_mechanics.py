@@ -1,7 +1,5 @@
 """The skin's arithmetic: fast in bulk, and the same for one step as for a whole session."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,8 +12,7 @@ from controller.simulator.hand import GESTURES, SLOTS
 from controller.simulator.lowpass import Lowpass
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 from controller.simulator.membrane import RADIUS_MM, clamp_radius_mm
-from controller.simulator.orb import NOMINAL, OrbSimulator
-from controller.simulator.session import simulate
+from controller.simulator.orb import OrbSimulator
 from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import draw_style
 
@@ -146,11 +143,3 @@ def test_a_press_dents_the_taxel_under_it_on_any_grid(
     log_c, _ = skin.advance(point, depth, np.full((8, SLOTS), 7.0))
     assert np.isfinite(log_c).all()
     assert int(log_c[-1].argmin()) == row * columns + column
-
-
-@pytest.mark.parametrize("rate_hz", [10.0, 20.0, 30.0, 50.0, 100.0, 200.0])
-def test_a_session_has_as_many_frames_as_its_rate_says(rate_hz: float) -> None:
-    session = simulate(1, 0.2, rate_hz=rate_hz, model=replace(NOMINAL, rows=6, columns=4))
-    assert session.frames.shape == (round(12 * rate_hz), 6, 4)
-    assert np.isfinite(session.frames).all()
-    assert session.events
