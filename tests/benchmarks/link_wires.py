@@ -64,11 +64,19 @@ def _started(stack: ExitStack, *command: str) -> Peer:
     return peer
 
 
-def _pty(stack: ExitStack, who: str, counted: bool) -> Line:
+def _joined(stack: ExitStack, who: str, wire: Peer) -> Line:
     """Two ptys, joined by a process: what a serial port with somebody behind it looks like."""
-    wire = _started(stack, "cable")
     near, far = wire.first["ends"]
     return Line(near, _started(stack, who, far), wire)
+
+
+def _pty(stack: ExitStack, who: str, counted: bool) -> Line:
+    return _joined(stack, who, _started(stack, "cable"))
+
+
+def _rfcomm(stack: ExitStack, who: str, counted: bool) -> Line:
+    """RFCOMM over Bumble's virtual controllers, with a pty at each end, which both pay for."""
+    return _joined(stack, who, _started(stack, "air"))
 
 
 def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
@@ -79,13 +87,6 @@ def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
         return Line(url, peer, None)
     wire = _started(stack, "proxy", url.rpartition(":")[2])
     return Line(str(wire.first["ends"][0]), peer, wire)
-
-
-def _rfcomm(stack: ExitStack, who: str, counted: bool) -> Line:
-    """RFCOMM over Bumble's virtual controllers, with a pty at each end, which both pay for."""
-    wire = _started(stack, "air")
-    near, far = wire.first["ends"]
-    return Line(near, _started(stack, who, far), wire)
 
 
 WIRES: Final = (

@@ -93,15 +93,6 @@ class Results:
             print(json.dumps({"benchmark": self._benchmark, **more, "results": self.rows}))
 
 
-def show_figures(figures: dict[str, float], as_json: bool) -> None:
-    """Print figures by name, as a table or as JSON."""
-    if as_json:
-        print(json.dumps(figures))
-        return
-    for name, value in figures.items():
-        print(f"{name:24} {value:10,.3f}")
-
-
 def code_hash(modules: Iterable[str]) -> bytes:
     """Return a hash of the code of modules; comments, docstrings and layout are no part of it."""
     digest = hashlib.sha256()

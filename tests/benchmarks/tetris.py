@@ -7,17 +7,15 @@ A peer needs an environment of its own, for it may bring old libraries or share 
     python3 -m venv peer && peer/bin/pip install tetris-gymnasium
     python -m tests.benchmarks.tetris --peer tetris-gymnasium=peer/bin/python
 
-All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
-gravity, lock delay, points and events; `env` through our environment's `step`, observation
-included; `kernel` through `Kernel.step`. Ratios are to Tetris-Gymnasium's `step`, which returns an
-observation too, both without wrappers: of each round, then their median. A peer whose Python is not
-given is reported as missing. Before that the kernel is held against the engine on random games.
-`placements_us` is the time to find all placements of each piece, mean over boards of games played
-well and of games played at random, with every placement made a piece.
+All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each;
+`env` through our environment's `step`, observation included; `kernel` through `Kernel.step`. Ratios
+are to Tetris-Gymnasium's `step`, which returns one too: of each round, then their median.
+A peer whose Python is not given is reported as missing. Before that the kernel is held against the
+engine on random games. `placements_us` is the time to find all placements of each piece, mean over
+boards of games played well and of games played at random, with every placement made a piece.
 """
 
 import argparse
-import json
 import random
 import statistics
 import sys
@@ -25,7 +23,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from tests.reference.tetris_kernel import Kernel
 from tests.support.processes import LineProcess
@@ -34,7 +32,7 @@ from tetris.bots.placements import find
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece
 
-from .results import command_line
+from .results import Results, command_line
 
 REFERENCE: Final = "tetris-gymnasium"
 PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
@@ -43,14 +41,9 @@ GOALS: Final = {"steps": 60.0, "env": 20.0, "kernel": 200.0}
 PLACEMENTS_GOAL_US: Final = 12.0
 STEPS: Final = 100_000
 MOVES: Final = (
-    Action.LEFT,
-    Action.RIGHT,
-    Action.DOWN,
-    Action.HARD_DROP,
-    Action.ROTATE_CW,
-    Action.ROTATE_CCW,
+    Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP, Action.ROTATE_CW, Action.ROTATE_CCW,
     Action.HOLD,
-)
+)  # fmt: skip
 Rate = Callable[[], float]
 
 
@@ -223,46 +216,35 @@ def main() -> int:
     for peer in peers:
         peer.close()
     results = report(rates, placements, {peer.name: peer.version for peer in peers})
-    if arguments.json:
-        print(json.dumps({"benchmark": "tetris", "moves": moves, "wrong": wrong, **results}))
+    results.finish(arguments.json, moves=moves, wrong=wrong)
     return 1 if wrong else 0
 
 
 def report(
     rates: dict[str, list[float]], placements: list[dict[str, float]], versions: dict[str, str]
-) -> dict[str, Any]:
-    """Print the table, and return what it says."""
-    results: dict[str, Any] = {}
-    print(f"\n{'steps per CPU second':24} {'median':>11}   least ... greatest")
+) -> Results:
+    """Print and return the figures."""
+    results = Results("tetris")
+
+    def note(name: str, values: list[float], unit: str, goal: float | None = None) -> None:
+        spread = {"low": min(values), "high": max(values)}
+        results.note(name, statistics.median(values), unit, goal=goal, **spread)
+
     for name, values in rates.items():
-        label = f"{name} {versions.get(name, '')}".strip()
-        print(
-            f"{label:24} {statistics.median(values):11,.0f}   "
-            f"({min(values):,.0f} ... {max(values):,.0f})"
-        )
-        results[name] = statistics.median(values)
+        note(name, values, f"1/cpu_s {versions.get(name, '')}".strip())
     for name in PEERS:
         if name not in rates:
-            print(f"{name:24} {'missing':>11}   give --peer {name}=PYTHON")
-    print()
-    reference = rates.get(REFERENCE)
+            results.note(name, "missing", f"give --peer {name}=PYTHON")
     for name, goal in GOALS.items():
-        label = f"tetris_{name}_ratio"
-        if reference is None:
-            print(f"{label:24} {'missing':>11}   goal: {goal:.0f}")
-            continue
-        ratios = [mine / theirs for mine, theirs in zip(rates[name], reference, strict=True)]
-        print(
-            f"{label:24} {statistics.median(ratios):11.1f}   "
-            f"({min(ratios):.1f} ... {max(ratios):.1f})   goal: {goal:.0f}"
-        )
-        results[label] = statistics.median(ratios)
+        if reference := rates.get(REFERENCE):
+            ratios = [mine / theirs for mine, theirs in zip(rates[name], reference, strict=True)]
+            note(f"tetris_{name}_ratio", ratios, "1", goal)
+        else:
+            results.note(f"tetris_{name}_ratio", "missing", goal=goal)
     for name in placements[0]:
-        value = statistics.median(times[name] for times in placements)
-        label = "placements_us" if name == "mean" else f"  {name}"
-        goal_text = f"   goal: {PLACEMENTS_GOAL_US:.0f}" if name == "mean" else ""
-        print(f"{label:24} {value:11.1f}{goal_text}")
-        results[label.strip()] = value
+        mean = name == "mean"
+        values = [times[name] for times in placements]
+        note("placements_us" if mean else name, values, "us", PLACEMENTS_GOAL_US if mean else None)
     return results
 
 
