@@ -14,10 +14,11 @@ LINE = f"5;right;index;SCROLL;-1;1509375977,65966329,{COUNTS},\n"
 def test_nanoseconds_are_a_number_not_digits_behind_a_point() -> None:
     one = gather.parse(LINE)
     assert one is not None
-    assert (one.person, one.hand, one.finger, one.task) == (5, 1, 0, 2)
-    assert one.t_s == pytest.approx(1509375977.065966329, abs=1e-6)
-    assert one.counts.shape == (27, 15)
-    assert one.counts[0, :4].tolist() == [-2, -1, 0, 1]
+    *what, t_s, counts = one
+    assert what == [5, 1, 0, 2]  # person, hand, finger, task
+    assert t_s == pytest.approx(1509375977.065966329, abs=1e-6)
+    assert counts.shape == (27, 15)
+    assert counts[0, :4].tolist() == [-2, -1, 0, 1]
 
 
 @pytest.mark.parametrize("line", [LINE[:-30], "", LINE.replace("SCROLL", "WAVE"), "5;right\n"])
