@@ -8,6 +8,7 @@ is refused here: items cut short, ranges turned round, reports that end within a
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 MAIN, GLOBAL, LOCAL = 0, 1, 2
 INPUT, OUTPUT, COLLECTION, FEATURE, END_COLLECTION = 8, 9, 10, 11, 12  # tags of main items
@@ -168,27 +169,20 @@ def _items(data: bytes) -> list[tuple[int, int, int, int]]:
 
 
 def _set(state: Globals, tag: int, value: int) -> Globals:
-    match tag:
-        case 0:
-            return replace(state, page=value)
-        case 1:
-            return replace(state, logical=(value, state.logical[1]))
-        case 2:
-            return replace(state, logical=(state.logical[0], value))
-        case 3:
-            return replace(state, physical=(value, state.physical[1]))
-        case 4:
-            return replace(state, physical=(state.physical[0], value))
-        case 5:
-            return replace(state, unit_exponent=value)
-        case 6:
-            return replace(state, unit=value)
-        case 7:
-            return replace(state, size=value)
-        case 8:
-            if not 1 <= value <= 255:
-                raise ValueError(f"a report's id is {value}")
-            return replace(state, id=value)
-        case 9:
-            return replace(state, count=value)
-    raise ValueError(f"the global item {tag} is unknown")
+    """Return the state after a global item, section 6.2.2.7."""
+    if tag == 8 and not 1 <= value <= 255:
+        raise ValueError(f"a report's id is {value}")
+    if not 0 <= tag <= 9:
+        raise ValueError(f"the global item {tag} is unknown")
+    name = _GLOBALS[tag]
+    new: Any = value
+    if tag in SIGNED_TAGS:
+        low, high = getattr(state, name)
+        new = (value, high) if tag in (1, 3) else (low, value)
+    return replace(state, **{name: new})
+
+
+_GLOBALS = (  # by tag
+    "page", "logical", "logical", "physical", "physical", "unit_exponent", "unit", "size", "id",
+    "count",
+)  # fmt: skip

@@ -10,13 +10,12 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Place = Literal["row", "drive", "input"]
 
 SUPPLY_V: Final = 3.3
 EDGE_S: Final = 50e-9  # of every switch
@@ -31,14 +30,12 @@ class Parts:
     film_ohm: Array  # end to end of columns, then rows, (columns + rows,)
     stray_pf: Array  # at the board ends, same order
     row_pf: Array  # capacitor from each row to ground
-    bleed_ohm: Array  # R_m of each row (or column: see `place`)
+    bleed_ohm: Array  # R_m of each row, to ground
     leak_a: Array  # into each row, from pin and converter
     gate_pf: float = 0.1  # from a row pin's gate to the row: what it injects as it lets go
     sample_pf: float = 20.0  # the converter's sampling capacitor
     input_pf: float = 7.0  # its pin
     coupling_pf: float | None = None  # C_m, in series between row and converter; None: bridged
-    # R_m from row to ground, or in line with the drive, or with the converter's input
-    place: Place = "row"
     buffered: bool = False  # a follower stands before the converter
 
     @property
@@ -94,8 +91,7 @@ def netlist(parts: Parts, timeline: Timeline, step_s: float = 5e-6) -> str:
     columns, rows = parts.columns, parts.rows
     for i in range(columns):
         add(timeline.source(f"c{i}", f"pin{i}", SUPPLY_V))
-        inline = parts.bleed_ohm[0] if parts.place == "drive" else 0.001
-        add(f"Rc{i} pin{i} cb{i} {50.0 + inline}")
+        add(f"Rc{i} pin{i} cb{i} 50.001")
         add(f"Ccb{i} cb{i} 0 {parts.stray_pf[i]}p")
         lines += _film("c", i, rows, float(parts.film_ohm[i]))
     for j in range(rows):
@@ -104,8 +100,7 @@ def netlist(parts: Parts, timeline: Timeline, step_s: float = 5e-6) -> str:
         add(f"Cg{j} gate{j} rb{j} {parts.gate_pf * SUPPLY_V}p")
         add(f"Crb{j} rb{j} 0 {parts.row_pf[j] + parts.stray_pf[columns + j]}p")
         add(f"Il{j} 0 rb{j} {parts.leak_a[j]}")
-        if parts.place == "row":
-            add(f"Rm{j} rb{j} 0 {parts.bleed_ohm[j]}")
+        add(f"Rm{j} rb{j} 0 {parts.bleed_ohm[j]}")
         lines += _film("r", j, columns, float(parts.film_ohm[columns + j]))
         lines += _input(parts, j)
         add(timeline.source(f"s{j}", f"take{j}"))
@@ -137,9 +132,6 @@ def _film(kind: str, number: int, taxels: int, ohm: float) -> Iterable[str]:
 def _input(parts: Parts, j: int) -> Iterable[str]:
     """Yield what is between a row and the converter's switch."""
     node = f"rb{j}"
-    if parts.place == "input":
-        yield f"Rm{j} {node} ri{j} {parts.bleed_ohm[j]}"
-        node = f"ri{j}"
     if parts.coupling_pf is not None:
         yield f"Cm{j} {node} rm{j} {parts.coupling_pf}p"
         node = f"rm{j}"

@@ -21,33 +21,13 @@ _STANDARD: Final = Config()
 
 
 class Kernel:
-    """One game after another, action by action.
-
-    bits: the board: see `tetris.engine.board`; hold: the held piece, if any; can_hold: whether hold
-    is allowed before the next lock; lines: rows cleared so far; pieces_placed: pieces locked so
-    far; over: whether the game has been lost.
-    """
+    """One game after another, action by action."""
 
     __slots__ = (
-        "_columns",
-        "_dealer",
-        "_entrances",
-        "_holds",
-        "_partial",
-        "_previews",
-        "_queue",
-        "_rows",
-        "_start",
-        "_table",
-        "bits",
-        "can_hold",
-        "hold",
-        "lines",
-        "over",
-        "piece",
-        "pieces_placed",
-    )
-    piece: Piece  # the piece in play; when the game is over, the one that ended it
+        "_columns", "_dealer", "_entrances", "_holds", "_partial", "_previews", "_queue", "_rows",
+        "_start", "_table", "bits", "can_hold", "hold", "lines", "over", "piece", "pieces_placed",
+    )  # fmt: skip
+    piece: Piece  # in play; when the game is over, the one that ended it
 
     def __init__(self, seed: int, config: Config = _STANDARD) -> None:
         """Begin a game; of the rules, those count that have nothing to do with time."""
