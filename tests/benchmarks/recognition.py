@@ -37,7 +37,6 @@ from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Result
 from models.results.figure import Figure
-from tests.benchmarks import user_study as users
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
@@ -182,9 +181,9 @@ def main() -> None:
         results.rows += rows(preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
         results.rows += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
-        who = users.QUICK if arguments.quick else users.Size()
+        who = recognition_users.QUICK if arguments.quick else recognition_users.Size()
         again = arguments.retrain
-        results.rows += recognition_users.rows(preset, who, arguments.cache, say, again=again)
+        results.rows += recognition_users.rows(preset, who, arguments.cache, again=again)
     if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
