@@ -2,15 +2,11 @@
 
     python -m tests.benchmarks.crash [--kills N] [--damages N] [--seed N] [--json]
 
-Real processes record seeded frames at 100 Hz, or run `controller --sensor virtual --record` at
-10 Hz, and get SIGKILL at a random moment: while they record, seal or recover. Copies of the
-journals that they leave are then damaged as a bad disk would, or as a power cut just before the
-last sync. Whatever is left is recovered, and every frame compared with what its seed and number
-make.
-
-Seconds lost are those between the last frame that the process had handed over, or that the file
-held before a power cut or before its first flipped bit, and the last one recovered. Needs fork and
-SIGKILL: Linux or macOS.
+Real processes record seeded frames at 100 Hz, or run `controller --record` at 10 Hz, and get
+SIGKILL at a random moment: while they record, seal or recover. Copies of the journals that they
+leave are then damaged. Whatever is left is recovered, and every frame compared with what its seed
+and number make. Seconds lost are those between the last frame that the process had handed over, or
+that the file held before the damage, and the last one recovered. Needs fork: Linux or macOS.
 """
 
 from __future__ import annotations

@@ -3,13 +3,12 @@
     python -m tests.benchmarks.health [--seeds N] [--minutes M] [--only NAME] [--json]
 
 A simulated hand plays on the virtual orb; the shipped bundle listens, on a virtual clock; the event
-metric judges (BENCHMARKS: a command belongs to a gesture until 0.5 s after it). What happens:
+metric judges. What happens:
 
     healthy          nothing
     finger at start  a finger lies on the orb from the first frame for 10 s; play begins 2 s later
     ten-minute press a press of ten minutes after one of play; play goes on 3 s after it
-    drift            an hour in which every step of drift is ten times as large as usual (and the
-                     range that it stays in 3.2 times as wide)
+    drift            an hour in which every step of drift is ten times as large as usual
     cut              each of the ten electrodes is cut after one minute, for good
     dead             each of five taxels stops to react after one minute
     unplugged        no frames at all for ten seconds, after one minute of play

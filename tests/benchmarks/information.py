@@ -3,11 +3,9 @@
     python -m tests.benchmarks.information [--keep FOLDER] [--quick] [--json]
 
 Both presets: section 6 of the paper on two class-block sessions of one user, 34,795 frames, button
-labels, z = C / C0 with C0 the mean of the first ten seconds, for five users; everything else that
-`models information` measures, on four days of one user; and games of the demo and of the same
-player at a keyboard (tests/benchmarks/information_games.py). Some CPU-minutes; with --keep what was
-measured is not measured again (docs/pictures keeps what docs/paper.md shows). --quick: a few
-minutes, on less.
+labels, for five users; everything else that `models information` measures, on four days of one
+user; and games of the demo and of the same player at a keyboard. Some CPU-minutes; with --keep what
+was measured is not measured again (docs/pictures keeps what docs/paper.md shows).
 """
 
 import tempfile

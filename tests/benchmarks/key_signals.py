@@ -3,13 +3,10 @@
     python -m tests.benchmarks.key_signals [--rounds N] [--seed N]
 
 It needs Debian's xvfb and the [keys] extra. A round starts an orb and a `host` that presses keys
-under Xvfb, lets the orb press something, and sends one to four signals to host, watchdog or both:
-SIGKILL, SIGSTOP (some with a later SIGCONT), SIGTERM, SIGINT, SIGHUP. It ends with a polite signal
-to the host or with the loss of the link. Then no key may be down 1.1 s after the last of it, nor
-may one go down again.
-
-Rounds after which neither process ran on, nor ended by itself, are the documented exception
-(docs/keys.md); they are listed, and not counted.
+under Xvfb, lets the orb press something, and sends one to four signals to host, watchdog or both.
+It ends with a polite signal to the host or with the loss of the link. Then no key may be down 1.1 s
+after the last of it, nor may one go down again. Rounds after which neither process ran on, nor
+ended by itself, are the documented exception (docs/keys.md); they are listed, and not counted.
 """
 
 from __future__ import annotations

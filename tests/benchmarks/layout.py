@@ -2,21 +2,15 @@
 
     python -m tests.benchmarks.layout [--root DIR] [--static] [--json]
 
-Product: the folders controller, host, models, tetris and orbtouch, as far as they are there.
-
-    lines       of all Python files, blank ones and comments included
+    lines       of all Python files of the product, blank ones and comments included
     files       Python files; `longest` is the one with the most lines
     entries     modules and packages directly inside a package, without __init__ and __main__
     function    median length of functions and methods, lines from `def` to the end
-    documented  share of functions, methods and classes without a leading underscore that have a
-                docstring
+    documented  share of public functions, methods and classes that have a docstring
     shapes      of the functions that take or return arrays (NDArray or an alias), the share whose
-                shapes are named: by an alias with its shape in the comment beside it, or in
-                the docstring of the function, or of the class for its __init__
-    path        modules whose functions are entered from the sensor's read of a frame to the stroke
-                of a key: `controller --sensor emulated` and `host --target keyboard` as processes,
-                joined by TCP. Counted are those in which every such frame enters a function, but
-                for those that stand for the hardware and the finger
+                shapes are named, by an alias with its shape in a comment or in the docstring
+    path        modules whose functions every frame enters on its way from the sensor's read to the
+                stroke of a key, without those that stand for the hardware and the finger
     calls       calls of the project's own functions from one read of the sensor to the next, in
                 `controller --replay assets/demo.npz`: the median
 

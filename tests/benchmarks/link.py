@@ -3,15 +3,11 @@
     python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S] [--keys N]
                                     [--wire NAME ...] [--json]
 
-A round trip is Grant and its Granted, program to program: `host.connection.receiver` here, and
-`controller.links` with a loop in another process. Its peers are the same number of bytes there and
-back through pyserial at both ends, over the same kind of wire, in the same run, in turns:
-"pyserial" knows how long a frame is and reads so many bytes, which is the least that a program can
-do and the peer of the goal; "lines" has to find a frame's end, as ours has to, and does so with
-pyserial's own readline. "sessions" is what the two sessions cost with nothing around them: neither
-thread, lock nor queue. The pty's wire is a process between two ptys, which all pay for.
-The ledger is in `link_ledger`; it
-needs Xvfb and the [keys] extra, and is reported as missing without.
+A round trip is Grant and its Granted, program to program. Its peers are the same number of bytes
+there and back over the same kind of wire, in turns: "pyserial" knows how long a frame is, which is
+the least that a program can do and the peer of the goal; "lines" has to find a frame's end, as ours
+has to; "sessions" is the two sessions with neither thread, lock nor queue. The pty's wire is a
+process between two ptys. `link_ledger` needs Xvfb and the [keys] extra.
 """
 
 from __future__ import annotations

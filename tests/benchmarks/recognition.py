@@ -2,21 +2,16 @@
 
     python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--only ours|peers] [--json]
 
-Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts (seeds for
-tests): 36,000 events, 1,080 idle minutes with brushes and resting hands; for each dead taxel and
-each electrode whose lead is off another 2,000 events. Intervals are 95 %, by resampling sessions
-(users for `new_user_event_accuracy`). Thresholds are the bundle's, chosen elsewhere; the peers'
-are chosen on development sessions in this run. Peers are trained once, which takes half an hour,
-and kept in `--cache`; they are judged on the first 60 sessions.
+Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts, and for
+each dead taxel and each electrode whose lead is off another 2,000 events. Intervals are 95 %, by
+resampling sessions (users for `new_user_event_accuracy`). Thresholds are the bundle's; the peers'
+are chosen on development sessions. Peers' networks are kept in `--cache`; peers are judged on the
+first 60 sessions. A command's time is that of the newest frame used. `dead_taxel...` and
+`dead_electrode...` are the worst of all places.
 
-A command's time is that of the newest frame used; the step itself, some 0.4 ms, is not added.
-`dead_taxel...` and `dead_electrode...` are the worst of all places, so chance makes them look a
-little worse than they are.
-
-The goal for `location_error` on paper-snr is beyond what the sensor tells there. A press lasts
-some seven frames, each reading scattering by 6.8 %: an exact Bayesian estimate, from 283,000
-noise-free images and with the frames' true weights, errs by 0.161 ± 0.003 grid units where rest
-is known perfectly, and by 0.168 with the rest that the device finds. 0.15 cannot be had at 10 Hz.
+The goal for `location_error` on paper-snr is beyond what the sensor tells there: an exact Bayesian
+estimate from 283,000 noise-free images errs by 0.161 ± 0.003 grid units at 10 Hz where rest is
+known perfectly, and by 0.168 with the rest that the device finds.
 """
 
 import dataclasses

@@ -2,17 +2,12 @@
 
     python -m tests.benchmarks.recognition_few [--bundle FILE] [--quick] [--json]
 
-Four gestures that the network never saw (a double tap, a squeeze, a swipe, a knock with two
-fingers; two of its auxiliary gestures, hop and span, are kin to the first and the last), each
-taught by several people in a short session and judged on another of the same person's, on another
-orb, together with the old ones. What is taught is cut as a cue cuts it, from before the touch to
-after it, and the library finds the touch. Turns and mirror images are declared as the gestures'
-files do. `few_shot_K` is the event accuracy of the new gesture, `..._old_loss` what the old ones
-lose on the same streams, in points; F1 is that of all five gestures together, false alarms are
-beside those of the untaught bundle. Intervals are 95 %, by resampling sessions.
-
-A double tap is answered as a press by its first tap: no debouncer that is quick enough for a press
-can know what comes. That is why F1 is below event accuracy.
+Four gestures that the network never saw, each taught by several people in a short session and
+judged on another of the same person's, on another orb, together with the old ones. What is taught
+is cut as a cue cuts it. `few_shot_K` is the event accuracy of the new gesture, `..._old_loss` what
+the old ones lose on the same streams, in points; F1 is that of all five together, false alarms are
+beside those of the untaught bundle. Intervals are 95 %, by resampling sessions. A double tap is
+answered as a press by its first tap; that is why F1 is below event accuracy.
 """
 
 import dataclasses

@@ -2,15 +2,13 @@
 
     python -m tests.benchmarks.recognition_own [--bundle FILE] [--quick] [--json]
 
-The usual simulated people are understood so well that nothing is to be gained. So people are
-simulated whom no training met: light ones, who touch half as deep as others; slow ones, who take
-two and a half times as long; and hasty ones, who take two fifths of it. The gesture of which the
-bundle misses most on a first day (a press, where none stands out) is taught on a second day from
-one or five examples, and the person's own network is judged on a third. All days are on one orb.
-`own_recall` is the share of that gesture that is answered rightly, in the stream; F1 and false
-alarms are those of all four gestures. `@KIND_0` is before the lesson. A lesson that the orb refuses
-because other gestures would suffer leaves everything as it was. Intervals are 95 %, by resampling
-people.
+The usual simulated people are understood so well that nothing is to be gained. So others are
+simulated: light ones, who touch half as deep; slow ones, who take two and a half times as long; and
+hasty ones, who take two fifths of it. The gesture of which the bundle misses most on a first day is
+taught on a second day from one or five examples, and the person's own network is judged on a third,
+all on one orb. `own_recall` is the share of that gesture that is answered rightly; F1 and false
+alarms are those of all four. `@KIND_0` is before the lesson; a lesson that the orb refuses leaves
+everything as it was. Intervals are 95 %, by resampling people.
 """
 
 import dataclasses

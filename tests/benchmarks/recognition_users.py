@@ -5,16 +5,13 @@
 Ten simulated people whom no training accepts make the paper's gesture (twists clockwise) or any of
 the four, in four enrolment sessions and two new ones of four minutes each; ten others may be
 learned from as nobody, and ten more are strangers. `user_accuracy` is the share of single gestures
-in the new sessions whose maker the network names, among the ten. What follows `@` is another
-protocol: windows at random, a block of time left out, or a new session, learned from one session of
-each, as in the paper; with the drift alone drawn anew under the same hand, with the hand alone, on
-another orb, without drift, and on images whose rest stays where it was. All share one orb.
-Strangers are in `user_auroc`, `user_false_accepts`, `user_right` (named rightly) and `user_wrong`
-(taken for another), by gestures seen, and by enrolment sessions where they are fewer.
-Intervals are 95 %, by resampling whole sessions.
-
-Results are kept in `--cache` by what they hang on, networks and all; `--retrain` measures anew,
-some ten minutes of one core for each preset.
+in the new sessions whose maker the network names. What follows `@` is another protocol: windows at
+random, a block of time left out, or a new session, learned from one session of each, as in the
+paper; with the drift alone, the hand alone or the orb drawn anew, without drift, and on images
+whose rest stays where it was. `user_auroc`, `user_false_accepts`, `user_right` (named rightly) and
+`user_wrong` (taken for another) include strangers, by gestures seen and by enrolment sessions.
+Intervals are 95 %, by resampling whole sessions. Results are kept in `--cache` by what they hang
+on; `--retrain` measures anew, some ten minutes of one core for each preset.
 """
 
 import hashlib

@@ -1,8 +1,7 @@
 """The circuit of figure 4b in ngspice, with all that hangs on it: truth for the orb's driver.
 
-Shares no line with `controller.sensors.hardware`: films are ladders of resistors, not lumps; pins
-and the converter's sampling switch are switches with edges; everything is integrated by ngspice.
-Ground and supply, currents of leaking inputs, and charge through a pin's gate are in it as well.
+Shares no line with `controller.sensors.hardware`: films are ladders of resistors, pins and the
+converter's sampling switch are switches with edges; everything is integrated by ngspice.
 """
 
 import subprocess

@@ -1,9 +1,7 @@
 """A small bluetoothd on a private bus: one adapter, and hosts that a test plays.
 
-It does what the real one does with a GATT application, an advertisement and a profile: asks the
-application for its objects, reads, writes, starts notifying, obeys the flags, and forgets whoever
-leaves the bus. What it knows of D-Bus it has from BlueZ's own interface descriptions
-(doc/org.bluez.*.rst); the real bluetoothd has its turn in tests/system.
+It does what the real one does with a GATT application, an advertisement and a profile, after
+BlueZ's own interface descriptions (doc/org.bluez.*.rst); the real one has its turn in tests/system.
 """
 
 from __future__ import annotations

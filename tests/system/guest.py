@@ -3,8 +3,7 @@
     python3 -m tests.system.guest CASE ...     every case, cleaning up after each
     python3 -m tests.system.guest --one CASE   this case, here
 
-A case is a module of `tests.system.cases` with `run(guest)`; it fails by raising. `Guest` gives it
-the radio, processes whose lines it can wait for, and takes down what it has found and measured.
+A case is a module of `tests.system.cases` with `run(guest)`; it fails by raising.
 """
 
 from __future__ import annotations
