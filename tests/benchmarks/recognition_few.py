@@ -34,7 +34,7 @@ from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.figure import Figure
 
-from .results import Results, command_line, figure_row, show
+from .results import Results, command_line, figure_row
 
 KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")
@@ -204,8 +204,7 @@ def main() -> None:
         for name, figure in figures.items():
             unit, goals = ROWS[name]
             goal = None if goals is None else goals[list(PRESETS).index(preset)]
-            results.rows.append(figure_row(name, figure, unit, preset=preset, goal=goal))
-            show(results.rows[-1])
+            results.keep(figure_row(name, figure, unit, preset=preset, goal=goal))
     results.finish(options.json)
 
 

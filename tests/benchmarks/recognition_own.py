@@ -33,7 +33,7 @@ from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.figure import Figure
 
 from .recognition_few import alarms, examples, f1, taught_bundle
-from .results import Results, command_line, figure_row, show
+from .results import Results, command_line, figure_row
 
 SEED: Final = BENCHMARK_SEED + 8  # people that nothing else here sees
 EXAMPLES: Final = (1, 5)
@@ -84,9 +84,7 @@ def measure(results: Results, path: Path, preset: str, users: int) -> None:
         for k in (0, *EXAMPLES):
             for name, figure in _figures([one.tallies[k] for one in told], numbers).items():
                 unit = "1/min" if "alarms" in name else "1"
-                one = figure_row(f"own_{name}@{kind}_{k}", figure, unit, preset=preset)
-                results.rows.append(one)
-                show(one)
+                results.keep(figure_row(f"own_{name}@{kind}_{k}", figure, unit, preset=preset))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -40,7 +40,7 @@ from models.training.loop import prepare_torch
 from models.training.networks import Network
 from models.training.user_task import UserGestures, gesture_evidence, train_users
 
-from .results import Results, Row, code_hash, command_line, figure_row, say, show
+from .results import Results, Row, code_hash, command_line, figure_row, say
 from .simulated_users import Change, SimulatedUsers, joined, last_block, prepare_users
 
 SEED: Final = BENCHMARK_SEED + 1
@@ -244,10 +244,8 @@ def main() -> None:
     arguments, results = parser.parse_args(), Results("recognition_users")
     size = QUICK if arguments.quick else Size()
     for preset in PRESETS:
-        made = rows(preset, size, arguments.cache, again=arguments.retrain)
-        for row in made:
-            show(row)
-        results.rows += made
+        for row in rows(preset, size, arguments.cache, again=arguments.retrain):
+            results.keep(row)
     results.finish(arguments.json)
 
 

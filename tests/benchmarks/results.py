@@ -82,10 +82,14 @@ class Results:
         self.rows: list[Row] = []
         self._benchmark = benchmark
 
+    def keep(self, result: Row) -> None:
+        """Print and keep a result."""
+        self.rows.append(result)
+        show(result)
+
     def note(self, name: str, value: float | str | None, unit: str = "", **more: Any) -> None:
         """Print and keep a result; `more` is what `row` takes."""
-        self.rows.append(row(name, value, unit, **more))
-        show(self.rows[-1])
+        self.keep(row(name, value, unit, **more))
 
     def finish(self, as_json: bool, **more: Any) -> None:
         """Print the last line, JSON, if it is asked for."""
