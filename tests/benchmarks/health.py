@@ -28,8 +28,9 @@ from controller.recognition.pipeline import Pipeline
 from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
-from controller.simulator.presets import PRESETS, preset
+from controller.simulator.presets import PRESETS
 from controller.simulator.virtual_orb import VirtualOrb
+from tests.support.recordings import sound
 
 from .results import Results, command_line, row
 
@@ -127,12 +128,6 @@ def drifting(model: OrbModel) -> OrbModel:
             common_drift=(ten * parts.common_drift[0], parts.common_drift[1] / 10),
         ),
     )
-
-
-def sound(name: str) -> OrbModel:
-    """Return a preset's orb without taxels that are dead or leak from the start."""
-    model = preset(name)
-    return replace(model, electronics=replace(model.electronics, dead=0.0, leaky=0.0))
 
 
 Scene = Callable[[OrbModel, int, float], Score]

@@ -17,7 +17,6 @@
 --root measures another tree by the same rules; its programs then run with it as their path.
 """
 
-import argparse
 import ast
 import json
 import os
@@ -34,7 +33,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
-PACKAGES: Final = ("controller", "host", "models", "tetris", "orbtouch")
+from .results import command_line
+
+PACKAGES: Final = ("controller", "host", "models", "tetris")
 STROKES: Final = 12  # frames that press a key, of which the path is taken
 PATIENCE_S: Final = 120.0
 _EMULATED: Final = "controller/sensors/emulated.py"
@@ -61,7 +62,7 @@ rotate_ccw = "z"
 _TRACED: Final = """
 import atexit, json, runpy, sys, threading, time
 root, out, sys.argv = sys.argv[1], sys.argv[2], sys.argv[3:]
-PACKAGES = ("controller/", "host/", "models/", "tetris/", "orbtouch/")
+PACKAGES = ("controller/", "host/", "models/", "tetris/")
 events, files = [], {}
 def note(frame, event, arg, now=time.monotonic_ns):
     if event == "call":
@@ -87,12 +88,8 @@ if sys.argv[0] == "host":
             events.append((time.monotonic_ns(), "a stroke", ""))
         return write(text)
     sys.stdout.write = note_stroke
-    try:
-        from controller.protocol.messages import Perform
-        from host.connection.receiver import Receiver
-    except ImportError:
-        from controller.protocol import Perform
-        from host.receiver import Receiver
+    from controller.protocol.messages import Perform
+    from host.connection.receiver import Receiver
     begin = Receiver.start
     def start(self):
         begin(self)
@@ -122,11 +119,8 @@ class Module:
 
 def main() -> int:
     """Measure, print, and return 0."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--root", type=Path, default=Path(__file__).resolve().parents[2])
-    parser.add_argument("--static", action="store_true", help="leave out the running programs")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    here = Path(__file__).resolve().parents[2]
+    options = command_line(__doc__, root=here, static=False).parse_args()
     root = options.root.resolve()
     figures = static(root)
     if not options.static:
@@ -256,7 +250,7 @@ def replay_calls(root: Path, folder: Path) -> float:
     reads = [
         i
         for i, (_, path, name) in enumerate(events)
-        if name == "read" and path.endswith("/replay.py")
+        if (path[-10:], name) == ("/replay.py", "read")
     ]
     return statistics.median(b - a for a, b in pairwise(reads))
 

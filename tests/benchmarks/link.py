@@ -12,6 +12,7 @@ process between two ptys. `link_ledger` needs Xvfb and the [keys] extra.
 
 from __future__ import annotations
 
+import itertools
 import os
 import socket
 import statistics
@@ -71,11 +72,9 @@ def packets(results: Results, count: int) -> None:
             return FrameAuthenticator(_KEY, 0) if sealed else None
 
         def written(messages: tuple[Message, ...] = messages) -> list[bytes]:
-            own = seal()
+            said, own = itertools.cycle(messages), seal()
             return [
-                encode(
-                    messages[n % len(messages)], session=1, sequence=n & 0xFFFF, t_ms=n, seal=own
-                )
+                encode(next(said), session=1, sequence=n & 0xFFFF, t_ms=n, seal=own)
                 for n in range(1, count + 1)
             ]
 

@@ -65,14 +65,7 @@ class Size:
 
 
 QUICK: Final = Size(users=1, draws=1, minutes=3.0)
-
-
-@dataclasses.dataclass(frozen=True)
-class Outcome:
-    """What one lesson led to."""
-
-    before: Tally  # the untaught bundle on the session
-    after: Tally  # the taught one
+Outcome = tuple[Tally, Tally]  # of the untaught bundle on a session, and of the taught one
 
 
 def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Figure]:
@@ -87,7 +80,7 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
         figures |= _figures(k, outcomes)
         new = " ".join(f"{name} {_of(outcomes, name):.3f}" for name in NEW)
         print(f"{preset}, {k} examples, {len(outcomes)} lessons: {new}", flush=True)
-    before = [one.before for one in found[EXAMPLES[0]]]
+    before = [one for one, _ in found[EXAMPLES[0]]]
     figures["few_shot_0_false_alarms_per_min"] = alarms(before)
     return figures
 
@@ -117,7 +110,7 @@ def _person(
             if len(some) == k:
                 with patch.object(few_shot, "LEAST_KEPT", 0.0):  # what is lost is measured here
                     taught = taught_bundle(path, some)
-                yield k, Outcome(before, count(taught))
+                yield k, (before, count(taught))
 
 
 def _data(loaded: Bundle, preset: str, gestures: tuple[str, ...], minutes: float) -> DataSet:
@@ -162,9 +155,9 @@ def taught_bundle(path: Path, examples: list[adapt.Example]) -> Bundle:
 
 
 def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
-    after = [one.after for one in outcomes]
+    after = [one for _, one in outcomes]
     new = [(int(t.named[-1, -1]), int(t.named[-1].sum())) for t in after]
-    right_before = [int(np.trace(one.before.named[1:-1, 1:-1])) for one in outcomes]
+    right_before = [int(np.trace(one.named[1:-1, 1:-1])) for one, _ in outcomes]
     right_after = [int(np.trace(t.named[1:-1, 1:-1])) for t in after]
     old = [int(t.named[1:-1].sum()) for t in after]
     lost = np.array(right_before) - np.array(right_after)
@@ -189,7 +182,7 @@ def alarms(tallies: list[Tally]) -> Figure:
 
 
 def _of(outcomes: list[Outcome], label: str) -> float:
-    mine = [one.after for one in outcomes if one.after.name.startswith(f"{label} ")]
+    mine = [one for _, one in outcomes if one.name.startswith(f"{label} ")]
     return float(sum(t.named[-1, -1] for t in mine) / max(1, sum(t.named[-1].sum() for t in mine)))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diagnostics import touch_checks
-from controller.protocol.messages import Contact, GroundTruth
+from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, Sensor
 from controller.sensors.hardware.driver import Driver
@@ -96,18 +96,6 @@ class Wired(Sensor):
             fingers[place[0]] = 1.0
         drift = 1.0 + _DRIFT * self._rng.standard_normal((ROWS, COLUMNS))
         self.bench.touch(self._rest * (1.0 + change) * drift, fingers)
-
-    def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        raise NotImplementedError
-
-    def truths(self) -> list[GroundTruth]:
-        return []
-
-    def label(self, t_s: float) -> str:
-        return "null"
-
-    def button(self, t_s: float) -> str | None:
-        return None
 
     def close(self) -> None:
         self.driver.close()
