@@ -273,15 +273,8 @@ def tetris() -> None:
 
 
 _ROLES: Final[dict[str, Callable[..., None]]] = {
-    "device": device,
-    "sessions": sessions,
-    "echo": echo,
-    "lines": lines,
-    "cable": cable,
-    "air": air,
-    "proxy": proxy,
-    "xprogram": xprogram,
-    "tetris": tetris,
+    role.__name__: role
+    for role in (device, sessions, echo, lines, cable, air, proxy, xprogram, tetris)
 }
 
 if __name__ == "__main__":

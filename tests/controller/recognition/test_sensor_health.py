@@ -87,63 +87,53 @@ FELT = Prepared(np.ones((5, 5), np.float32), True, 0.0, True)
 OFF = np.eye(5, dtype=np.bool_)[2][:, None] & np.ones((5, 5), np.bool_)  # all of row 2
 
 
-def found(frames: list[Prepared], rest: NDArray[np.float64] | None = None) -> tuple[str, ...]:
+def found(frames: list[Prepared]) -> tuple[str, ...]:
     """What is found after these frames, at 10 Hz."""
     health = HealthMonitor(10.0, ratio=True)
     for prepared in frames:
         health.notice(prepared)
-        lines = health.check(prepared.dead, rest)
+        lines = health.check(prepared.dead, None)
     return lines
 
 
-def test_a_lead_counts_as_off_after_one_second() -> None:
-    off = replace(FELT, lost=OFF)
-    assert found([FELT, *[off] * 9]) == ()
-    told = ("row 2: no signal, play goes on without; fasten the lead",)
-    assert found([off] * 10) == found([*[FELT] * 10, *[off] * 10]) == told
+LOST, RESTLESS = replace(FELT, lost=OFF), replace(FELT, ready=False, quiet=False)
+TOUCHED, LOSS = replace(FELT, quiet=False), [replace(FELT, lost=OFF), FELT]
+NO_SIGNAL = "row 2: no signal, play goes on without; fasten the lead"
+CRACKLES = "a lead crackles: it was off and on again several times; fasten leads and plug"
+NEVER_QUIET = "no quiet second since the start; take hands and things off the orb"
 
 
-def test_three_losses_within_thirty_seconds_are_a_crackle_and_two_are_none() -> None:
-    loss = [replace(FELT, lost=OFF), FELT]
-    crackle = ("a lead crackles: it was off and on again several times; fasten leads and plug",)
-    assert found([*loss * 2, *[FELT] * 6]) == ()
-    assert found([*loss * 3, *[FELT] * 4]) == crackle
-    assert found([*loss * 3, *[FELT] * 294]) == crackle  # the first one 29.9 s ago
-    assert found([FELT, *loss * 2, *[FELT] * 297, *loss, *[FELT] * 6]) == ()  # the first two 30 s
-
-
-def test_a_lead_that_is_off_once_for_long_does_not_crackle() -> None:
-    assert found([*[replace(FELT, lost=OFF)] * 9, FELT]) == ()
-
-
-def test_a_sensor_that_is_not_ready_after_ten_seconds_is_never_quiet() -> None:
-    restless = replace(FELT, ready=False, quiet=False)
-    assert found([restless] * 90) == ()
-    assert found([restless] * 100) == (
-        "no quiet second since the start; take hands and things off the orb",
-    )
-    assert found([FELT, *[restless] * 199]) == ()
-
-
-def test_a_hand_has_to_stay_for_a_minute_without_a_pause() -> None:
-    touched = replace(FELT, quiet=False)
-    assert found([touched] * 590) == ()
-    assert found([touched] * 600) == ("something has touched the orb for 1 min; take it off",)
-    assert found([touched] * 1800) == ("something has touched the orb for 3 min; take it off",)
-    assert found([*[touched] * 599, FELT, *[touched] * 200]) == ()
-
-
-def test_taxels_that_do_not_answer_are_named() -> None:
-    assert found([replace(FELT, dead=OFF)] * 10) == (
-        "row 2: no answer to touch, filled in; run: controller doctor",
-    )
-
-
-def test_what_is_found_is_looked_for_once_a_second() -> None:
-    off = replace(FELT, lost=OFF)
-    assert found([off] * 19) == found([off] * 10)
-    assert found([*[off] * 10, *[FELT] * 9]) == found([off] * 10)
-    assert found([*[off] * 10, *[FELT] * 10]) == ()
+@pytest.mark.parametrize(
+    ("frames", "told"),
+    [
+        # A lead counts as off after one second; what is found is looked for once a second.
+        ([FELT, *[LOST] * 9], ""),
+        ([LOST] * 10, NO_SIGNAL),
+        ([*[FELT] * 10, *[LOST] * 10], NO_SIGNAL),
+        ([LOST] * 19, NO_SIGNAL),
+        ([*[LOST] * 10, *[FELT] * 9], NO_SIGNAL),
+        ([*[LOST] * 10, *[FELT] * 10], ""),
+        # Three losses within thirty seconds are a crackle; two, or one for long, are none.
+        ([*LOSS * 2, *[FELT] * 6], ""),
+        ([*LOSS * 3, *[FELT] * 4], CRACKLES),
+        ([*LOSS * 3, *[FELT] * 294], CRACKLES),  # the first one 29.9 s ago
+        ([FELT, *LOSS * 2, *[FELT] * 297, *LOSS, *[FELT] * 6], ""),  # the first two 30 s
+        ([*[LOST] * 9, FELT], ""),
+        # A sensor that is not ready after ten seconds is never quiet.
+        ([RESTLESS] * 90, ""),
+        ([RESTLESS] * 100, NEVER_QUIET),
+        ([FELT, *[RESTLESS] * 199], ""),
+        # A hand has to stay for a minute without a pause.
+        ([TOUCHED] * 590, ""),
+        ([TOUCHED] * 600, "something has touched the orb for 1 min; take it off"),
+        ([TOUCHED] * 1800, "something has touched the orb for 3 min; take it off"),
+        ([*[TOUCHED] * 599, FELT, *[TOUCHED] * 200], ""),
+        ([replace(FELT, dead=OFF)] * 10,
+         "row 2: no answer to touch, filled in; run: controller doctor"),
+    ],
+)  # fmt: skip
+def test_each_finding_has_its_limit_in_time(frames: list[Prepared], told: str) -> None:
+    assert found(frames) == ((told,) if told else ())
 
 
 def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple[str, ...]:

@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from controller.simulator.green_functions import poisson
-from tests.reference import disc, material
+from tests.reference import material
+from tests.reference import mesh as meshes
 from tests.reference.dome import Dome, Press
-from tests.reference.mesh import disc as mesh_disc
-from tests.reference.mesh import taxels
 
 pytestmark = pytest.mark.slow
 
@@ -100,16 +99,16 @@ def test_its_press_converges_with_node_count() -> None:
 def test_the_linear_reference_reproduces_the_flat_discs_redistribution() -> None:
     # A quarter of a dent's area strain stays local in a flat, frictionless disc at rest; what
     # the clamp keeps out of the rim spreads evenly. Rubber that is stretched keeps more.
-    mesh = mesh_disc(24)
+    mesh = meshes.disc(24)
     centre = mesh.node[mesh.triangle].mean(axis=1) @ np.array([1.0, 1j])
     still = np.zeros((len(mesh.node), 2))
     for stretch, share in ((1.0, 0.25), (1.4, 0.715)):
         assert (1.0 - poisson(stretch)) / 2.0 == pytest.approx(share, abs=0.005)
         for place, slack in ((0j, 0.01), (0.5 + 0j, 0.04)):
             dent = -np.exp(-(np.abs(centre - place) ** 2) / 0.08)
-            sheet = disc.drag(mesh, poisson(stretch), still, dent)
-            total = taxels(mesh) @ (dent + disc.divergence(mesh, sheet))
-            local = taxels(mesh) @ dent
+            sheet = meshes.drag(mesh, poisson(stretch), still, dent)
+            total = meshes.taxels(mesh) @ (dent + meshes.divergence(mesh, sheet))
+            local = meshes.taxels(mesh) @ dent
             slope, _ = np.polyfit(local, total, 1)
             assert slope == pytest.approx(share, abs=slack)
             assert np.corrcoef(local, total)[0, 1] ** 2 > 0.99
@@ -120,26 +119,26 @@ def test_the_linear_reference_reproduces_the_flat_discs_redistribution() -> None
 
 @pytest.mark.parametrize("place", [0j, 0.5 + 0j, -0.3 + 0.6j])
 def test_indentation_is_the_linear_membranes(place: complex) -> None:
-    mesh, ours = mesh_disc(24), skin(bulge=0.0)
+    mesh, ours = meshes.disc(24), skin(bulge=0.0)
     x, y = (axis[:, None].astype(np.float32) for axis in mesh.node.T)
     finger = grip(ours, place, 6.0)
     load, wide = finger.loads(0.0), float(finger.size[0, 0]) ** 2
     inward, _, _ = ours.displacement(finger, load, np.zeros(1), x, y)
     square = np.abs(mesh.node @ np.array([1.0, 1j]) - place) ** 2
-    exact = disc.deflection(mesh, load[0, 0] * 2.0 * wide / (square + wide) ** 2)
+    exact = meshes.deflection(mesh, load[0, 0] * 2.0 * wide / (square + wide) ** 2)
     assert error(inward[:, 0].astype(np.float64), exact) < 0.03
 
 
 @pytest.mark.parametrize("place", [0j, 0.5 + 0j, -0.3 + 0.6j])
 def test_drag_is_the_linear_sheets(place: complex) -> None:
-    mesh, ours = mesh_disc(24), skin()
+    mesh, ours = meshes.disc(24), skin()
     x, y = (axis[:, None].astype(np.float32) for axis in mesh.node.T)
     finger = grip(ours, place, 6.0, 3.0 + 2.0j)
     _, *along = ours.displacement(finger, finger.loads(0.0), np.zeros(1), x, y)
     moved, wide = np.stack(along, axis=1)[:, :, 0], float(finger.size[0, 0]) ** 2
     square = np.abs(mesh.node @ np.array([1.0, 1j]) - place) ** 2
     patch = 4.0 * wide**2 / (square + wide) ** 3
-    exact = disc.drag(mesh, poisson(ours.stretch), patch[:, None] * finger.force[:, 0, 0])
+    exact = meshes.drag(mesh, poisson(ours.stretch), patch[:, None] * finger.force[:, 0, 0])
     exact *= (exact * moved).sum() / (exact**2).sum()  # in units of Young's modulus there
     assert error(moved.ravel().astype(np.float64), exact.ravel()) < 0.07
 
