@@ -10,7 +10,6 @@ while it is out, or in the second after, counts as a false alarm.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -35,13 +34,7 @@ FIRST_SEED: Final = 900_400  # no training accepts it
 _OUT_S: Final = (12.0, 17.0, 30.0)  # the plug is out from, until, of so many
 _AFTER_S: Final = 1.0  # a gesture must keep away from the plug by this much
 
-
-@dataclass(frozen=True)
-class Told:
-    """What a run gave: true gestures, and answers."""
-
-    events: list[Event]
-    answers: list[Answer]
+Told = tuple[list[Event], list[Answer]]  # true gestures, and answers
 
 
 def script(
@@ -96,23 +89,23 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
         if step.gesture is not None:
             answers.append(Answer(now, step.gesture))
     sensor.close()
-    return Told(events, answers)
+    return events, answers
 
 
 def score(way: str, told: Told) -> Score:
     """Return how well it was recognised; what the plug cuts into is left out."""
+    events, answers = told
     if way != "unplugged":
-        return judge(told.events, told.answers)
-    cut = [event for event in told.events if _cut(event)]
-    kept = [event for event in told.events if not _cut(event)]
+        return judge(events, answers)
+    cut = [event for event in events if _cut(event)]
     answers = [
         answer
-        for answer in told.answers
+        for answer in answers
         if not any(
             e.onset_s <= answer.time_s <= e.release_s + 0.5 and answer.kind == e.kind for e in cut
         )
     ]
-    return judge(kept, answers)
+    return judge([event for event in events if not _cut(event)], answers)
 
 
 def _cut(event: Event) -> bool:

@@ -12,13 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from bumble import core, hci, l2cap
-from bumble.controller import Controller
-from bumble.device import Device, DeviceConfiguration
+from bumble.device import Device
 from bumble.hid import Host as HidHost
-from bumble.host import Host
 from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
-from bumble.transport.common import AsyncPipeSink
 
 from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import Bus, Properties
@@ -26,26 +23,22 @@ from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 from controller.links.bluetooth.hid.reports import OUTPUTS, Report
-from tests.support.bumble_radio import attributes
+from tests.support.bumble_radio import LAPTOP as HOST
+from tests.support.bumble_radio import ORB, attributes, powered
 
-ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
+__all__ = ["HOST", "ORB", "ClassicHost", "ClassicOrb", "devices"]
 
 
 def devices() -> tuple[Device, Device]:
     """Return the host and the orb, linked, both switched off."""
-    link, found = LocalLink(), []  # type: ignore[no-untyped-call]
-    for name, address in (("host", HOST), ("orb", ORB)):
-        controller = Controller(name, link=link, public_address=address)
-        config = DeviceConfiguration(name=name, address=hci.Address(address), classic_enabled=True)
-        device = Device(config=config, host=Host(controller, AsyncPipeSink(controller)))
+    link = LocalLink()  # type: ignore[no-untyped-call]
+    host, orb = powered("host", HOST, link), powered("orb", ORB, link)
+    blind = PairingDelegate(PairingDelegate.IoCapability.NO_OUTPUT_NO_INPUT)
+    for device in (host, orb):
         device.pairing_config_factory = lambda connection: PairingConfig(
-            sc=True,
-            mitm=False,
-            bonding=True,
-            delegate=PairingDelegate(PairingDelegate.IoCapability.NO_OUTPUT_NO_INPUT),
+            sc=True, mitm=False, bonding=True, delegate=blind
         )
-        found.append(device)
-    return found[0], found[1]
+    return host, orb
 
 
 class ClassicOrb(HidTransport):

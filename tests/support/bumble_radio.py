@@ -92,7 +92,7 @@ class Air:
     async def _power_on(self, record: str, channel: int) -> None:
         untyped: Any = LocalLink
         link = untyped()
-        self._laptop, self._orb = _device("laptop", LAPTOP, link), _device("orb", ORB, link)
+        self._laptop, self._orb = powered("laptop", LAPTOP, link), powered("orb", ORB, link)
         for device in (self._laptop, self._orb):
             await device.power_on()
         if channel:
@@ -164,7 +164,7 @@ class Air:
         task.add_done_callback(self._tasks.discard)
 
 
-def _device(name: str, address: str, link: Any) -> Device:
+def powered(name: str, address: str, link: Any) -> Device:
     configuration = DeviceConfiguration()
     configuration.name, configuration.address = name, Address(address)
     configuration.classic_enabled = True
