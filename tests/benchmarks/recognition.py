@@ -35,7 +35,7 @@ from models.results.figure import Figure
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
-from .results import Results, Row, command_line, figure_row, say, show
+from .results import Results, command_line, figure_row, say
 
 USERS: Final = 20
 # name -> unit, and the goal on nominal and on paper-snr.
@@ -150,15 +150,13 @@ def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) ->
     return worst
 
 
-def rows(preset: str, measured: dict[str, Figure], suffix: str = "") -> list[Row]:
-    """Print and return figures as results."""
-    column, listed = list(PRESETS).index(preset), []
+def keep(results: Results, preset: str, measured: dict[str, Figure], suffix: str = "") -> None:
+    """Print and keep figures as results."""
+    column = list(PRESETS).index(preset)
     for name, figure in measured.items():
         unit, goals = ROWS[name]
         goal = goals[column] if goals else None
-        listed.append(figure_row(name + suffix, figure, unit, preset=preset, goal=goal))
-        show(listed[-1])
-    return listed
+        results.keep(figure_row(name + suffix, figure, unit, preset=preset, goal=goal))
 
 
 def main() -> None:
@@ -173,9 +171,9 @@ def main() -> None:
     size, loaded = QUICK if arguments.quick else Size(), bundles.read(arguments.bundle)
     begun = time.process_time()
     for preset in PRESETS if arguments.only != "peers" else ():
-        results.rows += rows(preset, measure(arguments.bundle, loaded, preset, size))
+        keep(results, preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
-        results.rows += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
+        keep(results, preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         who = recognition_users.QUICK if arguments.quick else recognition_users.Size()
         again = arguments.retrain
         results.rows += recognition_users.rows(preset, who, arguments.cache, again=again)
@@ -188,7 +186,7 @@ def main() -> None:
             loaded, people, size.judged, arguments.cache, say, again=arguments.retrain
         )
         for (name, preset), result in judged.items():
-            results.rows += rows(preset, figures(result), f"@{name}")
+            keep(results, preset, figures(result), f"@{name}")
     print(f"{time.process_time() - begun:.0f} s of one core's time")
     results.finish(arguments.json)
 
