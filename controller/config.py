@@ -47,9 +47,7 @@ _PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$
 class ConfigError(UserError, ValueError):
     """A text is not valid TOML or JSON, or exceeds a limit; the message begins with the line.
 
-    Attributes:
-        table: The table whose entry cannot be used; "" for the whole file.
-        key: The key of that entry; "" if none is known.
+    `table` and `key` name the entry that cannot be used; "" is the whole file.
     """
 
     def __init__(self, message: str, table: str = "", key: str = "") -> None:
@@ -58,11 +56,7 @@ class ConfigError(UserError, ValueError):
 
 
 def read_toml(path: Path, limit_bytes: int = MAX_BYTES) -> dict[str, Any]:
-    """Return the table in a TOML file.
-
-    Raises:
-        ConfigError: It cannot be read or parsed; a sentence that names the file.
-    """
+    """Return the table in a TOML file, or raise ConfigError with a sentence that names the file."""
     try:
         return parse_toml(read_text(path, limit_bytes), limit_bytes)
     except OSError as error:
@@ -92,11 +86,7 @@ def parse_toml(text: str | bytes, limit_bytes: int = MAX_BYTES) -> dict[str, Any
 
 
 def parse_json(text: str | bytes, limit_bytes: int = MAX_BYTES) -> Any:
-    """Return the value in a text of JSON.
-
-    Raises:
-        ConfigError: It is not JSON, or exceeds a limit of size, nesting or whole numbers.
-    """
+    """Return the value in a text of JSON, or raise ConfigError as `parse_toml` does."""
     whole = _decoded(text, limit_bytes)
     try:
         return json.loads(whole, parse_int=_integer)
@@ -117,13 +107,8 @@ def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
     name, the "range" of a number, its "divisor" if the field has another unit, the "choices" or
     the "pattern" of a text, the "count" of a list, and what is "expected".
 
-    Args:
-        kind: The dataclass.
-        table: Its values.
-        name: What the table is called; "" for the whole file.
-
     Raises:
-        ConfigError: A value cannot be used; a sentence without its subject.
+        ConfigError: A value cannot be used; a sentence without its subject. `name` is the table's.
     """
     under = f" under [{name}]" if name else ""
     if not isinstance(table, dict):
@@ -193,14 +178,9 @@ def _within(value: Any, limits: Mapping[str, Any], item: Any = None) -> bool:
 def line_of(text: str, table: str, key: str = "", count: int = 1, *, near: bool = False) -> str:
     """Return ", line N" of an entry in a TOML text; "" if it cannot be found.
 
-    An entry may stand anywhere that TOML lets it, such as `game.left = ...` below [profile].
-
-    Args:
-        text: The whole file.
-        table: In which table it is; "" is the top.
-        key: Its name; "" is the table itself.
-        count: Which of several tables of one name, [[table]], from 1.
-        near: Return the closest line above, such as that of an inline table, if there is one.
+    An entry may stand anywhere that TOML lets it, such as `game.left = ...` below [profile]. The
+    table "" is the top, the key "" the table itself, and `count` says which of several [[table]].
+    With `near` the closest line above, such as that of an inline table, is returned if need be.
     """
     owner = _parts(table) if table else []
     wanted = owner + (_parts(key) if key else [])

@@ -42,14 +42,10 @@ def reason(error: OSError) -> str:
 
 
 def run(program: str, command: Callable[[], int]) -> int:
-    """Run a command; return its exit status. Expected errors become one sentence.
+    """Run a command of `program`; return its exit status. Expected errors become one sentence.
 
     A character that the terminal cannot show is printed as an escape. A reader that has gone
     (`| head`) ends the command without a word, with status 1.
-
-    Args:
-        program: The name that a message begins with.
-        command: Returns the exit status.
     """
     for stream in (sys.stdout, sys.stderr):
         if (adapt := getattr(stream, "reconfigure", None)) is not None:
@@ -83,11 +79,7 @@ def complain(program: str, problem: Exception | str, status: int) -> int:
 
 
 def ask(question: str) -> str:
-    """Ask on standard error, as results go to standard output; return the answer.
-
-    Raises:
-        EOFError: The input has ended.
-    """
+    """Ask on standard error, as results go to standard output; EOFError if the input has ended."""
     print(question, end="", file=sys.stderr, flush=True)
     return input()
 

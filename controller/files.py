@@ -48,11 +48,7 @@ def runtime_folder() -> Path:
 
 
 def open_regular(path: Path) -> IO[bytes]:
-    """Open a regular file for reading. Pipes and devices are refused, since they may never end.
-
-    Raises:
-        OSError: It cannot be opened, or is not a regular file.
-    """
+    """Open a regular file for reading, or raise OSError: pipes and devices may never end."""
     try:
         handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except ValueError as error:  # a zero byte in the name
@@ -69,11 +65,7 @@ def open_regular(path: Path) -> IO[bytes]:
 
 
 def read_bytes(path: Path, limit_bytes: int) -> bytes:
-    """Return the content of a regular file.
-
-    Raises:
-        OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
-    """
+    """Return the content of a regular file; OSError if it has more than `limit_bytes`, too."""
     data = bytearray()
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
@@ -86,11 +78,7 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
 
 
 def read_text(path: Path, limit_bytes: int) -> str:
-    """Return the text of a regular file in UTF-8; a byte order mark is left out.
-
-    Raises:
-        OSError: As `read_bytes`, or it is not UTF-8.
-    """
+    """Return the text of a regular file in UTF-8, without a byte order mark, or raise OSError."""
     try:
         return read_bytes(path, limit_bytes).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -98,11 +86,7 @@ def read_text(path: Path, limit_bytes: int) -> str:
 
 
 def check_target(path: Path) -> None:
-    """Check that a file may be written under a name: it is free, or that of a regular file.
-
-    Raises:
-        OSError: It is the name of a folder, a device or the like, which a rename would replace.
-    """
+    """Raise OSError if a name is that of a folder, a device or the like, which is not replaced."""
     with contextlib.suppress(FileNotFoundError):
         mode = path.stat().st_mode
         if not stat.S_ISREG(mode):
@@ -121,15 +105,8 @@ def atomic_write(
     """Write a file so that its name never stands for half of it, whatever ends the program.
 
     The data goes to a new file in the same folder, to the disk, and then to its name. The file's
-    permissions follow the user's umask.
-
-    Args:
-        path: Its name.
-        data: Its whole content.
-        private: Only the user may read it.
-        replace: Whether it may take the place of an older file.
-        folders: Whether to make folders that are missing.
-        durable: Whether to wait for the disk, so that it survives a power cut.
+    permissions follow the user's umask; if `private`, only the user may read it. `folders` makes
+    those that are missing; without `durable` a power cut may lose it.
 
     Raises:
         FileExistsError: The name is taken, and `replace` is false.
@@ -162,11 +139,7 @@ def atomic_write(
 
 
 def sync(handle: int) -> None:
-    """Return when the file is on the disk itself.
-
-    Raises:
-        OSError: It is not.
-    """
+    """Return when the file is on the disk itself, or raise OSError."""
     os.fsync(handle)
     if sys.platform == "darwin":  # whose fsync leaves data in the drive's own memory
         import fcntl

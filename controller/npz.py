@@ -60,15 +60,10 @@ class ZipError(ValueError):
 
 
 def open_zip(file: IO[bytes], limit_bytes: int, max_members: int) -> zipfile.ZipFile:
-    """Open a zip file with members that are stored or deflated, each with bytes of its own.
-
-    Args:
-        file: Of any origin.
-        limit_bytes: Most bytes of all members together, unpacked.
-        max_members: Most entries of the directory.
+    """Open a zip file of any origin with members that are stored or deflated, each with own bytes.
 
     Raises:
-        ZipError: It exceeds a limit, or is packed in another way.
+        ZipError: It has more bytes unpacked or members than allowed, or is packed in another way.
         DAMAGE: It is damaged; reading a member raises these, too.
     """
     _check_end(file)
@@ -127,15 +122,10 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = None) -> Arrays:
-    """Return the arrays of an `.npz`, by name, rows first.
-
-    Args:
-        source: The file, or its content.
-        limit_bytes: Most bytes of all arrays together, and of the file.
-        only: Names of the arrays to return, if they exist; by default all.
+    """Return the arrays of an `.npz`, by name, rows first; `only` those named, if they exist.
 
     Raises:
-        NpzError: It is damaged, too large, or holds anything but plain arrays.
+        NpzError: It is damaged, larger than the limit, or holds anything but plain arrays.
         OSError: The file cannot be read.
     """
     wanted = None if only is None else set(only)
@@ -148,23 +138,13 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
 
 
 def single(path: Path, limit_bytes: int) -> NDArray[Any]:
-    """Return the array of an `.npy`.
-
-    Raises:
-        NpzError: It is damaged, too large, or anything but a plain array.
-        OSError: The file cannot be read.
-    """
+    """Return the array of an `.npy`; NpzError and OSError as from `unpack`."""
     with _open(path, limit_bytes) as file:
         return _array(path.stem, file, _size(file), limit_bytes)
 
 
 def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
-    """Return (shape, dtype) of every array of an `.npz`, by name, without reading its data.
-
-    Raises:
-        NpzError: As `unpack`.
-        OSError: The file cannot be read.
-    """
+    """Return (shape, dtype) of every array of an `.npz`, by name, without reading its data."""
     with _open(source, limit_bytes) as file:
         members = _members(file, limit_bytes)
         return {name: _header(name, stream, limit_bytes) for name, stream, _ in members}

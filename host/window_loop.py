@@ -37,16 +37,9 @@ def play(
     drawn: Callable[[], object] = lambda: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Play until the window is closed, or for some seconds.
+    """Play until the window is closed, or for some seconds, and save the last picture if asked to.
 
-    Args:
-        target: What is played.
-        orb: The link.
-        surface: The window's surface.
-        seconds: When to stop by itself; None plays on.
-        screenshot: Where to save the last picture.
-        drawn: Called when a picture is on the screen.
-        clock: Seconds that never turn back.
+    `drawn` is called when a picture is on the screen; the clock never turns back.
 
     Raises:
         LinkError: The first connection failed; later ones are tried again and again.
@@ -83,8 +76,7 @@ def serve(
 ) -> None:
     """Let a target act without a window, for some seconds or until the program is ended.
 
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
+    LinkError if the first connection failed; later ones are tried again and again.
     """
     began_s = clock()
     now_s, connected = 0.0, False
@@ -105,11 +97,7 @@ def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
-    """Open the window; headless, an invisible surface of the same size.
-
-    Raises:
-        WindowError: There is no display; the sentence says what to do.
-    """
+    """Open the window, or WindowError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
     try:
@@ -121,11 +109,7 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
 
 
 def save(surface: pygame.Surface, path: Path) -> None:
-    """Save a picture of the window; the name says the format, as in play.png.
-
-    Raises:
-        PictureError: It cannot be saved.
-    """
+    """Save a picture of the window in the format that its name says, or raise PictureError."""
     try:
         # In memory first: pygame does not see that a disk is full.
         picture = io.BytesIO()

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 
 NONE: Final = "–"  # a figure that is not known
 LABELS: Final = {"null": "nothing", "twist_cw": "twist ↻", "twist_ccw": "twist ↺"}

@@ -6,9 +6,9 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Hashable, Iterator, Mapping
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
 Result = TypeVar("Result")
@@ -36,46 +36,13 @@ def deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-class _Pool(ProcessPoolExecutor):
-    """Processes that Ctrl-C does not reach, not even while they begin."""
-
-    def submit(self, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """Hand work to a process, which may begin for it."""
-        with deaf():
-            return super().submit(*args, **kwargs)
-
-
-@contextmanager
-def pool(workers: int, *, hasty: bool = False) -> Iterator[ProcessPoolExecutor]:
-    """Processes of one thread each; Ctrl-C is their parent's.
-
-    Args:
-        workers: Number of them.
-        hasty: When something happens to us they end at once; else what is under way is finished.
-    """
-    spare()
-    before = set(multiprocessing.active_children())
-    context = multiprocessing.get_context("spawn")
-    made = _Pool(workers, mp_context=context, initializer=_serve)
-    try:
-        yield made
-    except BaseException:
-        made.shutdown(wait=not hasty, cancel_futures=True)
-        for child in set(multiprocessing.active_children()) - before:
-            child.terminate()  # nothing that it does is worth waiting for
-        raise
-    made.shutdown()
-
-
 def completed(
     jobs: Mapping[Key, Callable[[], Result]], workers: int, *, hasty: bool = False
 ) -> Iterator[tuple[Key, Result, float]]:
-    """Run jobs, and yield the key and the result of each as it is done, and the seconds left.
+    """Run jobs that can be pickled, and yield key, result and the seconds left as each is done.
 
-    Args:
-        jobs: Functions that can be pickled.
-        workers: Processes; with one, jobs run in this process.
-        hasty: As in `pool`.
+    One worker is this process; more are processes of one thread each. When something happens to us,
+    hasty ones end at once; else what is under way is finished.
     """
     begun = time.monotonic()
     for done, (key, result) in enumerate(_results(jobs, min(workers, len(jobs)), hasty), 1):
@@ -88,9 +55,19 @@ def _results(
     if workers < 2:
         yield from ((key, job()) for key, job in jobs.items())
         return
-    with pool(workers, hasty=hasty) as made:
-        waiting = {made.submit(job): key for key, job in jobs.items()}
+    spare()
+    context = multiprocessing.get_context("spawn")
+    made = ProcessPoolExecutor(workers, mp_context=context, initializer=_serve)
+    try:
+        with deaf():
+            waiting = {made.submit(job): key for key, job in jobs.items()}
         yield from ((waiting[done], done.result()) for done in as_completed(waiting))
+    except BaseException:
+        made.shutdown(wait=not hasty, cancel_futures=True)
+        for child in multiprocessing.active_children():
+            child.terminate()  # nothing that it does is worth waiting for
+        raise
+    made.shutdown()
 
 
 def _serve() -> None:

@@ -10,14 +10,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
-from tetris.bots import registry as bots
+from tetris.bots.beam_search import BOTS, STRONGEST
 from tetris.engine.game import Game, Phase
-from tetris.engine.modes import LAST_START_LEVEL, MODES
+from tetris.engine.modes import MODES
+from tetris.engine.rules import LAST_GRAVITY_LEVEL
 from tetris.history.replay import Player, Recorder, play_bot
-from tetris.history.replay_file import ReplayError, load, save
-from tetris.history.video import SUFFIXES, VideoError
+from tetris.history.replay_file import FILM_SUFFIXES, ReplayError, load, save
 
 _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
@@ -35,8 +35,6 @@ def run(argv: list[str] | None = None) -> int:
         return _play(_options(argv))
     except ReplayError as error:
         return complain(error, 2)
-    except VideoError as error:
-        return complain(error, 1)
 
 
 def _options(argv: list[str] | None) -> argparse.Namespace:
@@ -54,8 +52,8 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
         f"--mode {options.mode} has no levels; leave --level out, or play "
         + ", ".join(mode.name for mode in MODES.values() if mode.levels): levels,
         "--film shows a recorded game; add --replay FILE": options.film and not options.replay,
-        f"--film {options.film} must end in {' or '.join(SUFFIXES)}": options.film
-        and options.film.suffix.lower() not in SUFFIXES,
+        f"--film {options.film} must end in {' or '.join(FILM_SUFFIXES)}": options.film
+        and options.film.suffix.lower() not in FILM_SUFFIXES,
         "--record is for --headless; the window keeps its games by itself": options.record
         and not options.headless,
     }
@@ -78,15 +76,8 @@ def _play(options: argparse.Namespace) -> int:
 
     if options.replay:
         load(options.replay)  # refused here, in a sentence, rather than in a window
-    start = Start(
-        mode=options.mode,
-        seed=options.seed,
-        level=options.level,
-        bot=options.bot,
-        replay=options.replay,
-    )
     try:
-        game = play(start)
+        game = play(Start(options.mode, options.seed, options.level, options.bot, options.replay))
     except DisplayError as error:
         return complain(f"{error}; without one, play with --headless --bot", 1)
     return 0 if game is None else _report(game, options.json)
@@ -100,7 +91,7 @@ def _play_unseen(options: argparse.Namespace) -> int:
     rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
     recorder = Recorder(seed, config, mode.name)
     action_s = 1 / rate_hz if rate_hz else 0.0
-    play_bot(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
+    play_bot(recorder, BOTS[options.bot], pieces=options.pieces, action_s=action_s)
     if options.record:
         try:
             save(options.record, recorder.replay())
@@ -135,6 +126,8 @@ def _film(options: argparse.Namespace) -> int:
             if watched and round(100 * share) != shown:
                 shown = round(100 * share)
                 print(f"\r{shown} %", end="", file=sys.stderr, flush=True)
+    except video.VideoError as error:
+        return complain(error, 1)
     except OSError as error:
         return _unwritten(options.film, error)
     return say(("\r" if shown >= 0 else "") + printable(str(options.film)))
@@ -220,67 +213,59 @@ def _parser() -> argparse.ArgumentParser:
         "space drops it, C holds it, P pauses, R restarts.",
         epilog="Try it: tetris --bot",
     )
-    add = parser.add_argument
+
+    def add(name: str, text: str, **how: Any) -> None:
+        parser.add_argument(name, help=text, **how)
+
+    seed = _whole(_LAST_SEED, least=0)
     add(
         "--mode",
+        f"begin at once with {', '.join(MODES)} (default: the menu)",
         choices=MODES,
         metavar="NAME",
-        help=f"begin at once with {', '.join(MODES)} (default: the menu)",
     )
-    add(
-        "--seed",
-        type=_whole(_LAST_SEED, least=0),
-        metavar="N",
-        help="which game; the same again (default: a new one)",
-    )
+    add("--seed", "which game; the same again (default: a new one)", type=seed, metavar="N")
     add(
         "--level",
-        type=_whole(LAST_START_LEVEL),
+        f"level to start with, 1 to {LAST_GRAVITY_LEVEL}, where the mode has levels",
+        type=_whole(LAST_GRAVITY_LEVEL),
         metavar="N",
-        help=f"level to start with, 1 to {LAST_START_LEVEL}, where the mode has levels",
     )
     add(
         "--bot",
+        f"watch a bot play: {', '.join(BOTS)} (default: {STRONGEST})",
         nargs="?",
-        choices=bots.BOTS,
-        const=bots.STRONGEST,
+        choices=BOTS,
+        const=STRONGEST,
         metavar="NAME",
-        help=f"watch a bot play: {', '.join(bots.BOTS)} (default: {bots.STRONGEST})",
     )
-    add("--replay", type=Path, metavar="FILE", help="watch a recorded game; headless: check it")
-    add(
-        "--headless", action="store_true", help="no window, as fast as it can; with --bot, --replay"
-    )
+    add("--replay", "watch a recorded game; headless: check it", type=Path, metavar="FILE")
+    add("--headless", "no window, as fast as it can; with --bot, --replay", action="store_true")
     add(
         "--pieces",
+        "pieces of a bot's headless game (default: %(default)s)",
         type=_whole(_MOST_PIECES),
         default=1000,
         metavar="N",
-        help="pieces of a bot's headless game (default: %(default)s)",
     )
     add(
         "--rate",
+        "the bot's actions a second in a headless game (default: as fast as the rules "
+        f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
         type=_whole(_MOST_RATE_HZ),
         metavar="HZ",
-        help="the bot's actions a second in a headless game (default: as fast as the rules "
-        f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
     )
-    add("--record", type=Path, metavar="FILE", help="keep a headless game")
-    add(
-        "--film",
-        type=Path,
-        metavar="FILE",
-        help="save --replay as a .gif or .mp4 (needs the film extra)",
-    )
+    add("--record", "keep a headless game", type=Path, metavar="FILE")
+    add("--film", "save --replay as a .gif or .mp4 (film extra)", type=Path, metavar="FILE")
     add(
         "--speed",
+        "how many times faster the film is than the game (default: %(default)s)",
         type=_whole(_MOST_SPEED),
         default=1,
         metavar="N",
-        help="how many times faster the film is than the game (default: %(default)s)",
     )
-    add("--json", action="store_true", help="print the result as JSON")
-    add("--version", action="store_true", help="print the version")
+    add("--json", "print the result as JSON", action="store_true")
+    add("--version", "print the version", action="store_true")
     return parser
 
 

@@ -6,41 +6,19 @@ read FILE: ..." or "cannot write FILE: ...".
 
 import errno
 import os
-import re
 import stat
 import tempfile
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 import platformdirs
 
 Content = TypeVar("Content")
 
-_PROGRAM: Final = "orbtouch"
-_ROOM: Final = "tetris"
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-_KINDS: Final = (
-    (stat.S_ISDIR, errno.EISDIR, "a folder"),
-    (stat.S_ISFIFO, errno.EINVAL, "a pipe"),
-    (stat.S_ISSOCK, errno.EINVAL, "a socket"),
-    (stat.S_ISCHR, errno.EINVAL, "a device"),
-    (stat.S_ISBLK, errno.EINVAL, "a device"),
-)
 # A file with one of these has what this program never wrote; it can be put aside.
 _DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
-
-_MOST_TOML_BYTES: Final = 64 << 10
-_MOST_PARTS: Final = 16  # of a key, between dots
-_MOST_NESTING: Final = 16  # brackets
-# Strings and comments; one without an end goes on to the end of its line, or of the text.
-_QUOTED: Final = re.compile(
-    r'"""(?:[^\\]|\\.)*?(?:"""|\\?\Z)' r"|'''.*?(?:'''|\Z)"
-    r'|"(?:[^"\\\n]|\\[^\n])*(?:"|$)' r"|'[^'\n]*(?:'|$)" r"|\#[^\n]*",
-    re.DOTALL | re.MULTILINE,
-)  # fmt: skip
-_DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{_MOST_PARTS}}}")
 
 
 # -- where they are ----------------------------------------------------------------------------
@@ -48,19 +26,12 @@ _DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{_M
 
 def data_folder() -> Path:
     """Return the folder of best lists and replays; it may not exist yet."""
-    return _own(platformdirs.user_data_path(_PROGRAM, appauthor=False), ".local/share")
+    return platformdirs.user_data_path("orbtouch", appauthor=False) / "tetris"
 
 
 def config_folder() -> Path:
     """Return the folder of settings; it may not exist yet."""
-    return _own(platformdirs.user_config_path(_PROGRAM, appauthor=False), ".config")
-
-
-def _own(folder: Path, usual: str) -> Path:
-    """Return our folder below; a relative XDG_*_HOME is ignored, as its specification asks."""
-    if not folder.is_absolute():
-        folder = Path.home() / usual / _PROGRAM
-    return folder / _ROOM
+    return platformdirs.user_config_path("orbtouch", appauthor=False) / "tetris"
 
 
 # -- reading -----------------------------------------------------------------------------------
@@ -87,44 +58,13 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
     return data
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the table in a TOML file.
-
-    Raises:
-        OSError: It cannot be read, is not a regular file, or is too large.
-        ValueError: It is not TOML in UTF-8, or exceeds a limit of dots or nesting.
-    """
-    return parse_toml(read_bytes(path, _MOST_TOML_BYTES).decode("utf-8-sig"))
-
-
-def parse_toml(text: str) -> dict[str, Any]:
-    """Return the table in a text of TOML, at a cost that grows with its length only.
-
-    Python's parser needs time and memory quadratic in the parts of one key, and recurses into
-    nested values, so both are bounded before.
-
-    Raises:
-        ValueError: It is not TOML, or exceeds a limit of dots or nesting.
-    """
-    bare = _QUOTED.sub("_", text.replace("\r\n", "\n"))
-    if _DOTTED.search(bare):
-        raise ValueError(f"a key has more than {_MOST_PARTS} parts")
-    depth = 0
-    for bracket in re.findall(r"[\[\]{}]", bare):
-        depth += 1 if bracket in "[{" else -1
-        if depth > _MOST_NESTING:
-            raise ValueError(f"values are nested more than {_MOST_NESTING} deep")
-    return tomllib.loads(text)
-
-
 # -- writing -----------------------------------------------------------------------------------
 
 
 def write_beside(path: Path, content: bytes) -> None:
-    """Write a whole file at once: beside the old one, onto the disk, and then in its place.
+    """Write a whole file: beside the old one, onto the disk, and then in its place.
 
-    The path stands for the old content or the new one, never for a part. Folders that are
-    missing are made. A pipe or a device is never replaced.
+    Folders that are missing are made. A pipe or a device is never replaced.
 
     Raises:
         OSError: The disk is full, or the folder may not be written; the old file is as it was.
@@ -146,11 +86,7 @@ def write_beside(path: Path, content: bytes) -> None:
 
 
 def check_replaceable(path: Path) -> None:
-    """Raise if a path stands for something else than a regular file; it need not exist.
-
-    Raises:
-        OSError: It does, or cannot be looked at.
-    """
+    """Raise OSError if a path stands for something else than a regular file, or nothing."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -161,14 +97,9 @@ def check_replaceable(path: Path) -> None:
 
 
 def load(path: Path, read: Callable[[Path], Content], usual: Content) -> tuple[Content, str]:
-    """Return what a file of the player holds, and a sentence, "" when all is well.
+    """Return what `read` makes of the player's file, and a sentence, "" when all is well.
 
-    A damaged file is renamed, so that a new one can take its place.
-
-    Args:
-        path: The file.
-        read: Reads it; raises OSError, ValueError or RecursionError.
-        usual: What stands for a file that is not there, or cannot be read.
+    A damaged file is renamed, so that a new one can take its place; `usual` stands for it.
     """
     try:
         return read(path), ""
@@ -188,9 +119,9 @@ def load(path: Path, read: Callable[[Path], Content], usual: Content) -> tuple[C
 
 
 def _check_regular(mode: int, path: Path) -> None:
-    for of_kind, number, words in _KINDS:
-        if of_kind(mode):
-            raise OSError(number, f"it is {words}, expected is a file", str(path))
+    if not stat.S_ISREG(mode):
+        number = errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL
+        raise OSError(number, "it is no regular file", str(path))
 
 
 def _sync_folder(folder: Path) -> None:

@@ -33,16 +33,7 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def example(label: str, images: Images, rate_hz: float) -> Example:
-    """Return the latest touch in some images, as an example of a label.
-
-    Args:
-        label: The gesture; "null": none.
-        images: z, (frames, rows, columns), up to now.
-        rate_hz: Frames per second.
-
-    Raises:
-        AdaptError: There was no recent touch, or only a weak one.
-    """
+    """Return the latest touch in images as an example; AdaptError: none, or a weak one."""
     cut = latest(images, rate_hz)
     if cut is None:
         raise AdaptError(f"nothing touched the orb in the last {LATEST_S:g} s; correct it sooner")
@@ -69,19 +60,11 @@ def correct(
     store: BundleStore,
     install: Callable[[Path, str], str],
 ) -> str:
-    """Learn the label of the latest touch, and take the new bundle into use.
+    """Learn the label of the latest touch, take the new bundle into use, and return a sentence.
 
-    Training takes seconds: call this in a thread of its own.
-
-    Args:
-        label: The correct label; "null": no gesture; "": take the last correction back.
-        images: The latest images, z, (frames, rows, columns).
-        rate_hz: Frames per second.
-        store: Bundle store of this device.
-        install: Tests a file and takes it into use, given the name of the bundle it corrects.
-
-    Returns:
-        The outcome, a sentence.
+    Training takes seconds: call this in a thread of its own. The label "null" is no gesture, and ""
+    takes the last correction back. `install` tests a file and takes it into use, given the name of
+    the bundle that it corrects.
 
     Raises:
         BundleError, AdaptError, OSError: Nothing has changed; the message has the reason.

@@ -34,22 +34,14 @@ NOISE: Final = 0.003  # and of the noise of each reading
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """One example of a gesture.
+    """One example of a gesture."""
 
-    Attributes:
-        label: Its gesture; "null": none.
-        images: z, (frames, rows, columns), with some frames before and after the touch.
-        user: The user for whose network it is; `EVERYBODY`: all.
-        rotations: Rotations under which it is invariant: "all", "half" or "none".
-        mirrored: Its mirror image is the same gesture.
-        span: First frame of the touch and the frame after its last; None until `found`.
-    """
-
-    label: str
-    images: Images
-    user: str = EVERYBODY
-    rotations: str = "none"
-    mirrored: bool = False
+    label: str  # its gesture; "null": none
+    images: Images  # z, (frames, rows, columns), with some frames before and after the touch
+    user: str = EVERYBODY  # the user for whose network it is; `EVERYBODY`: all
+    rotations: str = "none"  # rotations under which it is invariant: "all", "half" or "none"
+    mirrored: bool = False  # its mirror image is the same gesture
+    # first frame of the touch and the frame after its last; None until `found`
     span: tuple[float, float] | None = None
 
     def found(self, rate_hz: float = 10.0) -> "Example | None":
@@ -79,26 +71,15 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """One touch in some images.
+    """One touch in some images."""
 
-    Attributes:
-        span: Its beginning and end, frames.
-        weight: Sum over its frames of the share between idle and firm.
-        quiet: The quietest frame between it and the next one; the last image after the last.
-    """
-
-    span: tuple[float, float]
-    weight: float
-    quiet: int
+    span: tuple[float, float]  # its beginning and end, frames
+    weight: float  # sum over its frames of the share between idle and firm
+    quiet: int  # the quietest frame between it and the next one; the last image after the last
 
 
 def touched(images: Images, pause: float = np.inf) -> list[Touch]:
-    """Return the touches in some images, in order.
-
-    Args:
-        images: z, (frames, rows, columns).
-        pause: Frames; two touches with a shorter pause between them are one, as in a double tap.
-    """
+    """Return the touches in some images, in order; with less than `pause` frames between, one."""
     energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
     idle = float(np.quantile(energy, 0.1))
     restless = float(np.abs(energy - idle)[energy <= np.median(energy)].mean())
@@ -127,17 +108,10 @@ def touched(images: Images, pause: float = np.inf) -> list[Touch]:
 def vary(
     example: Example, window: int, copies: int, rng: np.random.Generator
 ) -> tuple[Windows, NDArray[np.float32]]:
-    """Return windows of variations of an example, and the weight of each.
+    """Return windows of variations of an example with its span, and the weight of each.
 
-    Args:
-        example: With its span.
-        window: Images in a window.
-        copies: Number of variations; the first is the unchanged example.
-        rng: Random generator of the variations.
-
-    Returns:
-        Windows, (n, window, rows, columns), and their weights for the gesture, 0 to 1, or -1
-        outside of the touch, (n,).
+    The first of the `copies` is the unchanged example. Windows are (n, window, rows, columns),
+    their weights for the gesture 0 to 1, or -1 outside of the touch, (n,).
     """
     assert example.span is not None
     made, inside = [], []
@@ -164,11 +138,7 @@ def vary(
 
 
 def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.float64]]:
-    """Return images resampled at another speed and other instants.
-
-    Returns:
-        Images, (n, rows, columns), and the place of each in the given ones, frames, (n,); n ≥ 2.
-    """
+    """Return images at another speed and instants, n ≥ 2, and the place of each, frames, (n,)."""
     longer = float(np.exp(rng.normal(0.0, PACE)))
     count = max(2, int((len(images) - 1) * longer))
     at = (rng.uniform(0.0, 1.0) + np.arange(count)) / longer
@@ -181,12 +151,8 @@ def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.
 def _between(images: Images, low: NDArray[np.intp], part: NDArray[np.float32]) -> Images:
     """Return images between others by a cubic Catmull-Rom spline (Catmull and Rom 1974).
 
-    Linear interpolation would lower the peak of a touch of three images.
-
-    Args:
-        images: (frames, rows, columns).
-        low: Index of the image before each place, (n,); each has a successor.
-        part: Place between that image and the next, 0 to 1, (n, 1, 1).
+    Linear interpolation would lower the peak of a touch of three images. `low` is the image before
+    each place, (n,), and `part` the way from there to the next one, 0 to 1, (n, 1, 1).
     """
     here, there = images[low], images[low + 1]
     slope = 0.5 * (there - images[np.maximum(low - 1, 0)])

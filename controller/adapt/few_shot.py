@@ -10,7 +10,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller import errors
-from controller.adapt import fit_head, head, rehearsal
+from controller.adapt import head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
@@ -32,39 +32,20 @@ _SEED: Final = 0  # the same examples give the same bundle
 GOLDEN_EACH: Final = 4  # windows of an example that become golden vectors
 
 
-# Windows (n, window, rows, columns), and of each: whether the touch is within, class, weight.
-_ExampleWindows = tuple[
-    NDArray[np.float32], NDArray[np.bool_], NDArray[np.int64], NDArray[np.float64]
-]
-
-
 class AdaptError(TroubleError, ValueError):
     """The examples cannot be learned; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True)
 class AdaptedBundle:
-    """An extended bundle.
+    """An extended bundle."""
 
-    Attributes:
-        manifest: Its bundle.toml.
-        parts: Its other parts, for `controller.bundles.bundle.write`.
-        kept: Share of the rehearsed gestures whose class is unchanged.
-        learned: Share of the examples' windows that are classified correctly.
-    """
-
-    manifest: bytes
-    parts: Mapping[str, bytes]
-    kept: float
-    learned: float
+    manifest: bytes  # its bundle.toml
+    parts: Mapping[str, bytes]  # its other parts, for `controller.bundles.bundle.write`
+    kept: float  # share of the rehearsed gestures whose class is unchanged
 
     def write(self, path: Path) -> None:
-        """Write the bundle atomically.
-
-        Raises:
-            BundleError: `controller.bundles.bundle.read` would refuse it.
-            OSError: It cannot be written.
-        """
+        """Write the bundle atomically; BundleError if it could not be read, OSError."""
         bundles.write(path, manifest=self.manifest, parts=self.parts)
 
 
@@ -128,32 +109,21 @@ def teach(
         content.setdefault(users_table.NETWORK, b"")
     content[bundles.GOLDEN] = golden.pack()
     content[rehearsal.PART] = replace(known, base=base).pack()
-    return AdaptedBundle(
-        tomli_w.dumps(table).encode(),
-        content,
-        min(kept for kept, _ in shares),
-        min(learned for _, learned in shares),
-    )
+    return AdaptedBundle(tomli_w.dumps(table).encode(), content, min(shares))
 
 
 @dataclass(frozen=True)
 class _Training:
-    """Training data of all networks of a bundle.
+    """Training data of all networks of a bundle."""
 
-    Attributes:
-        bundle: The bundle before.
-        known: Rehearsal data and all examples.
-        labels: Old and new classes.
-    """
-
-    bundle: Bundle
-    known: Rehearsal
-    labels: tuple[str, ...]
+    bundle: Bundle  # the bundle before
+    known: Rehearsal  # rehearsal data and all examples
+    labels: tuple[str, ...]  # old and new classes
 
     def extend(
         self, model: bytes, base: tuple[int, int] | None, user: str
-    ) -> tuple[bytes, tuple[int, int], tuple[float, float]]:
-        """Return an extended network, its base, and the shares kept and learned."""
+    ) -> tuple[bytes, tuple[int, int], float]:
+        """Return an extended network, its base, and the share of old gestures kept."""
         try:
             split = head.split(model, base)
         except FormError as error:
@@ -165,39 +135,39 @@ class _Training:
         own = [one for one in self.known.taught if one.user in (EVERYBODY, user)]
         by_label = {one.label: [o for o in own if o.label == one.label] for one in own}
         fresh = [self._windows(one, alike, rng) for alike in by_label.values() for one in alike]
-        windows, inside, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
+        windows, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
         embedding = split.embed(np.concatenate([old, windows]))
         logits = split.logits(embedding)
         # The target of old windows is the network's own output, with its confidence.
         target = [_probabilities(logits[: len(old)], len(self.labels))]
         target.append(np.eye(len(self.labels), dtype=np.float32)[kinds])
         weight = np.concatenate([np.full(len(old), 1.0 / len(old)), weights])
-        units = fit_head.fit(
-            fit_head.TrainingSet(embedding, logits, np.concatenate(target), weight)
-        )
+        units = head.fit(head.TrainingSet(embedding, logits, np.concatenate(target), weight))
         after = units.answers(embedding)
         after[:, : split.classes] += logits
-        classes = (_classes(values[: len(old)], touch) for values in (logits, after))
-        kept = _share(np.equal(*classes))
+        before, now = (_classes(values[: len(old)], touch) for values in (logits, after))
+        kept = float((before == now).mean()) if len(now) else 1.0
         if kept < LEAST_KEPT:
             raise AdaptError(
                 f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
                 "taken for what they are; give other examples, or a gesture that is less like them"
             )
-        learned = _share((after[len(old) :].argmax(axis=1) == kinds)[inside])
-        return split.widened(units), (split.hidden, split.classes), (kept, learned)
+        return split.widened(units), (split.hidden, split.classes), kept
 
     def _windows(
         self, one: Example, alike: Sequence[Example], rng: np.random.Generator
-    ) -> _ExampleWindows:
-        """Return the windows of an example; `alike` holds all examples of its label."""
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float64]]:
+        """Return windows, (n, window, rows, columns), their classes and their weights, (n,).
+
+        `alike` holds all examples of its label.
+        """
         copies = max(1, COPIES // len(alike))
         windows, telling = vary(one, self.bundle.window, copies, rng)
         inside = telling >= 0.0
         kind = np.where(inside, self.labels.index(one.label), 0)
         each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
                         AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
-        return windows, inside, kind, weight_of(one) * each / len(alike)
+        return windows, kind, weight_of(one) * each / len(alike)
 
 
 def weight_of(example: Example) -> float:
@@ -253,11 +223,7 @@ def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -
 def _people(
     content: Mapping[str, bytes], names: int, inputs: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the user network's outputs, (n, 1 + names), for (n, window, rows, columns).
-
-    Raises:
-        AdaptError: It has no output for a user with a network.
-    """
+    """Return the user network's outputs, (n, 1 + names), or AdaptError if a user has none."""
     model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
@@ -288,9 +254,7 @@ def _run(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
 def _classes(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the class, null aside, of the highest mean probability over each touch, (touches,).
 
-    Args:
-        logits: Of each window, (n, classes).
-        touch: Number of each window's touch, -1 without one, (n,).
+    `logits` is (n, classes), `touch` the number of each window's touch, -1 without one, (n,).
     """
     inside = touch >= 0
     total = np.zeros((int(touch.max(initial=-1)) + 1, logits.shape[1] - 1))
@@ -304,11 +268,6 @@ def _probabilities(logits: NDArray[np.float32], classes: int) -> NDArray[np.floa
     shares = np.zeros((len(logits), classes), dtype=np.float32)
     shares[:, : logits.shape[1]] = power / power.sum(axis=1, keepdims=True)
     return shares
-
-
-def _share(right: NDArray[np.bool_]) -> float:
-    """Return the share of true values, (n,); 1 of none."""
-    return float(right.mean()) if len(right) else 1.0
 
 
 def _described(fresh: Sequence[Example]) -> str:

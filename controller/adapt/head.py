@@ -1,8 +1,9 @@
-"""Split a gesture network into its embedding and the layers after it, and widen those layers.
+"""Split a gesture network into its embedding and the layers after it, and fit more units there.
 
 The form is that of the shipped network (figure 6 of the paper): ... dense, relu = embedding; dense,
 relu; dense, softmax. New units beside those of the second dense layer take the embedding, and their
 outputs are added to the logits. No old weight changes, so the network as trained can be restored.
+The units are fitted by gradient descent (Adam) on the cross entropy, in NumPy.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +18,15 @@ from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
 
 Matrix = NDArray[np.float32]  # (rows, columns), or a vector (n,)
 
-_BATCH: Final = 64  # windows that are embedded at once
+_EMBEDDED: Final = 64  # windows that are embedded at once
+TEAMS: Final = 3  # size of the ensemble: members are fitted separately and averaged
+UNITS: Final = 16  # of a member, without the constant unit
+STEPS: Final = 300
+BATCH: Final = 512
+RATE: Final = 5e-3  # falls to nothing along a cosine
+DECAY: Final = 1e-2  # of the weights, times the rate, a step
+_SEED: Final = 0  # of the first weights and of the batches
+_FIRST, _SECOND, _TINY = 0.9, 0.999, 1e-8  # Adam's moments: Kingma and Ba 2015, algorithm 1
 
 
 class FormError(ValueError):
@@ -26,17 +35,11 @@ class FormError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LearnedUnits:
-    """Fitted hidden units and their weights in the logits.
+    """Fitted hidden units and their weights in the logits."""
 
-    Attributes:
-        weights: (units, embedding).
-        bias: (units,).
-        out: Output weights, (classes, units); the old classes first.
-    """
-
-    weights: Matrix
-    bias: Matrix
-    out: Matrix
+    weights: Matrix  # (units, embedding)
+    bias: Matrix  # (units,)
+    out: Matrix  # output weights, (classes, units); the old classes first
 
     def answers(self, embedding: Matrix) -> Matrix:
         """Return the units' contribution to the logits, (n, classes), for (n, embedding)."""
@@ -46,30 +49,22 @@ class LearnedUnits:
 
 @dataclass(frozen=True, eq=False)
 class SplitNetwork:
-    """A network as it was trained, split at its embedding.
-
-    Attributes:
-        embedding: Name of the embedding's array.
-        dense: The second dense layer: names of its weights and bias.
-        out: The last dense layer: names of its weights and bias.
-        hidden: Units of the second dense layer.
-        classes: Outputs.
-    """
+    """A network as it was trained, split at its embedding."""
 
     graph: Graph
-    embedding: str
-    dense: tuple[str, str]
-    out: tuple[str, str]
-    hidden: int
-    classes: int
+    embedding: str  # name of the embedding's array
+    dense: tuple[str, str]  # the second dense layer: names of its weights and bias
+    out: tuple[str, str]  # the last dense layer: names of its weights and bias
+    hidden: int  # units of the second dense layer
+    classes: int  # outputs
 
     def embed(self, windows: NDArray[np.float32]) -> Matrix:
         """Return the embedding of windows (n, window, rows, columns), (n, width)."""
         at = next(i for i, node in enumerate(self.graph.nodes) if node.output == self.embedding)
         cut = replace(self.graph, nodes=self.graph.nodes[: at + 1], output=self.embedding)
         network = engines.open_network("numpy", b"", cut)
-        parts = range(0, len(windows), _BATCH)
-        return np.concatenate([network(windows[first : first + _BATCH]) for first in parts])
+        parts = range(0, len(windows), _EMBEDDED)
+        return np.concatenate([network(windows[first : first + _EMBEDDED]) for first in parts])
 
     def logits(self, embedding: Matrix) -> Matrix:
         """Return the logits of the network as it was trained, (n, classes)."""
@@ -94,11 +89,9 @@ class SplitNetwork:
 
 
 def split(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwork:
-    """Return a network as it was trained.
+    """Return the network in an ONNX file as it was trained.
 
-    Args:
-        model: The ONNX file.
-        base: Units of its second dense layer and classes when it was trained; None: as now.
+    `base`: units of its second dense layer and classes when it was trained; None: as now.
 
     Raises:
         FormError: The network has another form.
@@ -150,3 +143,84 @@ def _other() -> FormError:
     return FormError(
         "does not end in dense, relu, dense, relu, dense, softmax, so nothing can be added to it"
     )
+
+
+# --- fitting --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainingSet:
+    """Training data of n windows."""
+
+    embedding: Matrix  # (n, width)
+    logits: Matrix  # of the network as it was trained, (n, old classes)
+    target: Matrix  # probabilities, (n, classes); each row sums to 1
+    weight: NDArray[np.float64]  # of each window, (n,)
+
+
+def fit(data: TrainingSet) -> LearnedUnits:
+    """Return units fitted to the targets."""
+    members = [_team(data, np.random.default_rng([_SEED, team])) for team in range(TEAMS)]
+    return LearnedUnits(
+        np.concatenate([team.weights for team in members]),
+        np.concatenate([team.bias for team in members]),
+        np.asarray(np.concatenate([team.out for team in members], axis=1) / TEAMS, np.float32),
+    )
+
+
+def _team(data: TrainingSet, rng: np.random.Generator) -> LearnedUnits:
+    """Return the units of one member of the ensemble."""
+    mean, spread = _scale(data)
+    seen = ((data.embedding - mean) / spread).astype(np.float32)
+    count, classes = len(seen), data.target.shape[1]
+    old = data.logits.shape[1]
+    parameters: list[Matrix] = [
+        (rng.normal(size=(seen.shape[1], UNITS)) * np.sqrt(2.0 / seen.shape[1])).astype(np.float32),
+        np.zeros(UNITS, dtype=np.float32),
+        np.zeros((UNITS, classes), dtype=np.float32),
+        np.zeros(classes, dtype=np.float32),
+    ]
+    first = [np.zeros_like(one) for one in parameters]
+    second = [np.zeros_like(one) for one in parameters]
+    drawn = np.cumsum(data.weight / data.weight.sum())
+    logits = np.zeros((BATCH, classes), dtype=np.float32)
+    for step in range(1, STEPS + 1):
+        batch = np.minimum(np.searchsorted(drawn, rng.random(BATCH)), count - 1)
+        x = seen[batch]
+        hidden_weights, hidden_bias, out_weights, out_bias = parameters
+        hidden = np.maximum(x @ hidden_weights + hidden_bias, 0.0)
+        logits[:] = hidden @ out_weights + out_bias
+        logits[:, :old] += data.logits[batch]
+        power = np.exp(logits - logits.max(axis=1, keepdims=True))
+        off = (power / power.sum(axis=1, keepdims=True) - data.target[batch]) / BATCH
+        back = (off @ out_weights.T) * (hidden > 0.0)
+        gradients = (x.T @ back, back.sum(axis=0), hidden.T @ off, off.sum(axis=0))
+        rate = 0.5 * RATE * (1.0 + np.cos(np.pi * step / STEPS))
+        for i, gradient in enumerate(gradients):
+            first[i] += (1.0 - _FIRST) * (gradient - first[i])
+            second[i] += (1.0 - _SECOND) * (np.square(gradient) - second[i])
+            slope = first[i] / (1.0 - _FIRST**step)
+            slope /= np.sqrt(second[i] / (1.0 - _SECOND**step)) + _TINY
+            parameters[i] -= (rate * slope).astype(np.float32)
+            if parameters[i].ndim == 2:
+                parameters[i] *= np.float32(1.0 - rate * DECAY)
+    hidden_weights, hidden_bias, out_weights, out_bias = parameters
+    # The scale is merged into the weights; a constant unit carries the bias of the output.
+    weights = (hidden_weights / spread[:, None]).T
+    offset = hidden_bias - (mean / spread) @ hidden_weights
+    return LearnedUnits(
+        np.vstack([weights, np.zeros((1, len(mean)))]).astype(np.float32),
+        np.append(offset, 1.0).astype(np.float32),
+        np.column_stack([out_weights.T, out_bias]).astype(np.float32),
+    )
+
+
+def _scale(data: TrainingSet) -> tuple[Matrix, Matrix]:
+    """Return mean and deviation of each number of the embedding, each (width,).
+
+    A lower bound of the deviation keeps nearly constant numbers from being amplified.
+    """
+    share = data.weight / data.weight.sum()
+    mean = share @ data.embedding
+    spread = np.sqrt(share @ np.square(data.embedding - mean))
+    return mean.astype(np.float32), (spread + 0.1 * float(spread.mean()) + 1e-6).astype(np.float32)

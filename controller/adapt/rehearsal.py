@@ -41,20 +41,13 @@ class RehearsalError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Rehearsal:
-    """Rehearsal data.
+    """Rehearsal data."""
 
-    Attributes:
-        images: (frames, rows, columns), as bytes.
-        label: Class of each frame, -1 unclear, (frames,).
-        first: Whether a segment begins, (frames,).
-        taught: Examples since the training.
-        base: Units and classes of each extended network when it was trained, by part.
-    """
-
-    images: ImageBytes
-    label: NDArray[np.int8]
-    first: NDArray[np.bool_]
-    taught: tuple[Example, ...] = ()
+    images: ImageBytes  # (frames, rows, columns), as bytes
+    label: NDArray[np.int8]  # class of each frame, -1 unclear, (frames,)
+    first: NDArray[np.bool_]  # whether a segment begins, (frames,)
+    taught: tuple[Example, ...] = ()  # examples since the training
+    # units and classes of each extended network when it was trained, by part
     base: dict[str, tuple[int, int]] = field(default_factory=dict)
 
     def windows(
@@ -62,14 +55,8 @@ class Rehearsal:
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Return all windows whose class is known, and variations of them.
 
-        Args:
-            window: Images in a window.
-            copies: Number of variations of each segment; the first is unchanged.
-            rng: Random generator of the variations.
-
-        Returns:
-            Windows, (n, window, rows, columns), and the number of each one's gesture, from 0, or
-            -1 without one, (n,).
+        The first of the `copies` is unchanged. Windows are (n, window, rows, columns); the second
+        array is the number of each one's gesture, from 0, or -1 without one, (n,).
         """
         segments = [*np.flatnonzero(self.first).tolist(), len(self.first)]
         images, label = from_bytes(self.images), self.label
@@ -115,16 +102,7 @@ class Rehearsal:
 
 
 def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
-    """Return the rehearsal data in a part.
-
-    Args:
-        data: The part.
-        grid: Rows and columns of the sensor.
-        classes: Number of classes of the bundle.
-
-    Raises:
-        RehearsalError: It is damaged, or of another sensor.
-    """
+    """Return the data in a part, for `grid` = (rows, columns); RehearsalError if unfit."""
     try:
         a = npz.unpack(data, MAX_BYTES)
     except npz.NpzError as error:

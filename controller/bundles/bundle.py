@@ -1,11 +1,15 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle with enrolled users (`users_table`) also has the user network, and
-gesture networks of single users. It is a canonical zip (`archive`), so any changed bit is detected.
-The hash shows integrity; authenticity comes from the channel that carried the file.
+A bundle with enrolled users (`users_table`) also has the user network, and gesture networks of
+single users. It is a canonical zip: parts are stored uncompressed, one after the other, without
+dates and comments. The reader packs them again and compares the bytes, so any changed bit is
+detected. The hash shows integrity; authenticity comes from the channel that carried the file.
 """
 
 import hashlib
+import io
+import stat
+import zipfile
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
 from dataclasses import dataclass, field, fields
@@ -14,12 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from controller import config
-from controller.bundles import archive, users_table
 from controller.bundles import golden as goldens
+from controller.bundles import users_table
 from controller.bundles.golden import Golden, GoldenError
 from controller.config import ConfigError
 from controller.errors import UserError, one_line, reason
 from controller.files import atomic_write, read_bytes
+from controller.npz import DAMAGE, ZipError, open_zip
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.mapping import Mapping, MappingError
@@ -40,6 +45,9 @@ _DROPPED = ("gesture.npz", "location.npz")
 _OLD_PARTS = (MANIFEST, CONTENT[0], _DROPPED[0], CONTENT[1], _DROPPED[1], GOLDEN, SUMS)
 
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
+_MAX_PARTS = 64
+_UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2
+_FILE = (stat.S_IFREG | 0o644) << 16
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
 
 
@@ -49,15 +57,7 @@ class BundleError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BundleSettings:
-    """The scalar settings in bundle.toml.
-
-    Attributes:
-        labels: The gestures, "null" first, in the order of the network's outputs.
-        pitch_mm: Distance between adjacent taxels.
-        window: Images in a window.
-        card: Origin of the model: data, accuracy, date.
-        spread: Standard deviation of touch positions; None if it was not measured.
-    """
+    """The scalar settings in bundle.toml."""
 
     labels: tuple[str, ...] = field(
         metadata={
@@ -68,36 +68,29 @@ class BundleSettings:
     )
     rows: int = field(metadata={"range": (1, 30)})  # 900 taxels fit in a packet of telemetry
     columns: int = field(metadata={"range": (1, 30)})
-    pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})
+    pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})  # distance between adjacent taxels
     rate_hz: float = field(metadata={"range": (0.1, 1000.0)})
-    window: int = field(metadata={"range": (1, 250)})
+    window: int = field(metadata={"range": (1, 250)})  # images in a window
     preprocess: PreprocessSettings
     debounce: DebounceSettings
-    card: dict[str, Any]
+    card: dict[str, Any]  # origin of the model: data, accuracy, date
+    # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bundle(BundleSettings):
-    """A bundle that was read and checked.
-
-    Attributes:
-        mapping: Commands of the gestures.
-        gesture_onnx: The network window -> probabilities.
-        location_onnx: The network image -> touch; empty in a bundle without positions.
-        golden: Golden vectors of the networks.
-        hash: SHA-256 of the file, hexadecimal.
-        user_onnx: The network window -> user; empty in a bundle that cannot identify users.
-        heads: Users' own networks window -> probabilities, by name.
-    """
+    """A bundle that was read and checked."""
 
     mapping: Mapping
-    gesture_onnx: bytes
-    location_onnx: bytes
+    gesture_onnx: bytes  # the network window -> probabilities
+    location_onnx: bytes  # the network image -> touch; empty in a bundle without positions
     golden: Golden
-    hash: str
+    hash: str  # SHA-256 of the file, hexadecimal
     users: Users = NO_USERS
+    # the network window -> user; empty in a bundle that cannot identify users
     user_onnx: bytes = b""
+    # users' own networks window -> probabilities, by name
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
 
     @property
@@ -128,11 +121,7 @@ def default_path() -> Path:
 
 
 def read(path: Path) -> Bundle:
-    """Return the bundle in a file, with every byte checked.
-
-    Raises:
-        BundleError: The file does not exist or cannot be used.
-    """
+    """Return the bundle in a file, every byte checked; BundleError if it cannot be used."""
     try:
         return parse(read_bytes(path, MAX_BYTES))
     except FileNotFoundError:
@@ -145,29 +134,36 @@ def read(path: Path) -> Bundle:
 
 
 def parse(data: bytes) -> Bundle:
-    """Return the bundle in the bytes of a file, with every byte checked.
-
-    Raises:
-        BundleError: The bytes cannot be used; the message has no subject.
-    """
+    """Return the bundle in a file's bytes; BundleError, without a subject, if it cannot be used."""
     return _parse(unpack(data), hashlib.sha256(data).hexdigest())
 
 
 def unpack(data: bytes) -> dict[str, bytes]:
-    """Return the parts of a bundle's file, by name: `PARTS`, and users' networks.
-
-    Raises:
-        BundleError: The file is damaged.
-    """
+    """Return the parts of a bundle's file by name; BundleError if it is damaged."""
     try:
-        parts = archive.unpack(data)
-    except archive.ArchiveError as error:
-        raise BundleError(str(error)) from None
+        with open_zip(io.BytesIO(data), len(data), _MAX_PARTS) as file:
+            parts = {name: file.read(name) for name in file.namelist()}
+        intact = pack(parts) == data
+    except (*DAMAGE, ZipError, UnicodeError):  # the last: in a name
+        intact = False
+    if not intact:
+        raise BundleError("is damaged, or something else; copy it again from where it came")
     if tuple(parts) not in (_OLD_PARTS, _in_order(parts)):
         raise BundleError("is damaged: its parts are not those of a bundle")
-    if archive.sums(parts, SUMS) != parts[SUMS]:
+    if _sums(parts) != parts[SUMS]:
         raise BundleError("is damaged: a part has not the hash in SHA256SUMS")
     return {name: data for name, data in parts.items() if name not in _DROPPED}
+
+
+def pack(parts: AbstractMapping[str, bytes]) -> bytes:
+    """Return the canonical zip file of these parts, in this order."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as file:
+        for name, data in parts.items():
+            info = zipfile.ZipInfo(name)  # dated 1980, the first date of the format
+            info.create_system, info.external_attr = _UNIX, _FILE
+            file.writestr(info, data)
+    return buffer.getvalue()
 
 
 def content(parts: AbstractMapping[str, bytes]) -> dict[str, bytes]:
@@ -176,11 +172,7 @@ def content(parts: AbstractMapping[str, bytes]) -> dict[str, bytes]:
 
 
 def manifest(text: bytes) -> dict[str, Any]:
-    """Return the table of bundle.toml, in the newest format.
-
-    Raises:
-        BundleError: It is no TOML, too large, or of an unknown format.
-    """
+    """Return the table of bundle.toml in the newest format; BundleError if it is none."""
     try:
         table = config.parse_toml(text)
     except ConfigError as error:
@@ -195,13 +187,7 @@ def manifest(text: bytes) -> dict[str, Any]:
 
 
 def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
-    """Write a bundle atomically; an older file is replaced.
-
-    Args:
-        path: The file, `NAME.orb`.
-        manifest: The text of bundle.toml, UTF-8.
-        parts: The bytes of each name in `CONTENT`, and of the networks of the users in the
-            manifest, named as in `controller/bundles/users_table.py`.
+    """Write a bundle of bundle.toml's text and the parts it names atomically; an older one goes.
 
     Raises:
         BundleError: `read` would refuse the result.
@@ -211,8 +197,8 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         raise BundleError(f"a bundle has the parts {', '.join(CONTENT)}, not {', '.join(parts)}")
     given = {MANIFEST: manifest, SUMS: b"", **parts}
     complete = {name: given[name] for name in _in_order(given)}
-    complete[SUMS] = archive.sums(complete, SUMS)
-    data = archive.pack(complete)
+    complete[SUMS] = _sums(complete)
+    data = pack(complete)
     try:
         if len(data) > MAX_BYTES:
             raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
@@ -236,7 +222,9 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     located, identified = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
     try:
         plain = _settings(table)
-        mapping = parse_mapping(_rules(table.get("mapping")), plain.labels)
+        if not isinstance(rules := table.get("mapping"), dict):
+            raise BundleError("has no table [mapping] in its manifest")
+        mapping = parse_mapping(rules, plain.labels)
         known = users_table.parse(table.get("users"), plain.labels)
         _check_parts(set(content(parts)), known)
         golden = goldens.read(
@@ -263,11 +251,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
 
 
 def _settings(table: dict[str, Any]) -> BundleSettings:
-    """Return the scalar settings of a manifest, with every field checked.
-
-    Raises:
-        BundleError, ConfigError: A value cannot be used.
-    """
+    """Return the scalar settings of a manifest; BundleError or ConfigError if one is wrong."""
     own = {key: value for key, value in table.items() if key not in _OTHERS}
     plain = config.settings(BundleSettings, own)
     if plain.labels[0] != "null":
@@ -278,12 +262,6 @@ def _settings(table: dict[str, Any]) -> BundleSettings:
     if not isinstance(added, list):
         raise BundleError(f"has added = {added!r} under [card]; expected is a list")
     return plain
-
-
-def _rules(value: Any) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise BundleError("has no table [mapping] in its manifest")
-    return value
 
 
 def _everywhere(mapping: Mapping) -> bool:
@@ -298,6 +276,13 @@ def _check_parts(given: set[str], known: Users) -> None:
         wanted.add(users_table.NETWORK)
     if odd := ", ".join(sorted((wanted ^ given) - {REHEARSAL})):
         raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
+
+
+def _sums(parts: AbstractMapping[str, bytes]) -> bytes:
+    """Return the SHA-256 of every part but `SUMS`, in the format of the sha256sum tool."""
+    digests = {name: hashlib.sha256(data).hexdigest() for name, data in parts.items()}
+    lines = (f"{digest}  {name}\n" for name, digest in digests.items() if name != SUMS)
+    return "".join(lines).encode()
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:

@@ -25,22 +25,16 @@ def _none() -> Answers:
 
 @dataclass(frozen=True, slots=True)
 class Golden:
-    """Reference inputs and outputs of the networks, against which a device compares its own.
+    """Reference inputs and outputs of the networks, against which a device compares its own."""
 
-    Attributes:
-        windows: Inputs of the gesture and user networks, (n, window, rows, columns), z.
-        probabilities: Outputs of the gesture network, (n, classes).
-        images: Inputs of the location network, (m, rows, columns), z.
-        touches: Its outputs, (m, 2), x and y in grid units.
-        people: Outputs of the user network, (n, 1 + users); n is 0 without that network.
-        heads: Outputs of users' own gesture networks, (n, classes) by name.
-    """
-
+    # inputs of the gesture and user networks, (n, window, rows, columns), z
     windows: NDArray[np.float32]
-    probabilities: Answers
-    images: NDArray[np.float32]
-    touches: Answers
+    probabilities: Answers  # outputs of the gesture network, (n, classes)
+    images: NDArray[np.float32]  # inputs of the location network, (m, rows, columns), z
+    touches: Answers  # its outputs, (m, 2), x and y in grid units
+    # outputs of the user network, (n, 1 + users); n is 0 without that network
     people: Answers = field(default_factory=_none)
+    # outputs of users' own gesture networks, (n, classes) by name
     heads: Mapping[str, Answers] = field(default_factory=dict)
 
     def pack(self) -> bytes:
@@ -56,19 +50,9 @@ def read(
     data: bytes, grid: tuple[int, int, int], classes: int,
     *, located: bool, users: Users, identified: bool, limit_bytes: int,
 ) -> Golden:  # fmt: skip
-    """Return the golden vectors in a file, of the shapes that the manifest implies.
+    """Return the golden vectors in a file for windows of a grid (window, rows, columns).
 
-    Args:
-        data: The file.
-        grid: Window, rows and columns.
-        classes: Outputs of the gesture network.
-        located: Whether there is a location network.
-        users: The users of the bundle.
-        identified: Whether there is a user network.
-        limit_bytes: Limit of all arrays together.
-
-    Raises:
-        GoldenError: The file is damaged, or its arrays have other shapes.
+    GoldenError if the file is damaged, or its arrays have other shapes than the manifest implies.
     """
     try:
         arrays = npz.unpack(data, limit_bytes)

@@ -1,4 +1,4 @@
-"""Parse the table [users] of a bundle's manifest: enrolled users and their own rules.
+"""Parse enrolled users and their own rules: [users] of a bundle's manifest, and mapping files.
 
     [users]
     names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; output 0: not enrolled
@@ -18,11 +18,12 @@ names them. Identification is a convenience, not authentication: docs/users.md.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
-from controller import config
+from controller import config, files
 from controller.config import ConfigError
-from controller.recognition.mapping import Mapping, MappingError
+from controller.recognition.mapping import USERS, Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.user_id import NO_USERS, Users
 
@@ -35,15 +36,7 @@ def head_part(name: str) -> str:
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:
-    """Return the users in a table [users], with every field checked.
-
-    Args:
-        table: The table; None if there is none.
-        labels: The gestures of the bundle, "null" first.
-
-    Raises:
-        ConfigError: The table cannot be used; the message has no subject.
-    """
+    """Return the users in a table [users], None if there is none; ConfigError if it is none."""
     if table is None:
         return NO_USERS
     if not isinstance(table, dict):
@@ -75,3 +68,29 @@ def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[s
                 f"has a [users.mapping.{name}] that cannot be used: {error}"
             ) from None
     return mappings
+
+
+def read_mapping(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]]:
+    """Return the mapping in a TOML file, and those of its [users.NAME]; UserError if it cannot."""
+    table = config.read_toml(path)
+    users = table.pop(USERS, {})
+    if not isinstance(users, dict) or not all(isinstance(own, dict) for own in users.values()):
+        raise MappingError(f"{path}: [{USERS}] holds anything but a table for each name")
+    mappings = []
+    sections = {"": table, **{f"{USERS}.{name}": own for name, own in users.items()}}
+    for section, rules in sections.items():
+        try:
+            mappings.append(parse_mapping(rules, labels))
+        except MappingError as error:
+            line = _line(path, section, error)
+            raise MappingError(f"{path}{line}: {error} (docs/mapping.md)") from None
+    return mappings[0], dict(zip(users, mappings[1:], strict=True))
+
+
+def _line(path: Path, section: str, error: MappingError) -> str:
+    """Return ", line N" of an error, "" if it cannot be found."""
+    text = files.read_text(path, config.MAX_BYTES)
+    named = f"{section}.{error.label}".strip(".")
+    return config.line_of(text, named, count=error.rule or 1) or config.line_of(
+        text, section, error.label
+    )

@@ -51,26 +51,18 @@ class VocabularyError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One gesture of a vocabulary.
-
-    Attributes:
-        say: Text of the cue; by default the label in words.
-        rotations: Rotations under which the gesture is invariant: "all", "half" or "none".
-        mirror: Its mirror image: "self", another label, or "none" (no gesture).
-        located: Whether its position is learned.
-        command: Its command, as in a mapping; None: nothing.
-        file: Movement of the simulated hand; None: that of the shipped gesture.
-        shifts: Whether it is the same gesture anywhere on the sensor.
-    """
+    """One gesture of a vocabulary."""
 
     label: str = field(metadata=_LABEL)
-    say: str = ""
+    say: str = ""  # text of the cue; by default the label in words
+    # rotations under which the gesture is invariant: "all", "half" or "none"
     rotations: str = field(default="none", metadata={"choices": ROTATIONS})
-    mirror: str = NO_MIRROR
-    located: bool = False
+    mirror: str = NO_MIRROR  # its mirror image: "self", another label, or "none" (no gesture)
+    located: bool = False  # whether its position is learned
+    # its command, as in a mapping; None: nothing
     command: str | tuple[dict[str, Any], ...] | None = None
-    file: Path | None = None
-    shifts: bool = False
+    file: Path | None = None  # movement of the simulated hand; None: that of the shipped gesture
+    shifts: bool = False  # whether it is the same gesture anywhere on the sensor
 
     def __post_init__(self) -> None:
         if not self.say.isprintable() or len(self.say) > _MAX_LINE:
@@ -83,16 +75,11 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """Gestures, in the order of the network's outputs.
-
-    Attributes:
-        entries: The gestures, without "null".
-        text: Content of the file, to copy it beside recordings.
-    """
+    """Gestures, in the order of the network's outputs."""
 
     name: str
-    entries: tuple[Entry, ...]
-    text: str = ""
+    entries: tuple[Entry, ...]  # the gestures, without "null"
+    text: str = ""  # content of the file, to copy it beside recordings
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -123,18 +110,6 @@ class Vocabulary:
         """Commands of the gestures."""
         return mapping.parse(self.table, self.labels)
 
-    def rotations(self, rows: int, columns: int) -> str:
-        """Return the rotations valid for every gesture and the grid: "all", "half" or "none"."""
-        kinds = ["all" if rows == columns else "half", *(e.rotations for e in self.entries)]
-        return next(kind for kind in ROTATIONS if kind in kinds)
-
-    @property
-    def mirrors(self) -> dict[str, str] | None:
-        """Label -> label of its mirror image, where it differs; None if any gesture has none."""
-        if any(entry.mirror == NO_MIRROR for entry in self.entries):
-            return None
-        return {e.label: e.mirror for e in self.entries if e.mirror not in (SELF, e.label)}
-
 
 def shipped() -> Vocabulary:
     """Return the paper's gestures."""
@@ -154,11 +129,7 @@ def of(labels: Sequence[str]) -> Vocabulary:
 
 
 def read(path: Path) -> Vocabulary:
-    """Return the vocabulary in a file.
-
-    Raises:
-        VocabularyError: The file cannot be read, or is no vocabulary.
-    """
+    """Return the vocabulary in a file; VocabularyError if it cannot be read, or is none."""
     try:
         text = read_text(path, _MAX_BYTES)
     except OSError as error:
@@ -167,16 +138,7 @@ def read(path: Path) -> Vocabulary:
 
 
 def parse(text: str, source: str, folder: Path) -> Vocabulary:
-    """Return the vocabulary in a text.
-
-    Args:
-        text: TOML.
-        source: Name of the file, for errors.
-        folder: Folder of the files that gestures name.
-
-    Raises:
-        VocabularyError: The text is no vocabulary.
-    """
+    """Return the vocabulary in a TOML text; VocabularyError, with the source, if it is none."""
     try:
         table = config.parse_toml(text, _MAX_BYTES)
     except ConfigError as error:

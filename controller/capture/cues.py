@@ -1,4 +1,6 @@
-"""Cues: get ready, go, rest, example after example, until there are enough of all; pure.
+"""Cues: get ready, go, rest, example after example, until there are enough of all.
+
+`--cues` reads the plan from TOML; docs/recording.md lists the keys, and only `labels` is required.
 
 An example counts if the sensor was touched during its go phase. One without a touch, or dropped or
 interrupted by a pause, is requested again, and its frames are left out of training.
@@ -6,18 +8,110 @@ interrupted by a pause, is requested again, and its frames are left out of train
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
-from controller.capture.cue_plan import BLOCKS, CuePlan, CueTiming, ExampleRequest
+from controller.config import ConfigError, read_toml, settings
+from controller.recordings.recording import RecordingError
 
 FELT_FRAMES: Final = 2  # least touched frames of a touch; noise exceeds the gate in 1 of 1000
 NULL_LABEL: Final = "null"  # an example without a touch
 GAP_S: Final = 1.0  # after a longer interval between frames, the cue was not visible
 _INSTANT_S: Final = 1e-6  # tolerance for sums of times
+RANDOM: Final = "random"
+BLOCKS: Final = "blocks"
+MAX_EXAMPLES: Final = 10_000  # about ten hours
+
+
+@dataclass(frozen=True, slots=True)
+class ExampleRequest:
+    """One example to record."""
+
+    label: str  # its gesture
+    # position of the touch, (x, y) in grid units; None: the usual one of the gesture
+    place: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CueTiming:
+    """Durations of the phases of one example, seconds; a rest takes up to `jitter_s` longer.
+
+    A gesture takes half a second, and users need half a second to begin. Go ends early after a
+    touch that has been over for `still_s`; 0: never.
+    """
+
+    get_ready_s: float = field(default=1.0, metadata={"range": (0.0, 60.0)})
+    go_s: float = field(default=2.0, metadata={"range": (0.5, 60.0)})
+    rest_s: float = field(default=1.5, metadata={"range": (0.5, 60.0)})
+    jitter_s: float = field(default=0.5, metadata={"range": (0.0, 60.0)})
+    still_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CuePlan:
+    """The examples to record."""
+
+    name: str  # stored in the recording as its protocol
+    repetitions: dict[str, int]  # number of examples of each label, in the order of the file
+    pace: CueTiming = CueTiming()  # durations of one example
+    order: str = RANDOM  # or "blocks", label after label
+    seed: int = 1  # of the order and the rests
+
+    def asks(self) -> list[ExampleRequest]:
+        """Return all examples in order."""
+        labels = [label for label, count in self.repetitions.items() for _ in range(count)]
+        if self.order == RANDOM:
+            order = np.random.default_rng([self.seed, 0]).permutation(len(labels))
+            labels = [labels[i] for i in order]
+        return [ExampleRequest(label) for label in labels]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _PlanTable(CueTiming):
+    """Keys of a plan's file, besides the durations."""
+
+    name: str = field(
+        metadata={"pattern": r"[^\x00-\x1f\x7f-\x9f]{1,100}", "expected": "a short text"}
+    )
+    labels: tuple[str, ...] = field(metadata={"count": (1, 1000)})
+    repetitions: int | dict[str, int] = 10
+    order: str = field(default=RANDOM, metadata={"choices": (RANDOM, BLOCKS)})
+    seed: int = field(default=1, metadata={"range": (0, 2**32 - 1)})
+
+
+def read_plan(path: Path, labels: Sequence[str]) -> CuePlan:
+    """Return the plan in a TOML file, for a bundle's labels; UserError if it makes no plan."""
+    table = {"name": path.stem, **read_toml(path)}
+    try:
+        return parse_plan(table, labels)
+    except (RecordingError, ConfigError) as error:
+        raise RecordingError(f"{path}: {error} (docs/recording.md)") from None
+
+
+def parse_plan(table: dict[str, Any], labels: Sequence[str]) -> CuePlan:
+    """Return the plan in a TOML table; RecordingError, ConfigError if the table is no plan."""
+    told = settings(_PlanTable, table)
+    for label in told.labels:
+        if label not in labels:
+            raise RecordingError(f"the label {label!r} is unknown; known are {', '.join(labels)}")
+    counts = told.repetitions
+    if not isinstance(counts, dict):
+        counts = dict.fromkeys(told.labels, counts)
+    whole = all(type(count) is int and count >= 1 for count in counts.values())
+    if set(counts) != set(told.labels) or not whole:
+        raise RecordingError(
+            f"repetitions are {told.repetitions!r}, not a number from 1, or one for each label"
+        )
+    total = sum(counts.values())
+    if total > MAX_EXAMPLES:
+        raise RecordingError(f"{total} examples are more than {MAX_EXAMPLES}; split the plan")
+    pace = CueTiming(*(getattr(told, each.name) for each in fields(CueTiming)))
+    return CuePlan(told.name, {label: counts[label] for label in told.labels}, pace,
+                   told.order, told.seed)  # fmt: skip
 
 
 class Phase(Enum):
@@ -32,25 +126,15 @@ class Phase(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """The cue at one time.
+    """The cue at one time."""
 
-    Attributes:
-        phase: Of the present example.
-        label: Of the present example; "" if there is none.
-        place: Requested position, (x, y) in grid units; None: any.
-        left_s: Time left in the phase.
-        more: Number of missing examples of each label.
-        paused: Whether the session is paused.
-        then: Label of the next example; "" if there is none.
-    """
-
-    phase: Phase
-    label: str = ""
-    place: tuple[float, float] | None = None
-    left_s: float = 0.0
-    more: dict[str, int] = field(default_factory=dict)
-    paused: bool = False
-    then: str = ""
+    phase: Phase  # of the present example
+    label: str = ""  # of the present example; "" if there is none
+    place: tuple[float, float] | None = None  # requested position, (x, y) in grid units; None: any
+    left_s: float = 0.0  # time left in the phase
+    more: dict[str, int] = field(default_factory=dict)  # number of missing examples of each label
+    paused: bool = False  # whether the session is paused
+    then: str = ""  # label of the next example; "" if there is none
 
     @property
     def left(self) -> int:
@@ -73,19 +157,12 @@ class Cue:
 
 @dataclass(frozen=True, slots=True)
 class DiscardedExample:
-    """An example that does not count and is requested again; its frames are left out of training.
+    """An example that does not count: requested again, its frames left out of training."""
 
-    Attributes:
-        label: Its gesture.
-        from_s: Its beginning.
-        to_s: Its end.
-        why: Reason, as text.
-    """
-
-    label: str
-    from_s: float
-    to_s: float
-    why: str
+    label: str  # its gesture
+    from_s: float  # its beginning
+    to_s: float  # its end
+    why: str  # reason, as text
 
     def plain(self, t_s: float) -> dict[str, object]:
         """Return the event as plain data."""
@@ -103,13 +180,9 @@ class CueSession:
         *,
         shuffled: bool = True,
     ) -> None:
-        """Prepare a session.
+        """Prepare a session of examples in order; `rng` draws rests and places of repetitions.
 
-        Args:
-            asks: The examples, in order.
-            pace: Durations of the phases.
-            rng: Random generator of the rests and of the places of repeated examples.
-            shuffled: Repeat an example at a random later place; else at once.
+        `shuffled`: repeat an example at a random later place; else at once.
         """
         self._queue = deque(asks)
         self._pace, self._rng, self._shuffled = pace, rng, shuffled
@@ -136,13 +209,7 @@ class CueSession:
         return self._phase is Phase.DONE
 
     def advance(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
-        """Advance to the frame at `t_s`; return the examples that are discarded.
-
-        Args:
-            t_s: Time of the frame.
-            felt: Whether the sensor is touched.
-            paused: Whether it is left out of training.
-        """
+        """Advance to a frame, touched or left out of training; return the discarded examples."""
         if self._phase is Phase.WAIT:
             self._last_s = t_s
             self._next(t_s)

@@ -26,34 +26,22 @@ _DECAY: Final = 0.9  # of the longest gap after each shorter one
 
 @dataclass(frozen=True, slots=True)
 class KeyChange:
-    """A key press or release.
-
-    Attributes:
-        key: The key.
-        down: Whether it is pressed.
-        t_s: Time; that of a release may be past.
-        tapped: Whether it was typed only once, and held for an unknown time.
-    """
+    """A key press or release."""
 
     key: str
     down: bool
-    t_s: float
-    tapped: bool = False
+    t_s: float  # time; that of a release may be past
+    tapped: bool = False  # whether it was typed only once, and held for an unknown time
 
 
 @dataclass(frozen=True, slots=True)
 class LabelCorrection:
-    """A new value for recorded frames with times in [from_s, to_s).
+    """A new value for recorded frames with times in [from_s, to_s)."""
 
-    Attributes:
-        column: "key" or "excluded".
-        value: The new value; of "key", an index into the labels.
-    """
-
-    column: str
+    column: str  # "key" or "excluded"
     from_s: float
     to_s: float
-    value: int
+    value: int  # the new value; of "key", an index into the labels
 
 
 class KeyLabels:

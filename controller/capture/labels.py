@@ -12,28 +12,17 @@ from controller.recordings.recording import UNKNOWN, Mark
 
 @dataclass(frozen=True, slots=True)
 class FrameLabels:
-    """Labels of one frame, and corrections of earlier frames.
+    """Labels of one frame, and corrections of earlier frames."""
 
-    Attributes:
-        button: Index of the label from the button, 0 up, -1 unknown.
-        key: Index of the label from the keys, 0 none held, -1 unknown.
-        cue: Index of the label of the cue, 0 hands off, -1 no cue.
-        excluded: Whether the frame is left out of training.
-        asked: The present cue; None without a plan.
-        amends: Corrections of earlier frames.
-        voids: Discarded examples, which are requested again.
-        fresh: Whether `asked` differs from the last one in more than the time left.
-    """
-
-    button: int = UNKNOWN
-    key: int = UNKNOWN
-    cue: int = UNKNOWN
-    excluded: bool = False
-    asked: Cue | None = None
-    amends: tuple[LabelCorrection, ...] = ()
+    button: int = UNKNOWN  # index of the label from the button, 0 up, -1 unknown
+    key: int = UNKNOWN  # index of the label from the keys, 0 none held, -1 unknown
+    cue: int = UNKNOWN  # index of the label of the cue, 0 hands off, -1 no cue
+    excluded: bool = False  # whether the frame is left out of training
+    asked: Cue | None = None  # the present cue; None without a plan
+    amends: tuple[LabelCorrection, ...] = ()  # corrections of earlier frames
     marks: tuple[Mark, ...] = ()
-    voids: tuple[DiscardedExample, ...] = ()
-    fresh: bool = False
+    voids: tuple[DiscardedExample, ...] = ()  # discarded examples, which are requested again
+    fresh: bool = False  # whether `asked` differs from the last one in more than the time left
 
 
 class Labeller:
@@ -72,14 +61,10 @@ class Labeller:
         felt: bool = False,
         ready: bool = True,
     ) -> FrameLabels:
-        """Return the labels of the frame at `t_s`.
+        """Return the labels of the frame at `t_s`, after terminal events since the last frame.
 
-        Args:
-            t_s: Its time.
-            button: State of the sensor's button: None without one, "null" up, "" down, or a label.
-            events: Events of the terminal since the last frame.
-            felt: Whether the sensor is touched.
-            ready: Whether the baseline is known; cues wait for it.
+        `button` is the state of the sensor's button: None without one, "null" up, "" down, or a
+        label. `felt`: the sensor is touched. `ready`: its baseline is known; cues wait for it.
         """
         amends, marks = self._key_changes(events, t_s)
         voids: list[DiscardedExample] = []

@@ -1,7 +1,9 @@
-"""Recorder of one session: frames, labels, commands and events, file after file."""
+"""Recorder of one session, file after file, none of which replaces another."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import Final
 
 from controller.capture.labels import FrameLabels, Labeller
@@ -9,8 +11,19 @@ from controller.capture.status_line import Display
 from controller.keymap.terminal import Keyboard
 from controller.recognition.frames import Frame, State
 from controller.recognition.pipeline import Pipeline, Step
-from controller.recordings.recorder import Recorder
+from controller.recordings import journal_file, writer
+from controller.recordings.journal_file import LockedError
+from controller.recordings.recorder import (
+    Recorder,
+    TakenError,
+    refuse_taken,
+    refuse_unwritable,
+    taken,
+)
+from controller.recordings.recording import Provenance, RecordingError, software
+from controller.sensors.base import Sensor
 
+ANONYMOUS: Final = "unknown"  # the user in the names of files, if not given
 LEAST_S: Final = 1.0  # a shorter session is not kept
 
 Plain = dict[str, object]  # a change of the cues as plain data
@@ -31,18 +44,9 @@ class SessionRecorder:
         on_cue: Callable[[Plain], None] = lambda plain: None,
         display: Display | None = None,
     ) -> None:
-        """Begin the first file.
+        """Begin the first file with `begin`, given the pipeline's state before its first frame.
 
-        Args:
-            begin: Begins a file, given the pipeline's state before its first frame.
-            pipeline: The source of the state and the baseline.
-            labeller: Labels the frames.
-            keyboard: Label keys; None: no keys.
-            on_cue: Called with every change of the cues.
-            display: Status display.
-
-        Raises:
-            RecordingError: The first file cannot be written.
+        `on_cue` is called with every change of the cues. RecordingError: it cannot be written.
         """
         self.labels = labeller.labels
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
@@ -58,34 +62,19 @@ class SessionRecorder:
         return self._labeller.done
 
     def turn(self) -> None:
-        """Continue in a new file if the present one is full; call it between two frames.
-
-        Raises:
-            RecordingError: One of them cannot be written.
-        """
+        """Continue in a new file if the present one is full, or raise RecordingError."""
         if self._recorder.full:
             self.go_on(self._begin)
 
     def go_on(self, begin: Callable[[State], Recorder]) -> None:
-        """Seal the present file and continue in a new one, as `begin` makes it.
-
-        Raises:
-            RecordingError: One of them cannot be written.
-        """
+        """Seal the file, continue in one that `begin` makes, or raise RecordingError."""
         self._seal()
         self._begin = begin
         self._recorder = begin(self._pipeline.state())
         self._rested, self._least_s = False, 0.0
 
     def take(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
-        """Record a frame, and return its labels.
-
-        Args:
-            frame: As it was read, (rows, columns).
-            step: The pipeline's result.
-            label: Index of the true label, -1 unknown.
-            button: State of the sensor's button.
-        """
+        """Record a frame as read, (rows, columns), with its true label, -1 unknown."""
         labels = self._labeller.label(
             step.t_s,
             button=button,
@@ -106,11 +95,7 @@ class SessionRecorder:
         self._recorder.mark(t_s, kind, text)
 
     def close(self) -> bool:
-        """Seal the recording, and return whether it was long enough to be kept. Only once.
-
-        Raises:
-            RecordingError: The file cannot be written; the message has the place of the data.
-        """
+        """Seal the recording; return whether it was kept, or raise RecordingError."""
         self._display.clear()
         return self._seal()
 
@@ -143,3 +128,86 @@ class SessionRecorder:
             self._display.clear()
             _log.info("recorded into %s", path)
         return path is not None
+
+
+class RunFiles:
+    """The files of one run: a new one for each session, and when one is full."""
+
+    def __init__(self, place: Path, user: str, session: str) -> None:
+        """Prepare the files, and recover journals of a crash.
+
+        `place` is a file, or a folder of files named by user ("" unknown) and session.
+        RecordingError: nothing can be recorded there.
+        """
+        self._place, self._user, self._session = place, user or ANONYMOUS, session
+        self._begun = False
+        self._named = place.suffix == writer.SEALED and not place.is_dir()
+        folder = place.parent if self._named else place
+        if not self._named and not place.is_dir():
+            raise RecordingError(
+                f"there is no folder {place}; make it, or name a file that ends in {writer.SEALED}"
+            )
+        writer.next_free(folder, self._user, session)  # checks the names
+        recover(folder)
+        refuse_unwritable(folder)
+        if self._named:
+            refuse_taken(place)
+
+    def begin(self, record: Callable[[Path], Recorder]) -> Recorder:
+        """Return a recorder into the next free file; RecordingError if it cannot be written."""
+        path = self.next()
+        while True:
+            try:
+                recorder = record(path)
+            except TakenError:
+                before, path = path, self.next()
+                if path == before:
+                    raise
+            else:
+                self._begun = True
+                return recorder
+
+    def next(self) -> Path:
+        """Return the next free file; another program may take it meanwhile."""
+        if not self._named:
+            return writer.next_free(self._place, self._user, self._session)
+        if not self._begun:
+            return self._place  # the first file has exactly the given name
+        return next(path for path in writer.alternatives(self._place) if not taken(path))
+
+
+def recover(folder: Path) -> None:
+    """Recover the journals that crashes left in a folder, and log it; errors are logged only."""
+    for journal in journal_file.leftovers(folder):
+        try:
+            _log.info("%s", journal_file.recover(journal).line)
+        except LockedError:
+            continue
+        except RecordingError as error:
+            _log.warning("%s", error)
+
+
+def provenance(
+    sensor: Sensor, labels: Sequence[str], bundle: str, engine: str,
+    user: str, session: str, protocol: str,
+) -> Provenance:  # fmt: skip
+    """Return the provenance of a recording that begins now; `bundle` is a hash, "" for none."""
+    grid = sensor.geometry
+    return Provenance(
+        sensor.device_id,
+        grid.rows,
+        grid.columns,
+        grid.pitch_mm,
+        sensor.rate_hz,
+        tuple(labels),
+        bundle,
+        engine,
+        software(),
+        user,
+        session,
+        protocol,
+        preset=sensor.preset,
+        seed=sensor.seed,
+        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        hardware=sensor.hardware,
+    )

@@ -25,13 +25,9 @@ class CuedHand:
         gestures: Sequence[Path] = (),
         strays: Sequence[str] = (),
     ) -> None:
-        """Prepare the hand.
+        """Prepare a hand with files of gestures, besides the shipped ones.
 
-        Args:
-            geometry: Of the orb.
-            seed: Of reaction times and positions.
-            gestures: Files of gestures other than the shipped ones.
-            strays: Movements during cues without a gesture; none if empty.
+        `strays` are its movements during cues without a gesture; none if empty.
         """
         self._rng = np.random.default_rng([seed, 1])
         self._geometry, self._repertoire = geometry, load(gestures)

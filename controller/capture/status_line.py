@@ -38,13 +38,11 @@ class TerminalDisplay(Display):
 
     def size(self) -> tuple[int, int]:
         """Return columns and lines of the terminal."""
-        found = (0, 0)
+        width, height = 0, 0
         if self._stream is not None:
             with suppress(OSError, ValueError):
-                found = os.get_terminal_size(self._stream.fileno())
-        sizes = zip(found, _SIZE, _SMALLEST, strict=True)
-        width, height = (max(size or usual, least) for size, usual, least in sizes)
-        return width, height
+                width, height = os.get_terminal_size(self._stream.fileno())
+        return max(width or _SIZE[0], _SMALLEST[0]), max(height or _SIZE[1], _SMALLEST[1])
 
     def emit(self, text: str) -> None:
         """Write a text at once; if the terminal has gone, the session goes on."""

@@ -1,4 +1,27 @@
-"""Command lines of the device: argparse, call, print.
+"""Command lines of the device: argparse, call, print; and the table of the commands."""
 
-Only `controller.__main__` imports it.
-"""
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Final
+
+COMMANDS: Final = {  # name: function that runs it, and purpose
+    "": ("run:main", "run the device"),
+    "teach": ("teach:main", "record examples of your own gestures"),
+    "recordings": ("recordings:main", "inspect, check, convert and mend recordings"),
+    "install": ("bundles:install", "test a bundle on this device and take it into use"),
+    "models": ("bundles:models", "list the bundles of this device"),
+    "rollback": ("bundles:rollback", "take the previous bundle into use"),
+    "calibrate": ("calibrate:main", "measure the untouched sensor and keep the result"),
+    "doctor": ("doctor:main", "check computer, wiring, sensor and link"),
+    "key": ("pair:key", "make a key that this orb and its host share"),
+    "pair": ("pair:main", "pair with a host over Bluetooth"),
+    "service": ("service:main", "print a systemd unit for this installation"),
+    "status": ("service:status", "show service, Bluetooth and latency"),
+}
+
+
+def load(name: str) -> Callable[[Sequence[str]], int]:
+    """Return the function of a command, which takes its words and returns its exit status."""
+    module, _, function = COMMANDS[name][0].partition(":")
+    found: Callable[[Sequence[str]], int] = getattr(import_module(f"{__name__}.{module}"), function)
+    return found

@@ -1,18 +1,20 @@
-"""`controller models`: list the bundles of this device."""
+"""`controller models`, `install` and `rollback`: the bundles of this device."""
 
 import argparse
 import json
 import textwrap
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
+from controller.bundles.deploy import install as installer
 from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
-from controller.errors import TROUBLE, complain, one_line
+from controller.errors import TROUBLE, complain, one_line, printable, reason, run
 
 
-def main(argv: Sequence[str]) -> int:
+def models(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
     parser = argparse.ArgumentParser(
         prog="controller models", description="List the bundles of this device with their cards."
@@ -64,3 +66,53 @@ def _lines(row: dict[str, Any]) -> Iterator[str]:
         yield f"{'':28}a correction of {row['corrects']}"
     for key, value in row.get("card", {}).items():
         yield " " * 28 + textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")
+
+
+def install(argv: Sequence[str]) -> int:
+    """Run `controller install`; return 0: success, 1: trouble, 2: wrong usage."""
+    return run("controller", lambda: _install(argv))
+
+
+def _install(argv: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="controller install",
+        description="Test a bundle on this device and take it into use: its hash, its golden "
+        "vectors, and the time of a control step with each engine. The faster engine is used. The "
+        "bundle before is kept for `controller rollback`.",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path, help="a bundle, NAME.orb")
+    parser.add_argument(
+        "--other-sensor",
+        action="store_true",
+        help="allow another grid, pitch or rate than the bundle in use has",
+    )
+    options = parser.parse_args(argv)
+    try:
+        done = installer.install(
+            options.file, BundleStore(), other_sensor=options.other_sensor, report=_report
+        )
+    except OSError as error:
+        return complain("controller", f"the bundle cannot be kept: {reason(error)}", TROUBLE)
+    _report(done)
+    return 0
+
+
+def _report(line: str) -> None:
+    print(printable(line))
+
+
+def rollback(argv: Sequence[str]) -> int:
+    """Run `controller rollback` and return its exit status."""
+    argparse.ArgumentParser(
+        prog="controller rollback",
+        description="Take the previous bundle into use; a second rollback restores the newer one.",
+    ).parse_args(argv)
+    store = BundleStore()
+    try:
+        record = store.rollback()
+    except BundleError as error:
+        return complain("controller", error, TROUBLE)
+    except OSError as error:
+        return complain("controller", f"{store.folder} cannot be written: {reason(error)}", TROUBLE)
+    print(f"{shown_name(record.current)} is in use; {shown_name(record.previous)} is kept")
+    return 0

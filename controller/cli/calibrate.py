@@ -1,18 +1,15 @@
 """`controller calibrate`: take the rest image with care, judge it, and keep it."""
 
 import argparse
-import json
 import logging
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from pathlib import Path
 
 from controller.cli.sensor_options import add_sensor, load
-from controller.diagnostics.calibrate import SECONDS, judge
 from controller.diagnostics.frame_source import FrameReader
-from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.recognition.frames import Frame
+from controller.diagnostics.report import Verdict, table
+from controller.diagnostics.skin_checks import CALIBRATION_S, calibrate
 from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
 
@@ -28,37 +25,21 @@ def main(argv: Sequence[str]) -> int:
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
             return 0
         if not sensor.virtual:
-            print(f"hands off the orb for {SECONDS:.0f} seconds ...", file=sys.stderr)
-        frames = FrameReader(sensor).frames(SECONDS)
+            print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
+        frames = FrameReader(sensor).frames(CALIBRATION_S)
         last = calibration_store.load(sensor.device_id)
         before = None if last is None else last.rest
-        rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)
-        kept = None if rest is None else _keep(sensor.device_id, rows, rest, idle)
+        rows, rest, idle = calibrate(frames, sensor.rate_hz, before, anyway=options.anyway)
+        verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
+        made = datetime.now(UTC).isoformat(timespec="seconds")
+        kept = None if rest is None else calibration_store.save(
+            Calibration(sensor.device_id, rest, idle, made, verdict)
+        )  # fmt: skip
     finally:
         sensor.close()
-    _show(rows, kept, as_json=options.json)
-    return 0 if kept else 1
-
-
-def _keep(device_id: str, rows: Sequence[Row], rest: Frame, idle: float) -> Path:
-    verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
-    made = datetime.now(UTC).isoformat(timespec="seconds")
-    return calibration_store.save(Calibration(device_id, rest, idle, made, verdict))
-
-
-def _show(rows: Sequence[Row], kept: Path | None, *, as_json: bool) -> None:
-    verdict = "failed" if faulty(rows) else (
-        "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
-    )  # fmt: skip
-    if as_json:
-        plain = {
-            "verdict": verdict, "kept": None if kept is None else str(kept),
-            "rows": [row.plain() for row in rows],
-        }  # fmt: skip
-        print(json.dumps(plain))
-        return
     print(table(rows))
-    print(f"calibration: {verdict}" + ("" if kept is None else f", kept in {kept}"))
+    print("calibration: failed" if kept is None else f"calibration: {verdict}, kept in {kept}")
+    return 0 if kept else 1
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -75,5 +56,4 @@ def _parser() -> argparse.ArgumentParser:
     add("--anyway", action="store_true",
         help="keep it although something seems to lie on the orb")  # fmt: skip
     add("--forget", action="store_true", help="remove what is kept of this sensor instead")
-    add("--json", action="store_true", help="print one JSON object")
     return grammar

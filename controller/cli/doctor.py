@@ -4,8 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from importlib import import_module
-from importlib.util import find_spec
+from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +14,6 @@ from controller import files
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, load
 from controller.diagnostics import (
-    link_check,
     measurements,
     skin_checks,
     system_checks,
@@ -24,13 +22,11 @@ from controller.diagnostics import (
 )
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.links import PRINT
 from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorError
 
-REAL: Final = "orb"  # the sensor that needs the libraries and devices of a Raspberry Pi
-_BLUETOOTH: Final = "controller.diagnostics.bluetooth"
+REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
 RATE_HZ: Final = 10.0  # paper, section 4.1
 
 
@@ -40,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
     sensors.name_of(options.sensor)  # a wrong name is refused before anything is measured
     rows = list(examine(options))
     if options.json:
-        plain = {"healthy": not faulty(rows), "rows": [row.plain() for row in rows]}
+        plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))
     else:
         print(table(rows))
@@ -61,8 +57,7 @@ def parser() -> argparse.ArgumentParser:
     add("--json", action="store_true", help="print one JSON object in place of the table")
     add("--bundle", metavar="FILE", type=Path, default=bundles.default_path(),
         help="networks that ONNX Runtime is tried with (default: those that ship)")  # fmt: skip
-    add("--link", metavar="URL", default=PRINT,
-        help="the link that is tried (default: a loopback on this machine)")  # fmt: skip
+    add("--link", metavar="URL", help="a link that is opened and closed")
     add("--no-touch", action="store_true", help="ask for no presses: leads that are swapped stay "
         "unseen")  # fmt: skip
     add("--bluetooth", action="store_true", help="look at Bluetooth as well")
@@ -70,20 +65,17 @@ def parser() -> argparse.ArgumentParser:
 
 
 def examine(options: argparse.Namespace) -> Iterator[Row]:
-    """Yield all rows.
-
-    Raises:
-        SensorError: The command line asks for what does not exist.
-    """
+    """Yield all rows; SensorError if the command line asks for what does not exist."""
     real = sensors.name_of(options.sensor) == REAL
-    yield from system_checks.libraries(options.bundle, pi=real)
+    yield system_checks.runtime(options.bundle)
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
-    if real:
-        yield from system_checks.permissions()
-    yield link_check.link(options.link)
+    if options.link is not None:
+        yield system_checks.link(options.link)
     if options.bluetooth:
-        yield from _bluetooth()
+        from controller.diagnostics import bluetooth
+
+        yield from bluetooth.rows()
     try:
         sensor = load(options)
     except SensorError as error:
@@ -101,7 +93,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
 def _board_alone(wiring: Path | None) -> Iterator[Row]:
     """Yield what can be measured on a board on which no orb answers."""
     from controller.sensors.hardware.raspberry_pi import open_board
-    from controller.sensors.hardware.wiring_file import read
+    from controller.sensors.hardware.wiring import read
 
     try:
         board = open_board(read(wiring))
@@ -111,13 +103,6 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
         yield from wiring_checks.judge(measurements.measure(board), RATE_HZ)
     finally:
         board.close()
-
-
-def _bluetooth() -> Iterator[Row]:
-    if find_spec("controller.links.bluetooth") is None or find_spec(_BLUETOOTH) is None:
-        yield Row("Bluetooth", Verdict.UNKNOWN, "this version has no check of it")
-        return
-    yield from import_module(_BLUETOOTH).rows()
 
 
 def find_hand(watch: FrameReader) -> Finger | None:
@@ -135,9 +120,9 @@ def sensor_rows(
     bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
     if driver is not None:
         measured = measurements.measure(driver.board)
-        if isinstance(measured, measurements.UnresponsiveBoard):
-            yield from wiring_checks.judge(measured, sensor.rate_hz)
-            return  # nothing else can be read
+        if isinstance(measured, Row):
+            yield measured  # and nothing else can be read
+            return
         found = wiring_checks.WiringChecks(measured, sensor.rate_hz)
         yield from found.faults
         yield from found.sound()
@@ -146,7 +131,7 @@ def sensor_rows(
     try:
         yield from _skin(watch, bad, find)
         if driver is not None and driver.pump is not None and watch.air:
-            yield from skin_checks.air(watch.air, driver.pump.problem)
+            yield skin_checks.air(watch.air, driver.pump.problem)
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
 

@@ -1,4 +1,4 @@
-"""`controller pair`: let a host find this orb and pair with it, for a limited time."""
+"""`controller pair` and `key`: join this orb and a host, over Bluetooth or by a shared key."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ import asyncio
 import logging
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
     ADAPTER,
+    ALIAS,
     DEVICE,
     BluetoothError,
     Bus,
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS
+from controller.protocol import psk
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import Confirm, PairingAgent
 
-WINDOW_S: Final = 120
 LONGEST_S: Final = 600
 
 
@@ -45,19 +46,11 @@ def _parser() -> argparse.ArgumentParser:
         epilog="The orb's own button does the same, without digits. See docs/bluetooth.md.",
     )
     add = parser.add_argument
-    add(
-        "--seconds",
-        metavar="N",
-        type=_seconds,
-        default=WINDOW_S,
-        help=f"for how long, 1 to {LONGEST_S} (default: {WINDOW_S})",
-    )
+    add("--seconds", metavar="N", type=_seconds, default=0,
+        help=f"for how long, 1 to {LONGEST_S} (default: two minutes)")  # fmt: skip
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
-    add(
-        "--yes",
-        action="store_true",
-        help="pair with the first host, without digits or a question",
-    )
+    add("--yes", action="store_true",
+        help="pair with the first host, without digits or a question")  # fmt: skip
     return parser
 
 
@@ -69,8 +62,14 @@ def _seconds(words: str) -> int:
 
 async def _pair(options: argparse.Namespace) -> int:
     """Open the pairing window until a host has paired or the time is up."""
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
-    from controller.links.bluetooth.prompt import Prompt
+    from controller.links.bluetooth.pairing_agent import (
+        NO_SCREEN,
+        SCREEN,
+        WINDOW_S,
+        PairingAgent,
+        Prompt,
+        accept_all,
+    )
 
     confirm: Confirm = accept_all if options.yes else Prompt().confirm
     bus = await Bus.connect()
@@ -82,7 +81,7 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
         agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
-        return await _wait(bus, adapter, agent, options.seconds)
+        return await _wait(bus, adapter, agent, options.seconds or WINDOW_S)
     finally:
         bus.close()
 
@@ -113,3 +112,17 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
     host = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
     print(f"paired with {host}" if bonded(device) else f"{host} paired without a bond", flush=True)
     return 0 if bonded(device) else 1
+
+
+def key(argv: Sequence[str]) -> int:
+    """Run `controller key` and return its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="controller key",
+        description="Write a random key into a new file that only you can read. Copy it to the "
+        "other machine (scp keeps it yours), and name it with --key on both: docs/link.md.",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path)
+    path = parser.parse_args(argv).file
+    psk.make(path)
+    print(path)
+    return 0

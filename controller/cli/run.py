@@ -18,16 +18,20 @@ from typing import TYPE_CHECKING
 
 from controller import __version__, errors
 from controller.bundles.inference import engines
-from controller.cli.commands import COMMANDS
+from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, hand_of, rate
 from controller.errors import TROUBLE, UserError, complain, let_go
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed, renew
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
-from controller.runtime.realtime import IdleCollector, real_time, reserve
-from controller.runtime.shutdown import ShutdownSignals, signals
-from controller.runtime.systemd import WatchdogHeartbeat
+from controller.runtime.process import (
+    IdleCollector,
+    ShutdownSignals,
+    WatchdogHeartbeat,
+    real_time,
+    signals,
+)
 
 if TYPE_CHECKING:
     from controller.keymap.terminal import Keyboard
@@ -76,7 +80,6 @@ def _run(parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None) -> 
     if printing and replaying:
         _replay(open_device(parts, 1), lambda: bool(shutdown))
         return
-    reserve()
     if parts.options.realtime:
         real_time()
     watchdog = WatchdogHeartbeat()
@@ -192,124 +195,59 @@ def parser() -> argparse.ArgumentParser:
         usage="controller [OPTION ...]\n       controller COMMAND [-h] ...",
         description="Recognise gestures on the soft sensor and send them as commands, until Ctrl-C."
         "\n\ncommands:\n"
-        + "".join(f"  {name:12}  {purpose}\n" for name, (_, purpose) in COMMANDS.items()),
+        + "".join(f"  {name:12}  {purpose}\n" for name, (_, purpose) in COMMANDS.items() if name),
         epilog="Try it without hardware: controller --sensor virtual --link -",
         formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(
             prog, max_help_position=18
         ),
     )
     add = options.add_argument
+    # fmt: off
     add("--version", action="version", version=f"controller {__version__}")
     add_sensor(options, "where frames come from")
-    add(
-        "--hand-of",
-        metavar="NAME[:DAY]",
-        type=hand_of,
-        default=("", ""),
+    add("--hand-of", metavar="NAME[:DAY]", type=hand_of, default=("", ""),
         help="simulate the hand of user NAME on day DAY, as `controller teach --user NAME "
-        "--session DAY` does (default: a generic hand)",
-    )
-    add(
-        "--bundle",
-        metavar="FILE",
-        type=Path,
+        "--session DAY` does (default: a generic hand)")
+    add("--bundle", metavar="FILE", type=Path,
         help="the trained networks and their settings (default: the one that `controller install` "
-        "took into use, else the one that ships)",
-    )
-    add(
-        "--engine",
-        metavar="NAME",
-        choices=engines.NAMES,
-        default="",
-        help=f"inference engine: {', '.join(engines.NAMES)} (default: what `controller "
-        f"install` measured to be the faster one here, else {engines.STANDARD})",
-    )
-    add(
-        "--labels",
-        metavar="FILE",
-        type=Path,
-        help="a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md",
-    )
-    add(
-        "--mapping",
-        metavar="FILE",
-        type=Path,
-        help="gestures to commands, in place of the bundle's: docs/mapping.md",
-    )
-    add(
-        "--link",
-        metavar="URL",
-        default=PRINT,
-        help="destination of commands: - prints, listen://127.0.0.1:PORT waits for a host, rfcomm: "
-        "waits for paired ones over Bluetooth (controller pair --help, docs/bluetooth.md), "
-        "else a serial port or a pyserial URL (default: -)",
-    )
-    add(
-        "--key",
-        metavar="FILE",
-        type=Path,
+        "took into use, else the one that ships)")
+    add("--engine", metavar="NAME", choices=engines.NAMES, default="",
+        help=f"inference engine: {', '.join(engines.NAMES)} (default: what `controller install` "
+        f"measured to be the faster one here, else {engines.STANDARD})")
+    add("--labels", metavar="FILE", type=Path,
+        help="a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md")
+    add("--mapping", metavar="FILE", type=Path,
+        help="gestures to commands, in place of the bundle's: docs/mapping.md")
+    add("--link", metavar="URL", default=PRINT,
+        help="destination of commands: - prints, listen://127.0.0.1:PORT waits for a host, "
+        "rfcomm: waits for paired ones over Bluetooth (controller pair --help, "
+        "docs/bluetooth.md), else a serial port or a pyserial URL (default: -)")
+    add("--key", metavar="FILE", type=Path,
         help="the pre-shared key of this orb and its host, for --link; `controller key FILE` "
-        "makes one: docs/link.md",
-    )
-    add(
-        "--unprotected",
-        action="store_true",
+        "makes one: docs/link.md")
+    add("--unprotected", action="store_true",
         help="accept hosts of other machines on listen:// without a key: every program that "
-        "reaches the port can connect",
-    )
-    add(
-        "--record",
-        metavar="PATH",
-        nargs="?",
-        type=Path,
-        const=Path(),
+        "reaches the port can connect")
+    add("--record", metavar="PATH", nargs="?", type=Path, const=Path(),
         help="record the session into a new .npz file, or into a folder (default: here) as "
-        "sub-USER_ses-SESSION_run-01.npz; recordings left unfinished by a crash are recovered",
-    )
-    add(
-        "--user",
-        metavar="ID",
-        default="",
+        "sub-USER_ses-SESSION_run-01.npz; recordings left unfinished by a crash are recovered")
+    add("--user", metavar="ID", default="",
         help="the user who touches the sensor, for --record: letters and digits; and the player, "
-        "if enrolled (docs/users.md; default: as identified)",
-    )
-    add(
-        "--session",
-        metavar="ID",
-        default=time.strftime("%Y%m%d"),
-        help="name of the user's session, for --record (default: today's date)",
-    )
-    add(
-        "--label",
-        metavar="NAME",
-        default="",
-        help="label of the sensor's label button, for --record, if it has none itself",
-    )
-    add(
-        "--cues",
-        metavar="FILE",
-        type=Path,
+        "if enrolled (docs/users.md; default: as identified)")
+    add("--session", metavar="ID", default=time.strftime("%Y%m%d"),
+        help="name of the user's session, for --record (default: today's date)")
+    add("--label", metavar="NAME", default="",
+        help="label of the sensor's label button, for --record, if it has none itself")
+    add("--cues", metavar="FILE", type=Path,
         help="a plan of cues, for --record: get ready, go, rest, until there are enough examples "
-        "of all: docs/recording.md",
-    )
-    add(
-        "--replay",
-        metavar="FILE",
-        type=Path,
-        help="a recording in place of a sensor: as fast as possible, or, over a link, as recorded",
-    )
-    add(
-        "--rate",
-        metavar="HZ",
-        type=rate,
-        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
-    )
-    add(
-        "--realtime",
-        action="store_true",
-        help="request real-time scheduling of the loop",
-    )
-    return options  # fmt: skip
+        "of all: docs/recording.md")
+    add("--replay", metavar="FILE", type=Path,
+        help="a recording in place of a sensor: as fast as possible, or, over a link, as recorded")
+    add("--rate", metavar="HZ", type=rate,
+        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)")
+    add("--realtime", action="store_true", help="request real-time scheduling of the loop")
+    # fmt: on
+    return options
 
 
 def check(options: argparse.Namespace) -> argparse.Namespace:

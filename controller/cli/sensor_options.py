@@ -12,94 +12,50 @@ PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes 
 
 
 def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
-    """Add --sensor, --wiring, --seed, --preset and --fault.
-
-    Args:
-        grammar: The command's.
-        sensor: The beginning of the help for --sensor.
-    """
+    """Add --sensor, whose help begins with `sensor`, --wiring, --seed, --preset and --fault."""
+    # fmt: off
     add = grammar.add_argument
-    add(
-        "--sensor",
-        metavar="NAME[:KEY=VALUE,...]",
-        default="virtual",
-        help=f"{sensor}: {', '.join(sensors.names())}, with options of its own (default: virtual)",
-    )
-    add(
-        "--wiring",
-        metavar="FILE",
-        type=Path,
+    add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual",
+        help=f"{sensor}: {', '.join(sensors.names())}, with options of its own (default: virtual)")
+    add("--wiring", metavar="FILE", type=Path,
         help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
-        "draws it)",
-    )
-    add(
-        "--seed",
-        metavar="N",
-        type=seed,
-        default=1,
-        help="which orb and hand are simulated, 0 or more (default: 1)",
-    )
-    add(
-        "--preset",
-        metavar="NAME",
-        default="nominal",
-        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
-    )
-    add(
-        "--fault",
-        metavar="FAULT",
-        action="append",
-        default=[],
+        "draws it)")
+    add("--seed", metavar="N", type=seed, default=1,
+        help="which orb and hand are simulated, 0 or more (default: 1)")
+    add("--preset", metavar="NAME", default="nominal",
+        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")
+    add("--fault", metavar="FAULT", action="append", default=[],
         help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
-        "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md",
-    )
+        "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md")
+    # fmt: on
 
 
 def load(options: argparse.Namespace) -> Sensor:
-    """Return the sensor that `add_sensor`'s options choose.
-
-    Raises:
-        SensorError: It cannot be used.
-    """
+    """Return the sensor that `add_sensor`'s options choose, or raise SensorError."""
     return sensors.load(
-        options.sensor,
-        seed=options.seed,
-        preset=options.preset,
-        fault=tuple(options.fault),
+        options.sensor, seed=options.seed, preset=options.preset, fault=tuple(options.fault),
         wiring=options.wiring,
-    )
+    )  # fmt: skip
 
 
 def seed(words: str) -> int:
-    """Return a seed of 32 bits.
-
-    Raises:
-        argparse.ArgumentTypeError: The words are none.
-    """
+    """Return a seed of 32 bits, or raise ArgumentTypeError."""
     if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
     return int(words)
 
 
 def hand_of(words: str) -> tuple[str, str]:
-    """Return the user and the day of a simulated hand, "" without one.
-
-    Raises:
-        argparse.ArgumentTypeError: The words are no NAME or NAME:DAY.
-    """
+    """Return the user and the day, if there is one, of NAME or NAME:DAY."""
     if not re.fullmatch("[A-Za-z0-9]+(:[A-Za-z0-9]+)?", words):
-        raise argparse.ArgumentTypeError(f"{words!r} must be a NAME of letters and digits, or "
-                                         "NAME:DAY")  # fmt: skip
+        expected = "a NAME of letters and digits, or NAME:DAY"
+        raise argparse.ArgumentTypeError(f"{words!r} must be {expected}")
     name, _, day = words.partition(":")
     return name, day
 
 
 def rate(words: str) -> float:
-    """Return a rate in hertz.
-
-    Raises:
-        argparse.ArgumentTypeError: The words are no number above 0.
-    """
+    """Return a rate in hertz, above 0, or raise ArgumentTypeError."""
     try:
         value = float(words)
     except ValueError:

@@ -11,7 +11,7 @@ from typing import Final
 
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
-from controller.cli import install
+from controller.cli.bundles import install
 from controller.cli.sensor_options import add_sensor, rate
 from controller.errors import (
     INTERRUPTED,
@@ -26,7 +26,7 @@ from controller.errors import (
 from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
-from controller.runtime.shutdown import signals
+from controller.runtime.process import signals
 from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import TeachPlan, say
@@ -69,11 +69,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _add(options: argparse.Namespace) -> int:
-    """Teach one gesture from a few examples, and offer to take what has learned it into use.
-
-    Raises:
-        TeachError, BundleError, ...: It cannot be taught like this.
-    """
+    """Teach one gesture from a few examples, and offer to take what has learned it into use."""
     options.rotations, options.mirror = options.rotations or "none", options.mirror or "none"
     options.bundle = add_gesture.source(options)
     known = bundles.read(options.bundle)
@@ -82,10 +78,7 @@ def _add(options: argparse.Namespace) -> int:
     options.protocol = protocols.FEW
     options.repetitions = options.repetitions or add_gesture.USUAL
     if isinstance(entry.command, str) and entry.command not in (*COMMANDS, NONE):
-        say(
-            f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on, as "
-            "a program of yours may have it"
-        )
+        say(f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on")
     home, options.out = options.out, options.out / options.add
     lesson = session.prepare(options, wanted)
     made, interrupted = _sessions(lesson, iter([options.user]))
@@ -105,18 +98,14 @@ def _add(options: argparse.Namespace) -> int:
 def _offer_install(out: Path, *, yes: bool) -> int:
     """Take a bundle into use, if that is wanted, or say how."""
     if yes or (_interactive() and agreed("Take it into use now?")):
-        return install.main([str(out)])
+        return install([str(out)])
     say(f"take it into use with: controller install {shlex.quote(str(out))}")
     say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
     return 0
 
 
 def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], bool]:
-    """Take one person after the other through a session.
-
-    Returns:
-        The recordings, and whether somebody broke it off.
-    """
+    """Take people through a session each; return recordings, and whether one broke it off."""
     made: list[Path] = []
     for number, user in enumerate(people):
         try:
@@ -145,11 +134,7 @@ def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], boo
 
 
 def _people(options: argparse.Namespace) -> Iterator[str]:
-    """Return who is taught by, one after the other.
-
-    Raises:
-        TeachError: Nobody said who, and nobody can be asked.
-    """
+    """Return who teaches, in order; TeachError if nobody said who, and nobody can be asked."""
     names = options.user.split(",") if options.user else []
     if options.protocol != protocols.USERS:
         if len(names) > 1:
@@ -177,10 +162,7 @@ def _asked() -> Iterator[str]:
             return
         if not name:
             return
-        if name.isascii() and name.isalnum():
-            yield name
-        else:
-            say(f"{name!r} names files; use letters (a to z) and digits")
+        yield name
 
 
 def parser() -> argparse.ArgumentParser:
@@ -196,96 +178,40 @@ def parser() -> argparse.ArgumentParser:
     )
     add = grammar.add_argument
     add_sensor(grammar, "what is touched; the virtual orb's own hand does what the cues ask for")
-    add(
-        "--labels",
-        metavar="FILE",
-        type=Path,
-        help=f"the gestures, a vocabulary (default: DIR/{FILE}, else the paper's)",
-    )
-    add(
-        "--protocol",
-        choices=tuple(protocols.REPETITIONS),
-        default=protocols.GESTURES,
+    add("--labels", metavar="FILE", type=Path,
+        help=f"the gestures, a vocabulary (default: DIR/{FILE}, else the paper's)")  # fmt: skip
+    add("--protocol", choices=tuple(protocols.REPETITIONS), default=protocols.GESTURES,
         help="gestures in any order; locations: on every site of the grid and between them; "
-        "users: one person after the other (default: gestures)",
-    )
-    add(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        default=OUT,
-        help=f"folder for the recordings; no file in it is ever replaced (default: {OUT})",
-    )
-    add(
-        "--user",
-        metavar="ID",
-        default="",
-        help="who touches the sensor: letters and digits; with --protocol users: ada,ben",
-    )
-    add(
-        "--session",
-        metavar="ID",
-        default=time.strftime("%Y%m%dT%H%M%S"),
-        help="which of the user's sessions: letters and digits (default: date and time)",
-    )
-    add(
-        "--repetitions",
-        metavar="N",
-        type=_repetitions,
-        default=0,
-        help=f"examples of each gesture, or of each place (default: "
-        f"{protocols.REPETITIONS[protocols.GESTURES]}, of places "
-        f"{protocols.REPETITIONS[protocols.LOCATIONS]})",
-    )
-    add(
-        "--bundle",
-        metavar="FILE",
-        type=Path,
-        help="the present model, whose opinion is shown (default: the one that ships, if it fits)",
-    )
-    add(
-        "--rate",
-        metavar="HZ",
-        type=rate,
-        help="sensor scans per second (default: the sensor's own)",
-    )
-    add(
-        "--speed",
-        metavar="X",
-        type=_speed,
-        default=1.0,
-        help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)",
-    )
-    add("--bell", action="store_true", help="ring the terminal's bell at every go")
-    add(
-        "--yes",
-        action="store_true",
-        help="train, tune and evaluate without a question; with --add, take it into use",
-    )
-    add(
-        "--add",
-        metavar="NAME",
+        "users: one person after the other (default: gestures)")  # fmt: skip
+    add("--out", metavar="DIR", type=Path, default=OUT,
+        help=f"folder for the recordings; no file is replaced (default: {OUT})")  # fmt: skip
+    add("--user", metavar="ID", default="",
+        help="who touches the sensor: letters, digits; for users: ada,ben")  # fmt: skip
+    add("--session", metavar="ID", default=time.strftime("%Y%m%dT%H%M%S"),
+        help="which of the user's sessions (default: date and time)")  # fmt: skip
+    usual = protocols.REPETITIONS
+    add("--repetitions", metavar="N", type=_repetitions, default=0,
+        help="examples of each gesture, or of each place (default: "
+        f"{usual[protocols.GESTURES]}, of places {usual[protocols.LOCATIONS]})")  # fmt: skip
+    add("--bundle", metavar="FILE", type=Path,
+        help="the model to compare with (default: the shipped one, if it fits)")  # fmt: skip
+    add("--rate", metavar="HZ", type=rate,
+        help="sensor scans per second (default: the sensor's own)")  # fmt: skip
+    add("--speed", metavar="X", type=_speed, default=1.0,
+        help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)")  # fmt: skip
+    add("--yes", action="store_true",
+        help="train, tune and evaluate unasked; with --add, take it into use")  # fmt: skip
+    add("--add", metavar="NAME",
         help=f"teach the bundle in use (or --bundle) one new gesture from a few examples "
         f"({add_gesture.USUAL}, or --repetitions 1, 3 ...), here and in seconds; with --user, how "
-        "somebody does one that it knows",
-    )
+        "somebody does one that it knows")  # fmt: skip
     add("--command", metavar="WORD", help="what the new gesture asks for, such as hold")
-    add(
-        "--rotations",
-        choices=ROTATIONS,
-        help="turns of the sensor that leave the new gesture the same (default: none)",
-    )
-    add(
-        "--mirror",
-        choices=(SELF, NO_MIRROR),
-        help="self: the new gesture's mirror image is the same gesture (default: none)",
-    )
-    add(
-        "--example",
-        metavar="DIR",
-        type=Path,
-        help=f"only write {FILE} to begin with, the paper's gestures and a new one, into DIR",
-    )
+    add("--rotations", choices=ROTATIONS,
+        help="turns that leave the new gesture the same (default: none)")  # fmt: skip
+    add("--mirror", choices=(SELF, NO_MIRROR),
+        help="self: its mirror image is the same gesture (default: none)")  # fmt: skip
+    add("--example", metavar="DIR", type=Path,
+        help=f"only write {FILE} to begin with, and a gesture, into DIR")  # fmt: skip
     return grammar
 
 

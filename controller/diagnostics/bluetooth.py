@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
 
 from controller.diagnostics.report import Row, Verdict
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
+    SERVICE_UUID,
     BluetoothError,
     Bus,
     Objects,
@@ -22,10 +20,7 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
-from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
 
-HID_UUID: Final = "00001124-0000-1000-8000-00805f9b34fb"
-OLDEST: Final = (5, 50)  # what has been seen to work is 5.66; ServiceRecord and Bonded are older
 _GOOD, _DOUBTFUL, _FAULT, _UNKNOWN = (
     Verdict.GOOD, Verdict.DOUBTFUL, Verdict.FAULT, Verdict.UNKNOWN
 )  # fmt: skip
@@ -35,10 +30,10 @@ def rows() -> list[Row]:
     """Look at everything, and return what was found; nothing is changed, and nothing raises."""
     if sys.platform != "linux":
         return [Row("Bluetooth", _UNKNOWN, f"{sys.platform} has no BlueZ", "", "no_linux")]
-    found = [package()]
-    found += blocked(Path("/sys/class/rfkill"))
-    if found[0].verdict is _FAULT:
-        return found
+    found = list(blocked(Path("/sys/class/rfkill")))
+    if not bluez.available():
+        advice = how_to_install("bluetooth")
+        return [*found, Row("dbus-fast", _FAULT, "not installed", advice, "no_dbus_fast")]
     try:
         return found + asyncio.run(_ask())
     except BluetoothError as error:
@@ -57,26 +52,13 @@ async def _ask() -> list[Row]:
         except BluetoothError as error:
             return [Row("permission", _FAULT, "BlueZ does not answer this user", str(error),
                         "no_permission")]  # fmt: skip
-        allowed = Row("permission", _GOOD, "BlueZ answers this user")
-        return [version(_version()), allowed, *judge(objects), plugin(_arguments())]
+        return [Row("BlueZ", _GOOD, "running, and answers this user"), *judge(objects)]
     finally:
         bus.close()
 
 
-def package() -> Row:
-    """Look for what talks to D-Bus."""
-    if bluez.available():
-        return Row("dbus-fast", _GOOD, "installed")
-    advice = how_to_install("bluetooth")
-    return Row("dbus-fast", _FAULT, "not installed", advice, "no_dbus_fast")
-
-
 def blocked(folder: Path) -> Iterator[Row]:
-    """Look at the kernel's switches for radios.
-
-    Args:
-        folder: One folder a switch, with the files type, soft and hard.
-    """
+    """Yield the kernel's switches that block Bluetooth; `folder` has one with files for each."""
     for switch in sorted(folder.glob("rfkill*")):
         try:
             kind, soft, hard = (
@@ -89,18 +71,6 @@ def blocked(folder: Path) -> Iterator[Row]:
             yield Row(switch.name, _FAULT, "blocked by a switch", advice, "blocked")
         elif kind == "bluetooth" and soft == "1":
             yield Row(switch.name, _FAULT, "blocked", "rfkill unblock bluetooth", "blocked")
-
-
-def version(found: str) -> Row:
-    """Judge BlueZ's version, such as "5.66"; "" if it is unknown."""
-    try:
-        numbers = tuple(int(part) for part in found.split("."))
-    except ValueError:
-        return Row("BlueZ", _UNKNOWN, f"running, version {found or 'unknown'}")
-    if numbers < OLDEST:
-        advice = "update the system: 5.66 is what was tried"
-        return Row("BlueZ", _DOUBTFUL, f"{found} is old", advice, "old_bluez")
-    return Row("BlueZ", _GOOD, f"{found}, running")
 
 
 def judge(objects: Objects) -> list[Row]:
@@ -129,18 +99,10 @@ def _adapter(name: str, adapter: Properties) -> Iterator[Row]:
         advice = "start it: sudo systemctl start orbtouch, or controller --link rfcomm:"
         yield Row(f"service {name}", _DOUBTFUL, "no controller has registered one", advice,
                   "no_service")  # fmt: skip
-    if SERIAL_PORT_UUID in uuids and SERVICE_UUID not in uuids:
-        advice = "hosts may take it for the orb; end it (ModemManager, blueman, a tutorial's spp)"
-        yield Row(f"ports {name}", _DOUBTFUL, "another program offers a serial port", advice,
-                  "other_serial_port")  # fmt: skip
-    if adapter.get("Discoverable"):
-        left = adapter.get("DiscoverableTimeout", 0)
-        if left:
-            yield Row(f"window {name}", _GOOD, f"open to new hosts, for {left} s at most")
-        else:
-            advice = "bluetoothctl discoverable off"
-            yield Row(f"window {name}", _DOUBTFUL, "anybody can find it, without end", advice,
-                      "always_discoverable")  # fmt: skip
+    if adapter.get("Discoverable") and not adapter.get("DiscoverableTimeout"):
+        advice = "bluetoothctl discoverable off"
+        yield Row(f"window {name}", _DOUBTFUL, "anybody can find it, without end", advice,
+                  "always_discoverable")  # fmt: skip
 
 
 def _bonds(name: str, known: dict[str, Properties]) -> Row:
@@ -153,40 +115,3 @@ def _bonds(name: str, known: dict[str, Properties]) -> Row:
         advice = f"bluetoothctl trust {shy[0]['Address']}"
         return Row(f"bonds {name}", _DOUBTFUL, f"{told}: not trusted", advice, "not_trusted")
     return Row(f"bonds {name}", _GOOD, told)
-
-
-def plugin(arguments: list[str]) -> Row:
-    """Judge whether BlueZ's own input plugin is in the way of classic HID.
-
-    Args:
-        arguments: bluetoothd's command line; empty if it cannot be read.
-    """
-    if not arguments:
-        return Row("input plugin", _UNKNOWN, "bluetoothd's options cannot be read")
-    options = " ".join(arguments)
-    if "--noplugin=input" in options or "--noplugin=*" in options or "-P input" in options:
-        return Row("input plugin", _GOOD, "switched off: classic HID can be offered, too")
-    return Row("input plugin", _GOOD, "on, as usual: HID over GATT and RFCOMM can be offered; "
-               "classic HID (hid:classic) needs bluetoothd --noplugin=input")  # fmt: skip
-
-
-def _version() -> str:
-    """Return BlueZ's version as bluetoothctl says it."""
-    program = shutil.which("bluetoothctl")
-    if not program:
-        return ""
-    done = subprocess.run(
-        [program, "--version"], capture_output=True, text=True, check=False, timeout=10
-    )
-    return done.stdout.split()[-1] if done.stdout.split() else ""
-
-
-def _arguments() -> list[str]:
-    """Return the command line of bluetoothd."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if (folder / "comm").read_text().strip() == "bluetoothd":
-                return (folder / "cmdline").read_text().split("\0")[:-1]
-        except OSError:
-            continue
-    return []

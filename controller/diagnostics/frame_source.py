@@ -5,15 +5,13 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller import errors
-from controller.diagnostics.skin_checks import PressureReading
+from controller.diagnostics.skin_checks import Frames, PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
+from controller.recognition.frames import Frame
 from controller.sensors.base import Sensor
-
-Frames = NDArray[np.float32]  # (n, rows, columns)
 
 _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _REST_S: Final = 1.0  # from one press to the next, on a simulated skin
@@ -42,15 +40,11 @@ class FrameReader:
         return self._number / self.sensor.rate_hz
 
     def frames(self, seconds: float) -> Frames:
-        """Return the frames of so many seconds, (n, rows, columns), pF.
-
-        Raises:
-            SensorError: The sensor gives none.
-        """
+        """Return the frames of so many seconds, (n, rows, columns), pF, or raise SensorError."""
         return np.array([self._next() for _ in range(max(1, round(seconds * self.sensor.rate_hz)))])
 
-    def _next(self) -> NDArray[np.float32]:
-        """Return the next frame, (rows, columns), picofarads."""
+    def _next(self) -> Frame:
+        """Return the next frame."""
         self._number += 1
         if not self.sensor.virtual:
             now_s = self._clock()
@@ -93,7 +87,6 @@ class VirtualFinger(Finger):
     """A finger on a virtual orb."""
 
     def __init__(self, watch: FrameReader) -> None:
-        """Prepare."""
         self._watch, self._sensor = watch, watch.sensor
 
     def press(self, place: Place) -> bool:

@@ -9,74 +9,43 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.diagnostics.report import Row, fault
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
+from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.inversion import picofarads
-from controller.sensors.hardware.scanner import Scan, Scanner
-from controller.sensors.hardware.schedule import Slot
+from controller.sensors.hardware.scanner import Scanner
 from controller.sensors.hardware.wiring import Wiring
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
+LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks show
 _CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
 _FILL_S: Final = 10e-3  # ... and even a film of megohms in this
 _TRIES: Final = 40  # conversions that tell whether a converter answers
 _SCANS: Final = 12
-_LATE_SCANS: Final = 4
-_RAMP: Final = 100  # conversions of one charge as it leaks away
 _AGAIN: Final = 6  # readings of which a mean is taken
-_BURST: Final = 96  # readings of one taxel, for hum
-_SURE: Final = 4.0  # times the hum that noise alone would show
-_SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurements:
-    """Measurements of a board; counts as shares of full scale, so 0 ... 1.
+    """Measurements of a board; counts as shares of full scale, so 0 ... 1."""
 
-    Attributes:
-        wiring: Of the board.
-        step: The converter's step, of full scale.
-        conversion_s: What one conversion takes.
-        values: Single conversions of one row's charge as it leaks away, counts, (n,).
-        dark: Each row by itself, with no column raised, (rows,).
-        dark_late: The same after `LATE_S`, (rows,).
-        prompt: The same as soon as can be, (rows,).
-        held: Row i charged by its pin and let go: what channel k reads, (rows, rows).
-        held_late: The same `LATE_S` later, by its own channel, (rows,).
-        held_level: Whether its pin reads high just after it let go, (rows,).
-        row_touch: Row i driven high and row k floating: what channel k reads, (rows, rows).
-        column_high: Whether a column stays high when its pin lets go, (columns,).
-        column_low: Whether it stays low, (columns,).
-        column_touch: Column i driven high: whether column k, floating, is high, (columns, columns).
-        shares: Scans, (n, rows, columns).
-        picofarads: What the driver makes of them, (n, rows, columns).
-        late: What it makes of scans that wait for `LATE_S`, mean of some, (rows, columns).
-        late_shares: Their shares, (rows, columns).
-        burst: Readings of one taxel, (n,), and when, seconds, (n,).
-    """
-
-    wiring: Wiring
-    step: float
-    conversion_s: float
-    values: Array
-    dark: Array
-    dark_late: Array
-    prompt: Array
-    held: Array
-    held_late: Array
-    held_level: Flags
-    row_touch: Array
-    column_high: Flags
-    column_low: Flags
+    wiring: Wiring  # of the board
+    step: float  # the converter's step, of full scale
+    scan_s: float  # what one scan takes
+    dark: Array  # each row by itself, with no column raised, (rows,)
+    dark_late: Array  # the same after `LATE_S`, (rows,)
+    held: Array  # row i charged by its pin and let go: what channel k reads, (rows, rows)
+    held_late: Array  # the same `LATE_S` later, by its own channel, (rows,)
+    row_touch: Array  # row i driven high and row k floating: what channel k reads, (rows, rows)
+    column_high: Flags  # whether a column stays high when its pin lets go, (columns,)
+    column_low: Flags  # whether it stays low, (columns,)
+    # column i driven high: whether column k, floating, is high, (columns, columns)
     column_touch: Flags
-    shares: Array
-    picofarads: Array
-    late: Array
-    late_shares: Array
-    burst: tuple[Array, Array]
+    shares: Array  # scans, (n, rows, columns)
+    picofarads: Array  # what the driver makes of them, (n, rows, columns)
 
     def time_constants_s(self) -> Array:
         """Return the time constant with which each row loses its charge, (rows,), seconds."""
@@ -85,50 +54,17 @@ class Measurements:
         tau_s = LATE_S / -np.log(np.minimum(ratio, 0.999))
         return np.where(ratio < 0.999, tau_s, np.inf)
 
-    def hum(self) -> tuple[float, float, bool]:
-        """Return the strongest hum: amplitude (of the reading), hertz, and whether it is sure."""
-        values, times = self.burst
-        mean = float(values.mean())
-        best = (0.0, 0.0, False)
-        for hertz in (50.0, 60.0) if mean > 0.0 else ():
-            turn = 2 * np.pi * hertz * times
-            basis = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
-            solved, *_ = np.linalg.lstsq(basis, values / mean, rcond=None)
-            left = float((values / mean - basis @ solved).std())
-            amplitude = float(np.hypot(solved[1], solved[2]))
-            sure = amplitude > _SURE * left * np.sqrt(2.0 / len(values))
-            best = max(best, (amplitude, hertz, sure))
-        return best
 
-
-@dataclass(frozen=True, slots=True)
-class UnresponsiveBoard:
-    """A board whose converter does not answer.
-
-    Attributes:
-        failed: Share of conversions that nothing answered.
-        reason: What the last of them said.
-        zeros: It answers nothing but zeros.
-    """
-
-    failed: float
-    reason: str
-    zeros: bool = False
-
-
-def measure(board: Board) -> Measurements | UnresponsiveBoard:
-    """Measure a board; all electrodes are grounded afterwards."""
-    answer = _answers(board)
-    if answer.failed > 0.0 or answer.zeros:
-        return answer
+def measure(board: Board) -> Measurements | Row:
+    """Measure a board, or return why it cannot be; all electrodes are grounded afterwards."""
     try:
-        return _Probe(board).measured()
+        return _silence(board) or _Probe(board).measured()
     except HardwareAwayError as error:
-        return UnresponsiveBoard(1.0 / _TRIES, str(error))
+        return fault("bus_errors", "bus", str(error))
 
 
-def _answers(board: Board) -> UnresponsiveBoard:
-    """Return how a converter answers while every row is at the supply: anything but zeros."""
+def _silence(board: Board) -> Row | None:
+    """Return why a converter does not answer while every row is at the supply; None: it does."""
     electrodes = board.wiring.electrodes
     failed, reason, most = 0, "", 0
     for pin in electrodes.rows:
@@ -142,7 +78,12 @@ def _answers(board: Board) -> UnresponsiveBoard:
             most = max(most, count)
     for pin in electrodes.rows:
         board.pins.drive(pin, False)
-    return UnresponsiveBoard(failed / _TRIES, reason, zeros=failed == 0 and most == 0)
+    if failed == _TRIES:
+        return fault("no_converter", "converter", reason)
+    if failed:
+        share = f"{100 * failed / _TRIES:.0f} % of the transfers failed"
+        return fault("bus_errors", "bus", f"{share}: {reason}")
+    return fault("silent_converter", "converter") if most == 0 else None
 
 
 class _Probe:
@@ -154,51 +95,42 @@ class _Probe:
         self._board, self._wiring = board, board.wiring
         self._full = float(1 << board.chip.bits)
         self._rows, self._columns = board.wiring.electrodes.rows, board.wiring.electrodes.columns
-        self._scanner = Scanner(board)
-        times = replace(board.wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
-        self._patient = Scanner(replace(board, wiring=replace(board.wiring, times=times)))
 
     def measured(self) -> Measurements:
         """Return all measurements."""
-        dark = self._scanner.dark(_AGAIN)
-        dark_late = self._patient.dark(_AGAIN)
-        prompt, held, held_late, held_level, row_touch = self._row_tests()
-        decays = np.diag(held) - held_late  # whatever is wrong with some rows, the middle one
-        values = self._ramp(int(np.argsort(decays)[len(decays) // 2]))
+        wiring, scanner = self._wiring, Scanner(self._board)
+        times = replace(wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
+        patient = Scanner(replace(self._board, wiring=replace(wiring, times=times)))
+        dark, dark_late = scanner.dark(_AGAIN), patient.dark(_AGAIN)
+        held, held_late, row_touch = self._row_tests()
         column_high, column_low, column_touch = self._column_tests()
-        scans = [self._scanner.scan() for _ in range(_SCANS)]
-        late = [self._patient.scan() for _ in range(_LATE_SCANS)]
+        began_s = self._board.clock()
+        scans = [scanner.scan() for _ in range(_SCANS)]
+        scan_s = (self._board.clock() - began_s) / _SCANS
+        read = [
+            picofarads(wiring, scan.counts, scan.age_s, dark, round(self._full)) for scan in scans
+        ]
         return Measurements(
-            self._wiring,
-            1.0 / self._full,
-            self._conversion_s(),
-            values,
-            dark / self._full,
-            dark_late / self._full,
-            prompt,
-            held,
-            held_late,
-            held_level,
-            row_touch,
-            column_high,
-            column_low,
-            column_touch,
-            np.array([scan.counts for scan in scans]) / self._full,
-            np.array([self._picofarads(scan, dark) for scan in scans]),
-            np.mean([self._picofarads(scan, dark_late) for scan in late], axis=0),
-            np.mean([scan.counts for scan in late], axis=0) / self._full,
-            self._burst(scans),
+            wiring=wiring,
+            step=1.0 / self._full,
+            scan_s=scan_s,
+            dark=dark / self._full,
+            dark_late=dark_late / self._full,
+            held=held,
+            held_late=held_late,
+            row_touch=row_touch,
+            column_high=column_high,
+            column_low=column_low,
+            column_touch=column_touch,
+            shares=np.array([scan.counts for scan in scans]) / self._full,
+            picofarads=np.array(read),
         )
-
-    def _picofarads(self, scan: Scan, dark: Array) -> Array:
-        """Return a scan as the driver reads it, (rows, columns), picofarads."""
-        return picofarads(self._wiring, scan.counts, scan.age_s, dark, round(self._full))
 
     def _convert(self, row: int) -> float:
         """Return what a row's channel reads, of full scale; the sampling capacitor is emptied."""
         channel, ground = self._wiring.electrodes.channels[row], self._wiring.converter.ground
         if ground is not None:
-            self._board.convert(channel - channel % self._board.chip.channels + ground)
+            self._board.convert(channel - channel % CHANNELS + ground)
         return self._board.convert(channel) / self._full
 
     def _charge(self, pin: int, up: bool, seconds: float) -> None:
@@ -207,12 +139,10 @@ class _Probe:
         self._board.wait(seconds)
         self._board.pins.release(pin)
 
-    def _row_tests(self) -> tuple[Array, Array, Array, Flags, Array]:
-        """Return `prompt`, `held`, `held_late`, `held_level` and `row_touch`, (rows, ...)."""
+    def _row_tests(self) -> tuple[Array, Array, Array]:
+        """Return `held`, `held_late` and `row_touch`, (rows, ...)."""
         pins, wait, rows = self._board.pins, self._board.wait, len(self._rows)
-        prompt, late = np.zeros(rows), np.zeros(rows)
-        level = np.zeros(rows, dtype=np.bool_)
-        held, touch = np.zeros((rows, rows)), np.zeros((rows, rows))
+        held, late, touch = np.zeros((rows, rows)), np.zeros(rows), np.zeros((rows, rows))
         for i, pin in enumerate(self._rows):
             for k in range(rows):
                 for _ in range(_AGAIN if i == k else 1):
@@ -222,8 +152,6 @@ class _Probe:
                 self._charge(pin, True, _FILL_S)
                 wait(LATE_S)
                 late[i] += self._convert(i) / _AGAIN
-            self._charge(pin, True, _CHARGE_S)
-            level[i] = pins.level(pin)
             pins.drive(pin, True)
             for k, other in enumerate(self._rows):
                 if k != i:
@@ -231,20 +159,8 @@ class _Probe:
                     wait(_CHARGE_S)
                     touch[i, k] = self._convert(k)
                     pins.drive(other, False)
-            self._charge(pin, False, _CHARGE_S)
-            prompt[i] = self._convert(i)
             pins.drive(pin, False)
-        return prompt, held, late, level, touch
-
-    def _ramp(self, row: int) -> Array:
-        """Return conversions on the way down from the supply, (n,), counts: stuck bits show."""
-        pin, values = self._rows[row], np.zeros(_RAMP)
-        self._charge(pin, True, _CHARGE_S)
-        for i in range(_RAMP):
-            values[i] = self._board.convert(self._wiring.electrodes.channels[row])
-            self._board.wait(LATE_S / 8)
-        self._board.pins.drive(pin, False)
-        return values
+        return held, late, touch
 
     def _column_tests(self) -> tuple[Flags, Flags, Flags]:
         """Return `column_high`, `column_low`, (columns,), and `column_touch`."""
@@ -257,32 +173,12 @@ class _Probe:
                 wait(_CHARGE_S)
                 told[i] = pins.level(pin) is up
                 pins.drive(pin, False)
+            pins.drive(pin, True)
             for k, other in enumerate(self._columns):
                 if k != i:
-                    wait(_CHARGE_S)
                     pins.release(other)
-                    pins.drive(pin, True)
                     wait(_CHARGE_S)
                     touch[i, k] = pins.level(other)
-                    pins.drive(pin, False)
                     pins.drive(other, False)
+            pins.drive(pin, False)
         return high, low, touch
-
-    def _conversion_s(self) -> float:
-        channel = self._wiring.electrodes.channels[0]
-        before = self._board.clock()
-        for _ in range(_TRIES):
-            self._board.convert(channel)
-        return (self._board.clock() - before) / _TRIES
-
-    def _burst(self, scans: list[Scan]) -> tuple[Array, Array]:
-        """Return readings, (n,), of the taxel that reads most up to half, and times, (n,)."""
-        mean = np.mean([scan.counts for scan in scans], axis=0) / self._full
-        row, column = np.unravel_index(int(np.where(mean < 0.5, mean, 0.0).argmax()), mean.shape)
-        slot = Slot(int(column), (int(row),))
-        values, times = np.zeros(_BURST), np.zeros(_BURST)
-        for i in range(_BURST):
-            values[i] = self._scanner.read(slot)[0][0] / self._full
-            times[i] = self._board.clock()
-            self._board.wait(max(0.0, times[0] + (i + 1) * _SPAN_S / _BURST - times[i]))
-        return values, times

@@ -1,7 +1,7 @@
-"""Results of checks: one row for each thing that was looked at."""
+"""Results of checks: one row for each thing that was looked at, and the sentences of faults."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from textwrap import wrap
 from typing import Final
@@ -21,25 +21,13 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes:
-        name: What was looked at: "SPI bus", "row 2", "taxel (1,3)".
-        verdict: How it is.
-        found: What was measured or seen, with units; never empty.
-        advice: What to do; "" where it is good.
-        code: A word for programs, such as "open_row"; "" where it is good.
-    """
-
-    name: str
-    verdict: Verdict
-    found: str
-    advice: str = ""
-    code: str = ""
-
-    def plain(self) -> dict[str, str]:
-        """Return the row as plain data."""
-        return {key: str(value) for key, value in asdict(self).items()}
+    name: str  # what was looked at: "SPI bus", "row 2", "taxel (1,3)"
+    verdict: Verdict  # how it is
+    found: str  # what was measured or seen, with units; never empty
+    advice: str = ""  # what to do; "" where it is good
+    code: str = ""  # a word for programs, such as "open_row"; "" where it is good
 
 
 def faulty(rows: Iterable[Row]) -> bool:
@@ -62,3 +50,121 @@ def table(rows: Sequence[Row]) -> str:
         lines += [indent + line for line in found[1:]]
         lines += [indent + ("-> " if i == 0 else "   ") + line for i, line in enumerate(advice)]
     return "\n".join(lines)
+
+
+# Faults of the wiring: what was found, where {} takes the figures, and advice.
+_SWAPPED: Final = "Swap the two leads at the plug, or the two numbers in the wiring file."
+_TOUCHING: Final = "Look for a solder bridge, or for film that touches."
+_TO_GROUND: Final = "Look for a bridge to ground; if there is none, its pin is broken: use another."
+SENTENCES: Final[dict[str, tuple[str, str]]] = {
+    # --- converter and bus
+    "no_converter": (
+        "no answer: {}",
+        "Check the converter's supply, chip select and data-out leads, and that SPI is switched on "
+        "(raspi-config).",
+    ),
+    "silent_converter": (
+        "nothing but zeros, also while every row stands at the supply",
+        "Check the data-out lead, the reference pin and the converter's ground.",
+    ),
+    "bus_errors": ("{}", "Shorten the bus leads, or lower the SPI clock in the wiring file."),
+    "bit_errors": (
+        "{} % of the readings jump",
+        "Lower the SPI clock in the wiring file, and shorten the bus leads.",
+    ),
+    "reference": (
+        "a row charged to the supply reads {}, where .94 of full scale is usual",
+        "The reference pin must be at the pins' own supply, 3.3 V: check that lead.",
+    ),
+    "slow": ("{}", "The computer is too busy: end other programs, or raise the SPI clock."),
+    "noise": (
+        "readings scatter by {} counts of 4096",
+        "Join the converter's grounds, shorten its leads, put 1 uF across its supply; keep away "
+        "from mains leads and chargers.",
+    ),
+    # --- rows and columns
+    "unplugged": ("all taxels have {} pF", "The membrane's plug is out: push it in."),
+    "short_rows": ("it touches {}", _TOUCHING),
+    "short_columns": ("it touches {}", _TOUCHING),
+    "open_row": (
+        "{} pF a taxel, where the others have {}: the lead is off",
+        "Fasten this row's lead at the membrane; if it is fast, the film is worn: spray it anew.",
+    ),
+    "open_column": (
+        "{} pF a taxel, where the others have {}: the lead is off",
+        "Fasten this column's lead at the membrane; if it is fast, the film is worn.",
+    ),
+    "swapped_rows": ("what touches it is felt in {}", _SWAPPED),
+    "swapped_columns": ("what touches it is felt in {}", _SWAPPED),
+    "swapped_channels": (
+        "its charge arrives at the input of {}",
+        "Swap the two converter inputs, or the two channels in the wiring file.",
+    ),
+    "high_row": (
+        "at the supply, {} of full scale, by itself",
+        "Look for a bridge or a pull-up from this row to 3.3 V.",
+    ),
+    "high_column": (
+        "at the supply, whatever its pin does",
+        "Look for a bridge from this column to 3.3 V.",
+    ),
+    "grounded_row": (
+        "what its pin does never comes to the converter",
+        "Look for a bridge to ground, and at its leads to pin and converter; else its pin is "
+        "broken: use another.",
+    ),
+    "grounded_column": ("at ground, whatever its pin does", _TO_GROUND),
+    "damp": (
+        "it charges by itself: {} of full scale after 4 ms",
+        "Clean and dry the board: flux or moisture leaks from the supply.",
+    ),
+    "no_bleed": (
+        "it keeps its charge: {}",
+        "The 50 MOhm resistor from this row to ground is missing.",
+    ),
+    "small_bleed": (
+        "it loses its charge through {} megohms, not 50",
+        "Fit the right resistor from this row to ground; look for flux beside it, and for damp in "
+        "the membrane.",
+    ),
+    "no_row_capacitor": (
+        "about {} pF to ground, not 150",
+        "The row's capacitor to ground is missing, or its joint is open.",
+    ),
+    "long_lead": (
+        "about {} pF to ground, not 150",
+        "Shorten this row's lead, or keep it away from ground and shields.",
+    ),
+    "noisy": (
+        "it scatters by {} counts, the others by {}",
+        "A contact crackles: fasten this row's lead and plug.",
+    ),
+    # --- taxels
+    "short_taxel": (
+        "its row touches its column",
+        "There is a hole in the dielectric here: patch the membrane.",
+    ),
+    "dead": (
+        "{} pF, where the others have {}",
+        "The film is cracked here. Play goes on with a guess in its place.",
+    ),
+    # --- with a hand
+    "mirrored": (
+        "touches are felt mirrored, {}",
+        "The plug is in the wrong way round, or the list in the wiring file is: reverse it.",
+    ),
+    "turned": (
+        "rows feel what columns should",
+        "Rows and columns are exchanged: swap the two plugs or the two lists.",
+    ),
+    "stiff": (
+        "it feels {} % of what it should",
+        "The membrane is stiff or loose here. Play goes on with a guess in its place.",
+    ),
+}
+
+
+def fault(code: str, name: str, *figures: object) -> Row:
+    """Return the row of a fault: a key of `SENTENCES`, what has it ("row 2"), and its figures."""
+    found, advice = SENTENCES[code]
+    return Row(name, Verdict.FAULT, found.format(*figures), advice, code)

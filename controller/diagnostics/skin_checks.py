@@ -1,36 +1,39 @@
-"""Checks of the skin from frames that nothing touches; pure."""
+"""Checks of the skin from frames that nothing touches, among them its calibration; pure."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.diagnostics.report import Row, Verdict
 from controller.recognition import drift
-from controller.recognition.frames import PreprocessSettings
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.dead_taxels import MOST, TaxelInterpolator, without_lead
+from controller.recognition.frames import Frame, PreprocessSettings
+from controller.recognition.preprocess import Prepared, Preprocessor
+from controller.recognition.sensor_health import taxel_names
 from controller.recordings.quality import taxels
-from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD
 
 Frames = NDArray[np.float32]  # (n, rows, columns), pF
 Mask = NDArray[np.bool_]  # (rows, columns)
 
 IDLE_S: Final = 6.0  # so long nothing should touch
+CALIBRATION_S: Final = 10.0  # paper, section 4.1
 HOLD_S: Final = (0.6, 3.0)  # of a press, the least and the most
 _FINE: Final = 0.02  # scatter of z that is left in the mean of a press
-_RESTLESS: Final = 0.15  # mean |z - 1| of a skin that is not at rest
-_FALL: Final = 0.012  # of all taxels in four seconds: four times what sound orbs drift by
-_MEDIAN: Final = 1.25  # how much more a median scatters than a mean
+_MOVED: Final = 0.012  # of all taxels in some seconds: four times what sound orbs drift by
+_SURE: Final = 9.0  # times the noise of such a drift, divided by idle: four medians of |z - 1|
 _STEADY_KPA: Final = 0.02  # what a pressure sensor scatters by
 _LEAK_KPA: Final = 0.2  # a minute
 _RISE_KPA: Final = 0.01  # that a second of pumping brings at least
-_STARTS: Final = 4.0  # of the pump, a minute
 _PUMPED_S: Final = 2.0  # of pumping that tell whether it works
 _USUAL_PF: Final = (15.0, 120.0)
+_SETTLES_S: Final = 2.0  # at most, until the first second is still
+_MOVES_S: Final = 0.3  # so long something has to be felt
+_NOISY: Final = 0.09  # mean |z - 1|; a preset as noisy as the paper's figures imply has 0.05
+_OTHER: Final = 0.08  # ln C against the last calibration: of all taxels, of a line
+_LINE: Final = 0.15
 
 _ADVICE: Final = {
     "stuck": "Its reading never changes: look at the lead, and at the converter's input.",
@@ -42,91 +45,79 @@ _ADVICE: Final = {
 _CODE: Final = {"loose": "open"}
 
 
-@dataclass(frozen=True, slots=True)
-class PressureReading:
-    """The air in one frame.
-
-    Attributes:
-        t_s: When.
-        kpa: The pressure.
-        pumping: Whether the pump shall run.
-    """
+class PressureReading(NamedTuple):
+    """The air in one frame: when, its pressure, and whether the pump shall run."""
 
     t_s: float
     kpa: float
     pumping: bool
 
 
-def air(samples: Sequence[PressureReading], problem: str) -> list[Row]:
-    """Return how pump and hose do.
-
-    Args:
-        samples: Frame by frame.
-        problem: What the pump's own limits say; "" if nothing.
-    """
+def air(samples: Sequence[PressureReading], problem: str) -> Row:
+    """Return how pump and hose do, frame by frame; `problem` is what the pump's limits say."""
     last = samples[-1]
-    found = f"{last.kpa:.2f} kPa"
-    if last.kpa < -0.3:
-        advice = "Check supply and lead of the pressure sensor; the pump stays off meanwhile."
-        return [Row("pressure", Verdict.FAULT, found, advice, "no_pressure_sensor")]
-    still = [a for a in samples if a.pumping == last.pumping]
-    for i in range(len(samples) - 1, 0, -1):  # the latest stretch in which the pump did one thing
-        if samples[i - 1].pumping != last.pumping:
-            still = list(samples[i:])
-            break
-    seconds = still[-1].t_s - still[0].t_s
-    rise = float(np.median([a.kpa for a in still[-5:]]) - np.median([a.kpa for a in still[:5]]))
+    first = next((i + 1 for i in range(len(samples) - 1, -1, -1)
+                  if samples[i].pumping != last.pumping), 0)  # fmt: skip
+    kpa = np.array([sample.kpa for sample in samples[first:]])  # while the pump did one thing
+    seconds = last.t_s - samples[first].t_s
+    rise, found = float(np.median(kpa[-5:]) - np.median(kpa[:5])), f"{last.kpa:.2f} kPa"
+    if problem:
+        return Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")
     if last.pumping and seconds >= _PUMPED_S and rise < _RISE_KPA * seconds:
         advice = "Listen whether it runs; look at its transistor and its hose."
         words = f"{found} after {seconds:.0f} s of pumping"
-        return [Row("pump", Verdict.FAULT, words, advice, "pump_dead")]
+        return Row("pump", Verdict.FAULT, words, advice, "pump_dead")
     if not last.pumping and rise > _STEADY_KPA + _RISE_KPA * seconds:
         advice = "Cut the pump's supply: its transistor does not switch off."
         words = f"the pressure rises to {found} with the pump off"
-        return [Row("pump", Verdict.FAULT, words, advice, "pump_stuck")]
-    if problem:
-        return [Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")]
-    kpa, minutes = np.array([a.kpa for a in samples]), (last.t_s - samples[0].t_s) / 60.0
-    starts = sum(b.pumping and not a.pumping for a, b in pairwise(samples))
-    often = starts > 1 + _STARTS * minutes and np.abs(np.diff(kpa)).mean() < _STEADY_KPA
-    lost = not last.pumping and -rise > _STEADY_KPA + _LEAK_KPA * seconds / 60.0
-    if often or lost:
-        words = f"{found}; the pump ran {starts} times in {60.0 * minutes:.0f} s"
+        return Row("pump", Verdict.FAULT, words, advice, "pump_stuck")
+    if not last.pumping and -rise > _STEADY_KPA + _LEAK_KPA * seconds / 60.0:
         advice = "Look at hose, valve and seam: soap water shows where it bubbles."
-        return [Row("air", Verdict.FAULT, words, advice, "air_leak")]
-    return [Row("air", Verdict.GOOD, found)]
+        words = f"the pressure falls to {found} with the pump off"
+        return Row("air", Verdict.FAULT, words, advice, "air_leak")
+    return Row("air", Verdict.GOOD, found)
 
 
 def rest(frames: Frames, rate_hz: float) -> list[Row]:
     """Return whether anything touched the skin, and whether it drifts; frames at rest, in order."""
-    stage = Preprocessor(PreprocessSettings(rate_hz=rate_hz), *frames.shape[1:], mend=False)
-    steps = [stage.step(frame) for frame in frames]
+    steps = _steps(frames, rate_hz)
     if not any(step.ready for step in steps):
-        return [Row(
-            "rest", Verdict.FAULT, f"no quiet second in {len(frames) / rate_hz:.0f} s",
-            "Take hands and things off the orb, and start again.", "touched",
-        )]  # fmt: skip
-    middle = float(np.median(frames))
-    rows = [Row("rest", Verdict.GOOD, f"scatters by {100 * steps[-1].idle:.1f} %")]
+        return [_touched(f"no quiet second in {len(frames) / rate_hz:.0f} s")]
+    middle, idle = float(np.median(frames)), steps[-1].idle
+    rows = [Row("rest", Verdict.GOOD, f"scatters by {100 * idle:.1f} %")]
     if not _USUAL_PF[0] < middle < _USUAL_PF[1]:
-        rows.append(Row(
-            "level", Verdict.DOUBTFUL, f"{middle:.1f} pF, where some 41 are usual",
-            "Is the orb inflated, and the right wiring file in use?", "level",
-        ))  # fmt: skip
-    third = max(1, len(frames) // 3)
-    before, after = frames[:third].mean(axis=0), frames[-third:].mean(axis=0)
-    if (before > 0.0).all() and (after > 0.0).all():
-        causes = drift.causes(before, after)
-        minutes = (len(frames) - third) / rate_hz / 60.0
-        scatter = float(np.median(frames[:third].std(axis=0) / before))
-        noise = scatter * _MEDIAN * np.sqrt(2.0 / (third * before.size))
-        if -causes.common > _FALL + 4.0 * noise:
-            rows.append(Row(
-                "air", Verdict.FAULT,
-                f"all taxels lose {-100 * causes.common / minutes:.0f} % a minute",
-                "The orb leaks air: look at hose and valve, and pump it up.", "air_leak",
-            ))  # fmt: skip
+        words = f"{middle:.1f} pF, where some 41 are usual"
+        advice = "Is the orb inflated, and the right wiring file in use?"
+        rows.append(Row("level", Verdict.DOUBTFUL, words, advice, "level"))
+    moved = _drift(frames, without_lead(frames.mean(axis=0)), idle)
+    if moved < 0.0:
+        minutes = len(frames) * 2 / 3 / rate_hz / 60.0
+        words = f"all taxels lose {-100 * moved / minutes:.0f} % a minute"
+        advice = "The orb leaks air: look at hose and valve, and pump it up."
+        rows.append(Row("air", Verdict.FAULT, words, advice, "air_leak"))
     return rows
+
+
+def _steps(frames: Frames, rate_hz: float) -> list[Prepared]:
+    """Return what preprocessing makes of frames, without interpolation."""
+    stage = Preprocessor(PreprocessSettings(rate_hz=rate_hz), *frames.shape[1:], mend=False)
+    return [stage.step(frame) for frame in frames]
+
+
+def _touched(why: str) -> Row:
+    advice = "Take hands and things off the orb, and start again."
+    return Row("rest", Verdict.FAULT, why, advice, "touched")
+
+
+def _drift(frames: Frames, lost: Mask, idle: float) -> float:
+    """Return by how much all taxels alike have drifted, ln C; 0.0 if that is within the noise."""
+    third = max(1, len(frames) // 3)
+    ends = (np.maximum(part.mean(axis=0), 0.01) for part in (frames[:third], frames[-third:]))
+    before, after = (np.log(end[~lost]) for end in ends)
+    if not before.size:
+        return 0.0
+    moved = float(np.median(after - before))
+    return moved if abs(moved) > _MOVED + _SURE * idle / np.sqrt(third * before.size) else 0.0
 
 
 def hold_s(idle: Frames, rate_hz: float) -> float:
@@ -137,18 +128,15 @@ def hold_s(idle: Frames, rate_hz: float) -> float:
 
 
 def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
-    """Return what frames say of single taxels.
+    """Return what frames at rest and frames under presses, if any, say of single taxels.
 
-    Args:
-        idle: Frames of the untouched skin, (n, rows, columns).
-        touched: Frames under presses here and there; may be none.
-        bad: Taxels of which is known that they are of no use.
+    Those of which is known that they are of no use, `bad`, are left out; what is found is added.
     """
     frames = np.concatenate([idle, touched])
     level = idle.mean(axis=0)
     change = (frames / np.where(level > 0.01, level, np.inf) - 1.0).astype(np.float32)
     change[:, level <= 0.01] = 0.0
-    response = Response(
+    response = taxels.Response(
         change,
         np.abs(change).mean(axis=(1, 2), dtype=np.float64),
         known=np.ones(len(frames), dtype=np.bool_),
@@ -163,4 +151,82 @@ def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
         code = _CODE.get(one.kind, one.kind)
         rows.append(Row(name, verdict, found, _ADVICE[one.kind], code))
         bad |= one.mask if one.useless else False
+    return rows
+
+
+# --- calibration ----------------------------------------------------------------------------------
+
+
+def calibrate(
+    frames: Frames, rate_hz: float, last: Frame | None = None, *, anyway: bool = False
+) -> tuple[list[Row], Frame | None, float]:
+    """Return the rows on a calibration, its rest image (None: refused) and its noise.
+
+    Args:
+        frames: Of an untouched sensor, (n, rows, columns), pF.
+        rate_hz: Frames per second.
+        last: What the same sensor read when it was calibrated before, (rows, columns).
+        anyway: Keep it although something seems to lie there.
+    """
+    steps = _steps(frames, rate_hz)
+    late = not any(step.ready for step in steps[: max(1, round((1.0 + _SETTLES_S) * rate_hz))])
+    restless = [step.ready and not step.quiet for step in steps]
+    run = max(2, round(_MOVES_S * rate_hz))
+    if late or any(all(restless[i : i + run]) for i in range(len(steps) - run + 1)):
+        return [_touched("something moved on it")], None, 0.0
+    rest, idle = frames.mean(axis=0), steps[-1].idle
+    lost = without_lead(rest)
+    if not (rest > 0.0).any() or lost.mean() > MOST:
+        words = "no taxel reads anything" if lost.all() else f"{taxel_names(lost)}: no signal"
+        return [Row("rest", Verdict.FAULT, words, "Run: controller doctor", "leads")], None, 0.0
+    known = last if last is not None and last.shape == rest.shape and last.min() > 0.0 else None
+    if known is not None and not anyway and (place := _lies(rest, lost, known)):
+        return [_touched(f"something seems to lie on it, near {place}")], None, 0.0
+    rows = list(_doubts(frames, lost, idle))
+    if known is not None and not lost.any():
+        rows += _changes(rest, known)
+    if not rows:
+        words = f"{rest[~lost].mean():.1f} pF (SD {rest[~lost].std():.1f})"
+        rows = [Row("rest", Verdict.GOOD, f"{words}, scatters by {100 * idle:.1f} %")]
+    return rows, np.maximum(rest, 0.01).astype(np.float32), idle
+
+
+def _lies(rest: Frame, lost: Mask, last: Frame) -> str:
+    """Return the taxel on which something lies, by the change since the last calibration, or ""."""
+    z = rest.astype(np.float64) / last
+    change = z / np.median(z[~lost]) - 1.0
+    change = TaxelInterpolator(*change.shape).fill(change, lost) if lost.any() else change
+    if np.abs(change).mean() <= PreprocessSettings().gate or drift.shape(change) != "touch":
+        return ""
+    row, column = np.unravel_index(int(change.argmin()), change.shape)
+    return f"taxel ({row},{column})"
+
+
+def _doubts(frames: Frames, lost: Mask, idle: float) -> list[Row]:
+    """Return doubts about a usable sensor."""
+    rows = []
+    if lost.any():
+        words = f"{taxel_names(lost)}: no signal; play goes on without"
+        rows.append(Row("leads", Verdict.DOUBTFUL, words, "Run: controller doctor", "leads"))
+    if idle > _NOISY:
+        words = f"readings scatter by {100 * idle:.0f} %"
+        rows.append(Row("noise", Verdict.DOUBTFUL, words, "Run: controller doctor", "noise"))
+    if moved := _drift(frames, lost, idle):
+        words = f"all taxels drifted by {100 * moved:+.1f} % in {CALIBRATION_S:.0f} s"
+        advice = "Wait until the orb is inflated and warm; does it leak?"
+        rows.append(Row("drift", Verdict.DOUBTFUL, words, advice, "drift"))
+    return rows
+
+
+def _changes(rest: Frame, last: Frame) -> list[Row]:
+    """Return how rest, (rows, columns), has changed since the last time, by cause."""
+    why, rows = drift.causes(last, np.maximum(rest, 0.01)), []
+    if abs(why.common) > _OTHER:
+        words = f"all taxels {100 * np.expm1(why.common):+.0f} % since the last time"
+        advice = "Pump the orb to its usual pressure." if why.common < 0 else ""
+        rows.append(Row("pressure", Verdict.DOUBTFUL, words, advice, "pressure"))
+    for word, sizes in (("row", why.rows), ("column", why.columns)):
+        for i in np.flatnonzero(np.abs(sizes) > _LINE).tolist():
+            words = f"{100 * np.expm1(sizes[i]):+.0f} % against the others since the last time"
+            rows.append(Row(f"{word} {i}", Verdict.DOUBTFUL, words, "Look at its lead.", "line"))
     return rows

@@ -1,19 +1,18 @@
-"""The computer: libraries, disk, permissions, clock. Each check is one row or a few."""
+"""The computer: the inference engine, disk, clock, and a link. Each check is one row."""
 
-import importlib.metadata
-import importlib.util
 import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 from controller.diagnostics.report import Row, Verdict
-from controller.errors import how_to_install
+from controller.links import LinkError, open_link
+from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 
 _PROBE_S: Final = 60.0  # importing takes 7 s on the slowest machine tried
 _PROBE: Final = (
@@ -23,35 +22,22 @@ _PROBE: Final = (
     "from pathlib import Path\n"
     "print(Recognizer(bundle.read(Path(sys.argv[1])), 'onnxruntime').engine)\n"
 )
-_LIBRARIES: Final = (("numpy", "numpy"), ("pyserial", "serial"), ("platformdirs", "platformdirs"))
-_PI_LIBRARIES: Final = (("gpiozero", "gpiozero"), ("lgpio", "lgpio"), ("spidev", "spidev"))
+_OTHER: Final = "Try another version: pip install 'onnxruntime==1.20.1'"
 _LITTLE: Final = 200e6  # bytes free: a session of ten minutes takes some 3 MB
-_NOTHING: Final = 10e6
 _BEATS: Final = 40  # wake-ups of the clock check
 _BEAT_S: Final = 0.02
 _LATE_S: Final = (0.005, 0.05)  # the worst wake-up: doubtful, and half of a frame at 10 Hz
-
-
-def libraries(bundle: Path, *, pi: bool) -> Iterator[Row]:
-    """Yield a row on each library; ONNX Runtime is tried in a process of its own.
-
-    Args:
-        bundle: The networks that it shall run: it has to give their golden answers.
-        pi: Whether the libraries of a real orb are needed.
-    """
-    for name, module in (*_LIBRARIES, *(_PI_LIBRARIES if pi else ())):
-        if importlib.util.find_spec(module) is None:
-            advice = (
-                how_to_install("pi") if (name, module) in _PI_LIBRARIES else f"pip install {name}"
-            )
-            yield Row(name, Verdict.FAULT, "not installed", advice, "library")
-        else:
-            yield Row(name, Verdict.GOOD, _version(name))
-    yield runtime(bundle)
+_WELCOME: Final = Welcome(
+    VERSION, 1, "doctor", "OrbTouch", False, 1, 1, 10.0, 10.0, HEARTBEAT_MS, DEADMAN_MS,
+    ("null",), ("pause",),
+)  # fmt: skip
 
 
 def runtime(bundle: Path, python: str = sys.executable) -> Row:
-    """Return how ONNX Runtime does: imported and asked in a child, as it crashes on some boards."""
+    """Return how ONNX Runtime does: imported and asked in a child, as it crashes on some boards.
+
+    It has to give the golden answers of the bundle's networks.
+    """
     name = "onnxruntime"
     try:
         done = subprocess.run(
@@ -59,19 +45,11 @@ def runtime(bundle: Path, python: str = sys.executable) -> Row:
             capture_output=True, text=True, timeout=_PROBE_S, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return Row(
-            name, Verdict.FAULT, f"no answer within {_PROBE_S:.0f} s",
-            "Install another version: pip install 'onnxruntime==1.20.1'", "runtime_hangs",
-        )  # fmt: skip
-    except OSError as error:
-        return Row(name, Verdict.UNKNOWN, f"cannot start {python}: {error.strerror}")
-    if done.returncode < 0 or done.returncode > 128:
-        number = -done.returncode if done.returncode < 0 else done.returncode - 128
-        return Row(
-            name, Verdict.FAULT, f"crashes (signal {number})",
-            "This build does not suit the processor; try another version: "
-            "pip install 'onnxruntime==1.20.1'", "runtime_crashes",
-        )  # fmt: skip
+        found = f"no answer within {_PROBE_S:.0f} s"
+        return Row(name, Verdict.FAULT, found, _OTHER, "runtime_hangs")
+    if done.returncode < 0:
+        found = f"crashes (signal {-done.returncode})"
+        return Row(name, Verdict.FAULT, found, _OTHER, "runtime_crashes")
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         advice = "pip install --force-reinstall onnxruntime, or choose another --bundle"
@@ -81,48 +59,21 @@ def runtime(bundle: Path, python: str = sys.executable) -> Row:
 
 def disk(folder: Path) -> Row:
     """Return whether a folder can be written to and has room."""
-    name = "disk"
     place = next((p for p in (folder, *folder.parents) if p.is_dir()), Path())
     try:
         free = shutil.disk_usage(place).free
-        probe = place / f".orbtouch-doctor-{os.getpid()}"
-        try:
-            with probe.open("xb", buffering=0) as file:
-                file.write(b"doctor")
-                os.fsync(file.fileno())
-        finally:
-            with suppress(OSError):
-                probe.unlink()
+        with tempfile.TemporaryFile(dir=place, buffering=0) as file:
+            file.write(b"doctor")
+            os.fsync(file.fileno())
     except OSError as error:
-        reason = error.strerror or str(error)
-        return Row(
-            name, Verdict.FAULT, f"cannot write to {place}: {reason}",
-            "Make the folder writable, or start the program as its owner.", "disk",
-        )  # fmt: skip
+        found = f"cannot write to {place}: {error.strerror or error}"
+        advice = "Make the folder writable, or start the program as its owner."
+        return Row("disk", Verdict.FAULT, found, advice, "disk")
     found = f"{free / 1e9:.1f} GB free at {place}"
     if free < _LITTLE:
-        verdict = Verdict.FAULT if free < _NOTHING else Verdict.DOUBTFUL
-        return Row(name, verdict, found, "Make room: a long session takes tens of MB.", "disk")
-    return Row(name, Verdict.GOOD, found)
-
-
-def permissions(root: Path = Path("/dev")) -> Iterator[Row]:
-    """Yield a row on each device of a Raspberry Pi that a real orb needs."""
-    for name, pattern, group, switch in (
-        ("SPI bus", "spidev*", "spi", "switch SPI on with raspi-config, and start anew"),
-        ("pins", "gpiochip*", "gpio", "is this a Raspberry Pi?"),
-    ):
-        found = sorted(root.glob(pattern))
-        if not found:
-            advice = switch[0].upper() + switch[1:] + ("" if switch.endswith("?") else ".")
-            yield Row(name, Verdict.FAULT, f"there is no {root / pattern}", advice, "no_device")
-        elif closed := [path for path in found if not os.access(path, os.R_OK | os.W_OK)]:
-            yield Row(
-                name, Verdict.FAULT, f"{closed[0]} may not be opened",
-                f"sudo usermod -aG {group} $USER, then log in anew.", "permission",
-            )  # fmt: skip
-        else:
-            yield Row(name, Verdict.GOOD, ", ".join(str(path) for path in found))
+        advice = "Make room: a long session takes tens of MB."
+        return Row("disk", Verdict.DOUBTFUL, found, advice, "disk")
+    return Row("disk", Verdict.GOOD, found)
 
 
 def clock(
@@ -144,8 +95,10 @@ def clock(
     return Row("clock", worse, found, advice, "late")
 
 
-def _version(name: str) -> str:
+def link(url: str) -> Row:
+    """Return whether a link, named as of `controller --link`, can be opened."""
     try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return "version unknown"
+        open_link(url, _WELCOME).close()
+    except LinkError as error:
+        return Row("link", Verdict.FAULT, str(error), "Choose another --link.", "link")
+    return Row("link", Verdict.GOOD, f"{url} can be opened")

@@ -7,13 +7,13 @@ Pure: frames in, rows of the doctor's table out.
 
 from collections.abc import Iterator
 from functools import cache
+from itertools import combinations, product
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.messages import fault
-from controller.diagnostics.report import Row, Verdict
+from controller.diagnostics.report import Row, fault
 from controller.recognition.dead_taxels import DEAD, TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
@@ -28,7 +28,6 @@ _HOLD_S: Final = 1.0
 _FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
 _BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
 _STIFF: Final = (DEAD, 0.35)  # of what its neighbours predict, and of what the dome should feel
-_WEAK: Final = (0.6, 0.7)
 
 
 def places(rows: int, columns: int) -> tuple[Place, ...]:
@@ -55,16 +54,7 @@ def pressed(
     off_mm: complex = 0j,
     depth_mm: float = DEPTH_MM,
 ) -> Array:
-    """Return z - 1 of a simulated dome under one press, (rows, columns).
-
-    Args:
-        rows: Of the dome.
-        columns: The same.
-        pitch_mm: Distance of two taxels.
-        place: Which taxel is meant.
-        off_mm: How far the finger is off, complex.
-        depth_mm: How deep it presses.
-    """
+    """Return z - 1, (rows, columns), of a simulated dome pressed so deep, so far off a taxel."""
     steps = round(_HOLD_S * MECHANICS_HZ)
     model = MechanicsModel()
     friction = float(np.mean(model.friction))
@@ -86,10 +76,8 @@ def unfelt(change: Array) -> bool:
 def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
     """Return what is wrong, as far as touches tell; [] where nothing is.
 
-    Args:
-        changes: z - 1 under each press of `places`, (places, rows, columns), noise averaged out.
-        pitch_mm: Distance of two taxels.
-        bad: Taxels that are known to be of no use, (rows, columns).
+    `changes` has z - 1 under each press of `places`, (places, rows, columns), noise averaged out,
+    and `bad` the taxels that are known to be of no use, (rows, columns).
     """
     rows, columns = bad.shape
     filler = TaxelInterpolator(rows, columns)
@@ -99,15 +87,13 @@ def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
     if turned:
         return [fault("turned", "plugs")]
     faults = list(_swaps(found))
-    straight = np.empty_like(changes)
-    straight[:, np.ix_(order_r, order_c)[0], np.ix_(order_r, order_c)[1]] = whole
-    broken = np.zeros_like(bad)
+    straight, broken = np.empty_like(changes), np.zeros_like(bad)
+    for one, part in zip(straight, whole, strict=True):
+        one[np.ix_(order_r, order_c)] = part
     broken[np.ix_(order_r, order_c)] = bad
-    for (row, column), share, verdict in _stiff(straight, model, broken, filler):
-        own = order_r.index(row), order_c.index(column)
-        code = "stiff" if verdict is Verdict.FAULT else "weak"
-        faults.append(fault(code, f"taxel ({own[0]},{own[1]})", f"{100 * share:.0f}",
-                           verdict=verdict))  # fmt: skip
+    for (row, column), share in _stiff(straight, model, broken, filler):
+        name = f"taxel ({order_r.index(row)},{order_c.index(column)})"
+        faults.append(fault("stiff", name, f"{100 * share:.0f}"))
     return faults
 
 
@@ -118,11 +104,10 @@ def _orders(count: int) -> dict[str, Order]:
     """Return how electrodes may be wired: straight, two swapped, or all reversed."""
     straight = list(range(count))
     orders = {"": straight}
-    for i in range(count):
-        for k in range(i + 1, count):
-            swapped = straight.copy()
-            swapped[i], swapped[k] = k, i
-            orders[f"{i},{k}"] = swapped
+    for i, k in combinations(straight, 2):
+        swapped = straight.copy()
+        swapped[i], swapped[k] = k, i
+        orders[f"{i},{k}"] = swapped
     if count > 3:
         orders["mirrored"] = straight[::-1]
     elif count == 3:
@@ -138,22 +123,15 @@ def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, b
     seen, model = _pattern(seen), _pattern(model)
     _, rows, columns = seen.shape
     ways_r, ways_c = _orders(rows), _orders(columns)
-    turns = (False, True) if rows == columns else (False,)
-    straight = (ways_r[""], ways_c[""])
     right = float((seen * model).sum())
-    best = (right + _BETTER * len(seen), ("", ""), *straight, False)
-    for turned in turns:
+    best = (right + _BETTER * len(seen), ("", ""), ways_r[""], ways_c[""], False)
+    for turned in (False, True) if rows == columns else (False,):
         base = model.transpose(0, 2, 1) if turned else model
-        # like[i, p, j, q]: how alike electrodes i, j are to places p, q, over all presses
-        like = np.einsum("kij,kpq->ipjq", seen, base)
-        for name_r, way_r in ways_r.items():
-            part = like[np.arange(rows), way_r]  # (rows, columns, places in x)
-            across = part.sum(axis=0)
-            for name_c, way_c in ways_c.items():
-                score = float(across[np.arange(columns), way_c].sum())
-                if score > best[0] + 1e-9 and (name_r or name_c or turned):
-                    best = (score, (name_r, name_c), way_r, way_c, turned)
-    return best[1], best[2], best[3], best[4]
+        for (name_r, way_r), (name_c, way_c) in product(ways_r.items(), ways_c.items()):
+            score = float((seen * base[:, way_r][:, :, way_c]).sum())
+            if score > best[0] + 1e-9 and (name_r or name_c or turned):
+                best = (score, (name_r, name_c), way_r, way_c, turned)
+    return best[1:]
 
 
 def _pattern(changes: Array) -> Array:
@@ -177,7 +155,7 @@ def _swaps(found: tuple[str, str]) -> Iterator[Row]:
 
 def _stiff(
     changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator
-) -> Iterator[tuple[Place, float, Verdict]]:
+) -> Iterator[tuple[Place, float]]:
     """Yield taxels that feel too little of `model`, (places, rows, columns), and their share."""
     around = np.array([filler.around(change) for change in changes])
     by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
@@ -186,6 +164,4 @@ def _stiff(
     for row, column in np.argwhere(~bad).tolist():
         others, dome = by_others[row, column], by_model[row, column]
         if others < _STIFF[0] and dome < _STIFF[1]:
-            yield (row, column), max(0.0, float(dome)), Verdict.FAULT
-        elif others < _WEAK[0] and dome < _WEAK[1]:
-            yield (row, column), max(0.0, float(dome)), Verdict.DOUBTFUL
+            yield (row, column), max(0.0, float(dome))

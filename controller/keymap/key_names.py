@@ -12,19 +12,12 @@ EXTENDED: Final = 0xE000  # scan codes that the keyboard sends after a byte E0
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Codes of one key.
+    """Codes of one key."""
 
-    Attributes:
-        evdev: Linux: linux/input-event-codes.h, KEY_ or BTN_.
-        keysym: X11: X11/keysymdef.h.
-        mac: macOS: a virtual key code of Carbon's Events.h; -1: none.
-        scan: Windows: scan code of set 1, plus `EXTENDED` after a byte E0.
-    """
-
-    evdev: int
-    keysym: int
-    mac: int
-    scan: int
+    evdev: int  # Linux: linux/input-event-codes.h, KEY_ or BTN_
+    keysym: int  # X11: X11/keysymdef.h
+    mac: int  # macOS: a virtual key code of Carbon's Events.h; -1: none
+    scan: int  # Windows: scan code of set 1, plus `EXTENDED` after a byte E0
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +118,7 @@ Chord = tuple[str, ...]  # keys in the order of their presses; the last one is t
 def danger(keys: Collection[str], allowed: Collection[Chord]) -> str:
     """Return the dangerous chord among keys held together, "" if there is none.
 
-    Args:
-        keys: The held keys.
-        allowed: Chords that the user permits, if no other key is held with them.
+    A chord in `allowed` is permitted if no other key is held with it.
     """
     down = {_SIDES.get(key, key) for key in keys}
     for chord in DANGEROUS:

@@ -27,18 +27,11 @@ class Stroke:
 
 @dataclass(slots=True)
 class _Hold:
-    """One command's hold on its keys.
-
-    Attributes:
-        press: Its keys.
-        next_s: Time of the next release or, if they are up, press.
-        again_s: Time of the next press, once they are up.
-        down: Whether they are down.
-    """
+    """One command's hold on its keys."""
 
     press: Press
-    next_s: float
-    again_s: float = 0.0
+    next_s: float  # time of the next release or, if they are up, press
+    again_s: float = 0.0  # time of the next press, once they are up
     down: bool = False
 
 
@@ -55,13 +48,7 @@ class KeyState:
     """
 
     def __init__(self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0) -> None:
-        """Begin without held keys, in the first profile.
-
-        Args:
-            key_map: The mapping.
-            armed: Whether to begin armed.
-            gap_s: Pause before a held key is pressed again, seconds.
-        """
+        """Begin in the first profile; after `gap_s` seconds a held key is pressed again."""
         self.armed = armed
         self.profile = key_map.first
         self.down: list[str] = []

@@ -1,7 +1,7 @@
 """Keyboard of the program's terminal, also over SSH.
 
 A thread reads, so that the time of each key is independent of the scans; `poll` never blocks. The
-terminal's state is restored when the program ends or is suspended, except after SIGKILL: type
+terminal's state is restored when the program ends or is suspended; after SIGKILL and SIGQUIT, type
 `reset`.
 """
 
@@ -12,7 +12,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Final, Protocol, TextIO
@@ -42,17 +42,10 @@ class Keyboard(Protocol):
 
 
 @contextmanager
-def keyboard(
-    stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic
-) -> Iterator[Keyboard | None]:
-    """Read the keys of a terminal for as long as the context lasts; in the main thread only.
+def keyboard(stream: TextIO | None = None) -> Iterator[Keyboard | None]:
+    """Read the keys of a terminal, or standard input, during the context; in the main thread only.
 
-    Args:
-        stream: Of the terminal; standard input if not given.
-        clock: Monotonic clock, seconds.
-
-    Yields:
-        The keyboard; None without a terminal, or if another program uses it.
+    It yields None without a terminal, or if another program uses it.
     """
     stream = sys.stdin if stream is None else stream
     if stream is None or not stream.isatty():
@@ -60,7 +53,7 @@ def keyboard(
     elif sys.platform == "win32":
         yield WindowsKeyboard()
     else:
-        with posix_keyboard(stream.fileno(), clock) as found:
+        with posix_keyboard(stream.fileno()) as found:
             yield found
 
 
@@ -95,17 +88,13 @@ else:
     import termios
 
     @contextmanager
-    def posix_keyboard(handle: int, clock: Callable[[], float]) -> Iterator[Keyboard | None]:
+    def posix_keyboard(handle: int) -> Iterator[Keyboard | None]:
         """Read the keys of the terminal at a file descriptor."""
         if not _in_foreground(handle):  # in the background, reading would suspend the program
             yield None
             return
-        found = PosixKeyboard(handle, clock)
-        handlers = {
-            signal.SIGTSTP: found.suspend,
-            signal.SIGCONT: found.resume,
-            signal.SIGQUIT: found.quit,
-        }
+        found = PosixKeyboard(handle)
+        handlers = {signal.SIGTSTP: found.suspend, signal.SIGCONT: found.resume}
         before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
         try:
             found.resume()
@@ -118,9 +107,9 @@ else:
     class PosixKeyboard:
         """The keyboard of a terminal of a system that has termios."""
 
-        def __init__(self, handle: int, clock: Callable[[], float]) -> None:
+        def __init__(self, handle: int) -> None:
             """Prepare; `resume` begins to read."""
-            self._handle, self._clock = handle, clock
+            self._handle = handle
             self._before = termios.tcgetattr(handle)
             self._screen = _screen(handle)
             self._events: queue.SimpleQueue[tuple[float, KeyEvent | Signal]] = queue.SimpleQueue()
@@ -136,7 +125,7 @@ else:
         def poll(self) -> list[Timed]:
             """Return the events since the last call, and how long ago."""
             events: list[Timed] = []
-            now_s = self._clock()
+            now_s = time.monotonic()
             with contextlib.suppress(queue.Empty):
                 while True:
                     at_s, event = self._events.get_nowait()
@@ -163,12 +152,6 @@ else:
             signal.signal(signal.SIGTSTP, before)  # after the suspension
             self.resume()
 
-        def quit(self, number: int, frame: FrameType | None) -> None:
-            """Restore the terminal and end with SIGQUIT."""
-            self._restore()
-            signal.signal(signal.SIGQUIT, signal.SIG_DFL)
-            os.kill(os.getpid(), signal.SIGQUIT)
-
         def close(self) -> None:
             """Restore the terminal, and end the thread."""
             self._restore()
@@ -193,7 +176,7 @@ else:
                 with contextlib.suppress(termios.error):
                     termios.tcsetattr(self._handle, termios.TCSAFLUSH, self._before)
                 # No releases follow, and characters go to another program.
-                self._events.put((self._clock(), Signal.AWAY))
+                self._events.put((time.monotonic(), Signal.AWAY))
 
         def _write(self, data: bytes) -> None:
             if self._screen >= 0:
@@ -224,13 +207,12 @@ else:
                 elif event in _SIGNALS:
                     os.killpg(0, _SIGNALS[event])  # as the terminal does in its usual mode
                 else:
-                    self._events.put((self._clock(), event))
+                    self._events.put((time.monotonic(), event))
             return bool(data) or not _hung_up(self._handle)
 
     _SIGNALS: Final[dict[KeyEvent | Signal, signal.Signals]] = {
         Signal.INTERRUPT: signal.SIGINT,
         Signal.SUSPEND: signal.SIGTSTP,
-        Signal.QUIT: signal.SIGQUIT,
     }
 
     def _in_foreground(handle: int) -> bool:

@@ -42,17 +42,12 @@ class Signal(Enum):
 
     INTERRUPT = auto()  # Ctrl-C, where the terminal sends every key
     SUSPEND = auto()  # Ctrl-Z
-    QUIT = auto()  # Ctrl-\
     AWAY = auto()  # the window lost the focus: no releases follow
     SPEAKS_KITTY = auto()  # an answer to QUERY
     ANSWERED = auto()  # the end of the answers to QUERY
 
 
-_CONTROLS: Final = {
-    ord("c"): Signal.INTERRUPT,
-    ord("z"): Signal.SUSPEND,
-    ord("\\"): Signal.QUIT,
-}
+_CONTROLS: Final = {ord("c"): Signal.INTERRUPT, ord("z"): Signal.SUSPEND}
 
 QUERY: Final = b"\x1b[?u\x1b[c"  # kitty's protocol, and a query that every terminal answers
 # Enables presses and releases of all keys, on any layout, and the loss of the focus.
@@ -116,13 +111,10 @@ def _decode(parameters: bytes, final: int) -> KeyEvent | Signal | None:
 
 
 def _key(code: int, base: int, modifiers: int, event: int) -> KeyEvent | Signal | None:
-    """Return the event of a key in kitty's protocol.
+    """Return the event of a key in kitty's protocol: 1 down, 2 repeated, 3 up.
 
-    Args:
-        code: The key in the user's layout.
-        base: The key there on an American keyboard, 0 if left out: a French 1 is "&".
-        modifiers: Bits.
-        event: 1 down, 2 repeated, 3 up.
+    `code` is the key in the user's layout, `base` that on an American keyboard, 0 if left out: a
+    French 1 is "&".
     """
     if modifiers & _CONTROL and event == 1:
         return _CONTROLS.get(code if code < 128 else base)

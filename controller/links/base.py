@@ -1,18 +1,20 @@
-"""Base class of links, their errors, and the queue between a link's thread and the loop."""
+"""Base class of links, their errors, the queue to the loop, and the limit of log lines."""
 
 from __future__ import annotations
 
 import contextlib
 import queue
+import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Message, Welcome
 
+HUSH_S: Final = 10.0  # in which `LogLimit` lets each line pass once
 Item = TypeVar("Item")
 
 
@@ -26,17 +28,11 @@ class LinkAwayError(LinkError, TroubleError):
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """Access control of a link.
+    """Access control of a link."""
 
-    Attributes:
-        token: Shared secret of the hosts; "" accepts every host.
-        key: Key that authenticates every frame; b"": no authentication.
-        exposed: Accept other machines without a key.
-    """
-
-    token: str = field(default="", repr=False)
-    key: bytes = field(default=b"", repr=False)
-    exposed: bool = False
+    token: str = field(default="", repr=False)  # shared secret of the hosts; "" accepts every host
+    key: bytes = field(default=b"", repr=False)  # authenticates every frame; b"": none does
+    exposed: bool = False  # accept other machines without a key
 
 
 class Link(ABC):
@@ -74,10 +70,9 @@ class Link(ABC):
         """Send a message of the device's time `t_ms`, or drop it."""
 
     def poll(self) -> list[Message]:
-        """Return the host's new requests, oldest first.
+        """Return the host's new requests, oldest first: Hello, Contacts, Perform and Grant, Bye.
 
-        Hello begins a session and ends the one before; Contacts, Perform and Grant follow; Bye ends
-        it, also after a lost connection.
+        Hello ends an earlier session; Bye also follows a lost connection.
         """
         return []
 
@@ -89,11 +84,7 @@ class Link(ABC):
         """Allow new hosts to pair for a while; no effect on a link without pairing."""
 
     def renew(self, welcome: Welcome, reason: str) -> None:  # noqa: B027
-        """Replace the description of the device; the host gets the reason, and reconnects.
-
-        Raises:
-            ProtocolError: The Welcome does not fit in a packet.
-        """
+        """Replace the description of the device; the host gets the reason, and reconnects."""
 
     def print_record(self, record: Mapping[str, object]) -> None:  # noqa: B027
         """Print plain data that is no message, such as a cue; only the link that prints does."""
@@ -131,3 +122,22 @@ class RequestQueue(Generic[Item]):
         if not self._ready:
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._queue.get(timeout=max(timeout_s, 0.0)))
+
+
+class LogLimit:
+    """Rate limit of log lines that a peer can cause, so that none can fill the disk with them."""
+
+    def __init__(self, lines: int = 20, clock: Callable[[], float] = time.monotonic) -> None:
+        """Allow each line once within `HUSH_S`, and `lines` in all; `clock` returns seconds."""
+        self._clock = clock
+        self._logged: deque[tuple[float, str]] = deque(maxlen=lines)
+
+    def lets(self, line: str) -> bool:
+        """Return whether to log a line now."""
+        now_s = self._clock()
+        while self._logged and now_s - self._logged[0][0] >= HUSH_S:
+            self._logged.popleft()
+        if len(self._logged) == self._logged.maxlen or any(line == old for _, old in self._logged):
+            return False
+        self._logged.append((now_s, line))
+        return True

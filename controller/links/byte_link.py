@@ -13,10 +13,9 @@ import socket
 import threading
 import time
 from functools import partial
-from typing import Protocol
 
-from controller.links.base import Access, Link, RequestQueue
-from controller.links.log_limit import LogLimit
+from controller.links.base import Access, Link, LogLimit, RequestQueue
+from controller.links.ports import Stream
 from controller.protocol.device_session import DeviceSession
 from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
 from controller.protocol.packets import encode
@@ -28,22 +27,6 @@ TICK_S = 0.05  # greatest delay of a heartbeat, seconds
 LINGER_MS = 500  # greatest time for pending output when the link closes
 
 log = logging.getLogger(__name__)
-
-
-class Stream(Protocol):
-    """A non-blocking byte stream, such as a socket. A lost connection raises OSError."""
-
-    def fileno(self) -> int:
-        """Return the file descriptor for `select`."""
-
-    def recv(self, size: int, /) -> bytes:
-        """Return available bytes, b"" at the end, or raise BlockingIOError."""
-
-    def send(self, data: bytes, /) -> int:
-        """Write bytes and return how many, or raise BlockingIOError."""
-
-    def close(self) -> None:
-        """Close the stream."""
 
 
 class Peer:
@@ -78,11 +61,7 @@ class StreamLink(Link):
     patient = False
 
     def __init__(self, welcome: Welcome, access: Access) -> None:
-        """Prepare the link for `start`.
-
-        Raises:
-            ProtocolError: The Welcome does not fit in a packet.
-        """
+        """Prepare the link for `start`; ProtocolError if the Welcome does not fit in a packet."""
         encode(welcome, session=0, sequence=0, t_ms=0)  # raises before the first Hello
         self.outbox = RetransmitQueue()
         self._welcome, self._access = welcome, access

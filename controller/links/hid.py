@@ -2,9 +2,7 @@
 
 hid:                        over GATT (Bluetooth low energy), on the first adapter
 hid:hci1                    on another adapter
-hid:classic                 over classic Bluetooth
 hid:?keys=keyboard          keys in place of the pad; or the path of a mapping: docs/hid.md
-hid:?host=AA:BB:CC:DD:EE:FF for one host only
 """
 
 from __future__ import annotations
@@ -17,14 +15,14 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from controller.errors import how_to_install
-from controller.keymap import keymap_file
+from controller.keymap import keymap
 from controller.keymap.keymap import KeyMap
 from controller.links.base import LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
-from controller.links.bluetooth.hid import host_store
-from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
-from controller.links.bluetooth.hid.host_selection import HostSelection
+from controller.links.bluetooth.hid import hosts
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hosts import HostSelection
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.protocol.messages import (
@@ -38,36 +36,22 @@ from controller.protocol.messages import (
     Welcome,
 )
 
-CLASSIC = "classic"
-
 log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
-    """Register the HID device.
-
-    Raises:
-        LinkError: Bluetooth is missing or in use by another program, or the URL has a mistake.
-        KeyMapError: The mapping has a mistake.
-    """
-    head, _, query = url.partition(":")[2].partition("?")
-    words = [word for word in head.split(",") if word]
-    classic = CLASSIC in words
-    adapters = [word for word in words if word != CLASSIC]
-    adapter = adapters[0] if adapters else ""
+    """Register the HID device; LinkError or KeyMapError if that is not possible."""
+    adapter, _, query = url.partition(":")[2].partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
-    if head.startswith("//") or len(adapters) > 1 or set(options) - {"keys", "host"}:
+    if adapter.startswith("//") or set(options) - {"keys"}:
         raise LinkError(
-            f"cannot understand {url}; write hid: or hid:classic, then an adapter as in "
-            "hid:classic,hci1, then ?keys=FILE or ?host=ADDRESS (docs/hid.md)"
+            f"cannot understand {url}; write hid: or an adapter as in hid:hci1, then ?keys=FILE "
+            "(docs/hid.md)"
         )
-    host = options.get("host", "").upper()
-    if host and not host_store.is_address(host):
-        raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
-    keys = keymap_file.load(Path(options.get("keys", "gamepad")), OUTPUTS)
+    keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome.name, adapter, classic=classic, only=host)
+    return HidLink(keys, welcome.name, adapter)
 
 
 class HidLink(BluetoothLink):
@@ -81,32 +65,20 @@ class HidLink(BluetoothLink):
     dropped = 0
     connected = False
 
-    def __init__(
-        self, keys: KeyMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
-    ) -> None:
-        """Register with BlueZ.
+    def __init__(self, keys: KeyMap, name: str, adapter: str) -> None:
+        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses."""
+        from controller.links.bluetooth.hid.gatt import GattTransport
 
-        Args:
-            keys: Keys of each command.
-            name: Name of the orb for hosts.
-            adapter: Its name or address; "": the first.
-            classic: Use classic Bluetooth instead of GATT.
-            only: Address of the only host that may be active; "": any paired host.
-
-        Raises:
-            LinkError: BlueZ refuses the registration.
-        """
         self._requests: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
-        place = host_store.place()
+        place = hosts.place()
         self._device = HidDevice(
             keys,
-            HostSelection(host_store.recall(place), only, time.monotonic()),
+            HostSelection(hosts.recall(place), time.monotonic()),
             notify=self._report_host,
-            store=partial(host_store.remember, place),
+            store=partial(hosts.remember, place),
         )
-        transport = _transport(self._device, name, classic=classic)
-        self._registration = RegistrationThread(transport, adapter)
+        self._registration = RegistrationThread(GattTransport(self._device, name), adapter)
         try:
             self._registration.start()
         except BluetoothError as error:
@@ -147,14 +119,3 @@ class HidLink(BluetoothLink):
         else:
             log.info("no host is active")
             self._requests.put(Bye("the host has gone"))
-
-
-def _transport(device: HidDevice, name: str, *, classic: bool) -> HidTransport:
-    """Return the transport of reports to hosts."""
-    if classic:
-        from controller.links.bluetooth.hid.classic import ClassicTransport
-
-        return ClassicTransport(device, name)
-    from controller.links.bluetooth.hid.gatt import GattTransport
-
-    return GattTransport(device, name, host_store.charge)

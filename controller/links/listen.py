@@ -28,9 +28,7 @@ log = logging.getLogger(__name__)
 def create(url: str, welcome: Welcome, access: Access) -> ListenLink:
     """Listen at listen://ADDRESS:PORT; port 0 takes any free one.
 
-    Raises:
-        LinkError: The address is for other machines, and there is no key; or the port is taken.
-        ProtocolError: The Welcome does not fit in a packet.
+    LinkError if the address is for other machines, and there is no key; or if the port is taken.
     """
     listener = _bind(url, access)
     try:

@@ -10,8 +10,7 @@ from functools import partial
 from controller.errors import how_to_install
 from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import BluetoothError
-from controller.links.bluetooth.identifiers import CHANNEL
+from controller.links.bluetooth.bluez import CHANNEL, BluetoothError
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
@@ -22,11 +21,7 @@ log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
-    """Register the serial port service on an adapter.
-
-    Raises:
-        LinkError: Bluetooth is missing or in use by another program.
-    """
+    """Register the serial port on an adapter; LinkError if Bluetooth is missing or taken."""
     adapter = url.partition(":")[2]
     if adapter.startswith("//"):
         raise LinkError(

@@ -23,11 +23,7 @@ LINES = 65_536  # limit of queued lines for a slow reader; further ones are drop
 
 
 def create(url: str, welcome: Welcome, access: Access) -> StdoutLink:
-    """Return the link to the standard output; all arguments are ignored.
-
-    Raises:
-        LinkError: The program was started without standard output.
-    """
+    """Return the link to the standard output; all arguments are ignored."""
     if sys.stdout is None:
         raise LinkError("there is no standard output to print to; name a port with --link")
     return StdoutLink(sys.stdout)

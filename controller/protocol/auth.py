@@ -58,13 +58,8 @@ def seals(
 ) -> tuple[FrameAuthenticator, FrameAuthenticator]:
     """Return the authenticators of a session: of the host's packets, and of the device's.
 
-    Args:
-        key: The shared key.
-        versions: Least and greatest version in Hello, so that they cannot be changed in transit.
-        host: The nonce of Hello.
-        device: The nonce of Offer.
-        session: The session's number.
-        sequence: The sequence number of Hello.
+    `host` and `device` are the nonces of Hello and Offer. `versions`, the least and greatest in
+    Hello, cannot be changed in transit; `sequence` is that of Hello.
     """
     numbers = bytes(versions) + session.to_bytes(2, "little") + sequence.to_bytes(2, "little")
     drawn = b"".join([len(part).to_bytes(2, "little") + part for part in (host, device)])

@@ -36,14 +36,7 @@ def cobs_encode(data: bytes) -> bytes:
 
 
 def cobs_decode(data: bytes) -> bytes:
-    """Return the data that `cobs_encode` encoded.
-
-    Args:
-        data: A frame without its final zero; it holds no zero.
-
-    Raises:
-        ProtocolError: A block is longer than the data.
-    """
+    """Return the data of a frame without its final zero; ProtocolError if a block is too long."""
     blocks: list[bytes] = []
     full = b""  # blocks of 254 bytes with no zero after them
     at, size = 0, len(data)
@@ -64,15 +57,10 @@ def cobs_decode(data: bytes) -> bytes:
 
 
 class Codec(NamedTuple):
-    """The codec of one field.
+    """The codec of one field."""
 
-    Attributes:
-        write: Returns a value as bytes, or raises ValueError, TypeError or struct.error.
-        read: Returns the value that starts at data[at], and the position after it.
-    """
-
-    write: Callable[[Any], bytes]
-    read: Callable[[bytes, int], tuple[Any, int]]
+    write: Callable[[Any], bytes]  # raises ValueError, TypeError or struct.error
+    read: Callable[[bytes, int], tuple[Any, int]]  # the value at data[at], and the position after
 
 
 def number(letter: str, low: float, high: float) -> Codec:
@@ -114,10 +102,7 @@ def octets(
 ) -> Codec:
     """Return the codec of up to `limit` bytes after their count: u8, or u16 beyond 255.
 
-    Args:
-        limit: The greatest number of bytes.
-        pack: Turns the value into bytes.
-        unpack: Turns bytes into the value.
+    `pack` turns the value into bytes, and `unpack` bytes into the value.
     """
     width = 1 if limit < 256 else 2
 
@@ -177,8 +162,7 @@ def fitted(value: str, limit: int) -> str:
 def quantise_image(values: Iterable[float]) -> bytes:
     """Return relative capacitances z as bytes: steps of 0.005, 128 untouched, z 0.36 to 1.635.
 
-    Raises:
-        ProtocolError: A value is not finite.
+    ProtocolError if a value is not finite.
     """
     try:
         return bytes([min(max(round((z - 1.0) * 200.0) + 128, 0), 255) for z in values])

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import Final
 
 from controller.protocol.auth import NONCE, seals
-from controller.protocol.clock_sync import ClockSync
 from controller.protocol.messages import (
     SILENCE_MS,
     VERSION,
@@ -33,9 +32,9 @@ from controller.protocol.messages import (
     State,
     Welcome,
 )
-from controller.protocol.packets import Packet, SessionEnd, encode, is_ahead
+from controller.protocol.packets import ClockSync, Packet, SessionEnd, encode, is_ahead
 from controller.protocol.retransmit import RESEND_MS, PendingCommand, RetransmitQueue
-from controller.protocol.states import DEVICE, next_states
+from controller.protocol.states import DEVICE
 
 BACKLOG: Final = 16 * 1024  # bytes that wait for a slow host, about 8 s; more are dropped
 GRANTED_BACKLOG: Final = 4 * 1024 * 1024  # the same in granted time, where nothing may be lost
@@ -77,7 +76,7 @@ class DeviceSession(SessionEnd):
             outbox: Commands left by sessions before this one; None: none.
             draw: Returns a number of random bytes.
         """
-        super().__init__(next_states(DEVICE), "waiting", number & 0xFFFF, key)
+        super().__init__(DEVICE, "waiting", number & 0xFFFF, key)
         self.granted = False
         self.resumed = False
         self.taken_by = 0
@@ -96,22 +95,17 @@ class DeviceSession(SessionEnd):
         return self.state == "live"
 
     def receive(self, data: bytes, now_ms: int) -> list[Message]:
-        """Return the requests in these bytes: Hello once welcomed, the host's requests, Bye.
-
-        Args:
-            data: Received bytes, cut anywhere.
-            now_ms: The link's clock.
-        """
+        """Return the requests in bytes that are cut anywhere: Hello once welcomed, others, Bye."""
         requests: list[Message] = []
         for packet in self._decoder.feed(data):
             if isinstance(packet.message, Hello):
                 requests += self._greet(packet, packet.message, now_ms)
             elif self.state == "waiting" or packet.session != self.number:
-                self.ignored += 1
+                continue
             elif packet.message is None and packet.version == VERSION and self.state == "offered":
                 self._refuse("forged", WRONG_KEY)
             elif not is_ahead(packet.sequence, self._taken):
-                self.ignored += 1
+                continue
             elif isinstance(packet.message, Join) and self.state == "offered":
                 requests += self._join(packet, packet.message, now_ms)
             elif isinstance(packet.message, Bye):
@@ -120,20 +114,12 @@ class DeviceSession(SessionEnd):
                 requests += self.end(packet.message.reason, "bye")
             elif isinstance(packet.message, Request) and self.live:
                 requests += self._take(packet, packet.message, now_ms)
-            else:
-                self.ignored += 1
         return requests
 
     def send(self, message: Message, t_ms: int, now_ms: int) -> None:
-        """Send a message; without a host it is dropped, but a command waits for 250 ms.
+        """Send a message of the device's time `t_ms`; without a host only a command waits, 250 ms.
 
-        Args:
-            message: The message.
-            t_ms: The device's time of the message.
-            now_ms: The link's clock.
-
-        Raises:
-            ProtocolError: It does not fit the wire format.
+        `now_ms` is the link's clock, as everywhere. ProtocolError if it does not fit the wire.
         """
         if isinstance(message, Command):
             self._post(message, t_ms, now_ms)
@@ -186,8 +172,7 @@ class DeviceSession(SessionEnd):
     def _greet(self, packet: Packet, hello: Hello, now_ms: int) -> list[Message]:
         """Answer Hello with Offer, or with Refuse."""
         if self.state != "waiting" and (hello, packet.sequence) == self._greeted:
-            self.ignored += 1  # a duplicate that was answered already
-            return []
+            return []  # a duplicate that was answered already
         ended: list[Message] = [Bye("the host started again")] if self.live else []
         self.output[:] = b"\0"  # ends an incomplete frame of an earlier session
         self._sequence = (packet.sequence - 1) & 0xFFFF  # the answer repeats the Hello's
@@ -271,10 +256,7 @@ class DeviceSession(SessionEnd):
             self.outbox.missed = message.missed
             return []
         real = not self._welcome.virtual and isinstance(message, Contacts | Perform | Grant)
-        if real or (isinstance(message, Grant) and not self.granted):
-            self.ignored += 1
-            return []
-        return [message]
+        return [] if real or (isinstance(message, Grant) and not self.granted) else [message]
 
     def _post(self, command: Command, t_ms: int, now_ms: int) -> None:
         """Number a command and send it; it waits for a host that is not connected."""

@@ -6,7 +6,6 @@ before. Its states are the table `controller.protocol.states.HOST`.
 """
 
 from controller.protocol.auth import NONCE, seals
-from controller.protocol.clock_sync import signed
 from controller.protocol.link_events import (
     Connected,
     Delivered,
@@ -40,9 +39,9 @@ from controller.protocol.messages import (
     State,
     Welcome,
 )
-from controller.protocol.packets import Packet, SessionEnd, is_ahead
+from controller.protocol.packets import Packet, SessionEnd, is_ahead, signed
 from controller.protocol.retransmit import SessionHistory
-from controller.protocol.states import HOST, next_states
+from controller.protocol.states import HOST
 
 
 class HostSession(SessionEnd):
@@ -54,7 +53,6 @@ class HostSession(SessionEnd):
         welcomed: Whether the session was ever live.
         pressed: Held commands as last reported; none after 300 ms of silence.
         past: Record for the next session; kept up to date.
-        late: Commands received too late.
     """
 
     def __init__(
@@ -78,19 +76,14 @@ class HostSession(SessionEnd):
             token: The token that the device expects in Join.
             granted: Whether this host grants time.
             key: Pre-shared key; b"": none.
-            nonce: 16 random bytes for this session; b"" suffices without a key, on a link that
-                never duplicates packets.
+            nonce: 16 random bytes for this session, which a key needs; else they tell duplicates.
             past: Record of earlier sessions; None: there was none.
-
-        Raises:
-            ValueError: There is a key, and no nonce.
         """
         if key and len(nonce) != NONCE:
             raise ValueError(f"a session with a key needs {NONCE} random bytes, not {len(nonce)}")
-        super().__init__(next_states(HOST), "over", 0, key)
+        super().__init__(HOST, "over", 0, key)
         self._go("again")
         self.welcomed = False
-        self.late = 0
         self.past = SessionHistory() if past is None else past
         self._name, self._token, self._granted = name, token, granted
         self._nonce = nonce.hex()
@@ -138,8 +131,6 @@ class HostSession(SessionEnd):
                 and is_ahead(packet.sequence, self._taken)
             ):
                 events += self._take(packet, now_ms, stalled)
-            else:
-                self.ignored += 1
             if self.over:
                 break
         if self._owes and not self.over:
@@ -185,11 +176,7 @@ class HostSession(SessionEnd):
         return max(min(self._beat_ms + HEARTBEAT_MS, dead_ms) - now_ms, 0)
 
     def send(self, message: Message, now_ms: int) -> bool:
-        """Send a message; return False if no session is live.
-
-        Raises:
-            ProtocolError: The wire cannot carry it.
-        """
+        """Send a message; return False if no session is live. ProtocolError if it does not fit."""
         if self.state not in ("live", "stale"):
             return False
         self._send(message, now_ms)
@@ -246,7 +233,6 @@ class HostSession(SessionEnd):
                 return self._end("forged", Refused(reason))
         if message is None and packet.version != VERSION:
             self._foreign = packet.version
-        self.ignored += 1
         return []
 
     def _join(self, packet: Packet, offer: Offer, now_ms: int) -> list[Received]:
@@ -319,7 +305,6 @@ class HostSession(SessionEnd):
         age_ms = self.clock.age_ms(message.sent_ms, now_ms) or 0
         if stalled or (age_ms > LATE_MS and not self._granted):
             self.past.missed += 1
-            self.late += 1
             return [*events, Missed(1)]
         m = message
         command = Command(m.name, m.label, m.probability, m.touch, m.frame)

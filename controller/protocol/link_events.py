@@ -54,22 +54,17 @@ Received = Connected | Delivered | Stale | Lost | Refused | Missed
 
 
 def pause_s(failures: int, jitter: float) -> float:
-    """Return the pause before the next attempt, seconds.
+    """Return the seconds before the next attempt.
 
-    Args:
-        failures: Attempts that failed since the last connection.
-        jitter: A random number from 0 to 1.
+    `failures` have failed since the last connection; `jitter` is a random number from 0 to 1.
     """
     return BACKOFF_S[min(failures, len(BACKOFF_S) - 1)] * (1.0 + JITTER * (2.0 * jitter - 1.0))
 
 
 def no_answer(name: str, foreign: int, *, mute: bool) -> str:
-    """Return the error sentence after 2 s without Welcome.
+    """Return the sentence after 2 s without Welcome.
 
-    Args:
-        name: Of the link.
-        foreign: Protocol version of the peer if it is another than ours; 0: none.
-        mute: No byte was received.
+    `foreign` is the peer's protocol version, if it is another than ours; `mute`: no byte came.
     """
     if foreign:
         side = "host" if foreign > VERSION else "orb's controller"

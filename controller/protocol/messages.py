@@ -159,7 +159,7 @@ class Bye(Message):
 @message(5)
 @dataclass(frozen=True, slots=True)
 class Heartbeat(Report):
-    """Device to host, ten times a second: clocks as in `clock_sync`, and the held commands."""
+    """Device to host, ten times a second: clocks as in `ClockSync`, and the held commands."""
 
     sent_ms: codec.U32
     echo_ms: codec.U32

@@ -1,19 +1,24 @@
-"""Packets: messages to frames and back, as docs/protocol.md specifies them."""
+"""Packets, as docs/protocol.md specifies them, and what both ends of a session have in common."""
 
+import contextlib
 import struct
 import zlib
+from collections import deque
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from controller.protocol import codec
 from controller.protocol.auth import SIZE as TAG
 from controller.protocol.auth import FrameAuthenticator
-from controller.protocol.clock_sync import ClockSync
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import MAX_PAYLOAD, TYPES, VERSION, Hello, Message, Refuse
 
 EVERY_VERSION: Final = (TYPES[Hello][0], TYPES[Refuse][0])  # their layout never changes
 _CODECS: Final = dict(TYPES.values())
+NEVER: Final = 0xFFFFFFFF  # hold time before the first heartbeat
+_WINDOW: Final = 32  # samples, 3 s of heartbeats; the one with the shortest round trip counts
+_LONGEST_MS: Final = 10_000  # longest valid round trip
+_GRAIN_MS: Final = 2  # rounding and drift between two samples
 
 
 class Packet(NamedTuple):
@@ -39,15 +44,8 @@ def encode(
 ) -> bytes:
     """Return a message as one frame, the closing zero included.
 
-    Args:
-        message: The message; a Command is sent as NumberedCommand.
-        session: The session's number, u16.
-        sequence: The packet's number, u16.
-        t_ms: The sender's time in milliseconds; it wraps at 2**32.
-        seal: Authentication of the frame, if there is a key.
-
-    Raises:
-        ProtocolError: A field does not fit the wire format: too long, too large, not finite.
+    `session` and `sequence` are u16; `t_ms`, the sender's time in milliseconds, wraps at 2**32. A
+    Command is sent as NumberedCommand. ProtocolError if a field does not fit the wire format.
     """
     try:
         kind, record = TYPES[type(message)]
@@ -72,16 +70,10 @@ class Decoder:
     """Decoding of a noisy byte stream to packets.
 
     Attributes:
-        noise_bytes: Bytes dropped because they were part of no valid frame.
-        bad_frames: Runs of bytes between two zeros that were no valid frame.
-        unknown: Valid frames whose type this version does not know.
         seal: Authentication that frames other than Hello and Refuse need from now on; None: none.
     """
 
     def __init__(self) -> None:
-        self.noise_bytes = 0
-        self.bad_frames = 0
-        self.unknown = 0
         self.seal: FrameAuthenticator | None = None
         self._tail = b""
         self._skipping = False  # the present run is too long for a frame
@@ -90,38 +82,76 @@ class Decoder:
         """Return the packets that these bytes complete. Takes any bytes, never raises."""
         *runs, tail = data.split(b"\0")
         packets: list[Packet] = []
-        if runs:
-            self._finish(self._tail + runs[0], packets)
-            for run in runs[1:]:
-                self._finish(run, packets)
-            self._tail = b""
-        self._keep(tail)
-        return packets
-
-    def _finish(self, run: bytes, packets: list[Packet]) -> None:
-        """Turn one run between two zeros into a packet, or count it as dropped."""
-        if self._skipping:
-            self._skipping = False
-            self.noise_bytes += len(run)
-        elif run:
-            try:
-                packet = _parse(run, self.seal)
-            except codec.BAD_BYTES:
-                self.bad_frames += 1
-                self.noise_bytes += len(run)
-            else:
-                if packet is None:
-                    self.unknown += 1
-                else:
-                    packets.append(packet)
-
-    def _keep(self, tail: bytes) -> None:
-        """Keep the beginning of a frame, up to the longest frame."""
+        for run in runs:
+            whole, skipped = self._tail + run, self._skipping
+            self._tail, self._skipping = b"", False
+            if whole and not skipped:
+                # Noise, and types that this version does not know, are dropped.
+                with contextlib.suppress(*codec.BAD_BYTES):
+                    packets += filter(None, [_parse(whole, self.seal)])
         self._tail += tail
         if self._skipping or len(self._tail) > MAX_FRAME:
-            self.bad_frames += not self._skipping
-            self.noise_bytes += len(self._tail)
             self._tail, self._skipping = b"", True
+        return packets
+
+
+class ClockSync:
+    """Estimate of the peer's clock from heartbeats, in whole milliseconds.
+
+    Each carries the sender's clock, the newest clock reading received, and the time since. Both
+    ends estimate as NTP does (RFC 5905, section 8).
+
+    Attributes:
+        rtt_ms: The newest round trip; None: not measured yet.
+        offset_ms: The peer's clock minus ours, with an error of half a round trip at most; None:
+            unknown.
+    """
+
+    def __init__(self) -> None:
+        """Begin without a measurement."""
+        self.rtt_ms: int | None = None
+        self.offset_ms: int | None = None
+        # (round trip, offset, upper limit of the offset)
+        self._samples: deque[tuple[int, int, int]] = deque(maxlen=_WINDOW)
+        self._most_ms = 0
+        self._theirs_ms = 0  # the newest clock reading of the peer
+        self._taken_ms: int | None = None  # our time of that
+
+    def stamps(self, now_ms: int) -> tuple[int, int, int]:
+        """Return the clock fields of the next heartbeat: ours, the peer's, and its hold time."""
+        if self._taken_ms is None:
+            return now_ms & 0xFFFFFFFF, 0, NEVER
+        return now_ms & 0xFFFFFFFF, self._theirs_ms, min(now_ms - self._taken_ms, NEVER - 1)
+
+    def take(self, sent_ms: int, echo_ms: int, held_ms: int, now_ms: int) -> None:
+        """Take the clock fields of a heartbeat; impossible ones are no measurement."""
+        self._theirs_ms, self._taken_ms = sent_ms, now_ms
+        if held_ms == NEVER:
+            return
+        rtt_ms = signed(now_ms - echo_ms - held_ms)
+        if not 0 <= rtt_ms <= _LONGEST_MS:
+            return
+        offset_ms = signed(sent_ms + rtt_ms // 2 - now_ms)
+        if self._samples and self.offset_ms is not None:
+            best_ms = min(self._samples)[0]
+            if abs(signed(offset_ms - self.offset_ms)) > (rtt_ms + best_ms) / 2 + _GRAIN_MS:
+                self._samples.clear()  # inconsistent: a clock was set
+        # The peer received our heartbeat after we sent it, which limits the offset.
+        self._samples.append((rtt_ms, offset_ms, signed(sent_ms - held_ms - echo_ms)))
+        self.rtt_ms, self.offset_ms = rtt_ms, min(self._samples)[1]
+        self._most_ms = min(most_ms for _, _, most_ms in self._samples)
+
+    def age_ms(self, sent_ms: int, now_ms: int) -> int | None:
+        """Return the greatest possible age of an event stamped by the peer; None: unknown.
+
+        It exceeds the true age by the shortest one-way delay, which cannot be measured.
+        """
+        return None if self.offset_ms is None else signed(now_ms - sent_ms + self._most_ms)
+
+
+def signed(value: int) -> int:
+    """Return a difference of two u32 clocks, across the wrap."""
+    return (value + 0x80000000 & 0xFFFFFFFF) - 0x80000000
 
 
 class SessionEnd:
@@ -132,7 +162,6 @@ class SessionEnd:
         number: The session's number.
         output: Bytes to send; the owner of the link takes them from the front.
         clock: Round trip and clock offset.
-        ignored: Valid packets that do not belong to the session or its state.
     """
 
     def __init__(
@@ -143,7 +172,6 @@ class SessionEnd:
         self.number = number
         self.output = bytearray()
         self.clock = ClockSync()
-        self.ignored = 0
         self._next_states, self._key = next_states, key
         self._decoder = Decoder()
         self._seal: FrameAuthenticator | None = None  # of what is sent

@@ -19,11 +19,7 @@ class KeyFileError(UserError, ValueError):
 
 
 def read(path: Path) -> bytes:
-    """Return the key in a file.
-
-    Raises:
-        KeyFileError: It is missing, invalid, or readable by other users.
-    """
+    """Return the key in a file; KeyFileError if it is missing, invalid, or readable by others."""
     try:
         with open_regular(path) as file:
             if os.name == "posix":
@@ -48,9 +44,7 @@ def read(path: Path) -> bytes:
 def make(path: Path) -> None:
     """Draw a key into a new file that only its owner can read.
 
-    Raises:
-        KeyFileError: It is there already.
-        TroubleError: It cannot be written.
+    KeyFileError if it is there already, TroubleError if it cannot be written.
     """
     try:
         data = (secrets.token_hex(SIZE) + "\n").encode()

@@ -17,21 +17,13 @@ MOST: Final = 32  # waiting commands; a player gives a few a second, and each wa
 
 @dataclass(slots=True)
 class PendingCommand:
-    """An unacknowledged command.
+    """An unacknowledged command."""
 
-    Attributes:
-        number: Counted from the device's start.
-        command: The command.
-        t_ms: The device's time of the command.
-        put_ms: The link's clock when it was queued.
-        sent_ms: The link's clock when it was last sent; None: never.
-    """
-
-    number: int
+    number: int  # counted from the device's start
     command: Command
-    t_ms: int
-    put_ms: int
-    sent_ms: int | None = None
+    t_ms: int  # the device's time of the command
+    put_ms: int  # the link's clock when it was queued
+    sent_ms: int | None = None  # the link's clock when it was last sent; None: never
 
 
 class RetransmitQueue:
@@ -94,19 +86,12 @@ class RetransmitQueue:
 
 @dataclass(slots=True)
 class SessionHistory:
-    """The host's record of earlier sessions, from which the next one continues.
+    """The host's record of earlier sessions, from which the next one continues."""
 
-    Attributes:
-        host_nonce: Drawn at the host's start, u32 and not 0.
-        boot_nonce: Of the last device; drawn at each start of a device.
-        done: Number of the newest command of that device that was delivered, or missed.
-        missed: How many were missed, since the first session with that device.
-    """
-
-    host_nonce: int = 1
-    boot_nonce: int = 0
-    done: int = 0
-    missed: int = 0
+    host_nonce: int = 1  # drawn at the host's start, u32 and not 0
+    boot_nonce: int = 0  # of the last device; drawn at each start of a device
+    done: int = 0  # number of the newest command of that device that was delivered, or missed
+    missed: int = 0  # since the first session with that device
 
     def give_up(self, done: int) -> int:
         """Count commands up to `done` that were not received as missed; return how many."""

@@ -23,7 +23,6 @@ COMMANDS: Final = ("t_s", "frame", "gesture", "probability", "touch_x", "touch_y
 MARKS: Final = ("t_s", "kind", "text")
 _FIXED: Final = ("t", "sequence", *LABELLERS, "excluded", "touch_x", "touch_y")
 _FINGER: Final = ("x", "y", "depth_mm")
-_UNKNOWN: Final = ("", "?", "??", "???")  # for an unknown label: the first one that is no label
 
 Row = Sequence[str]
 
@@ -31,13 +30,9 @@ Row = Sequence[str]
 def tables(recording: Recording) -> dict[str, str]:
     """Return the files of a recording: the suffix of each name after NAME, and its content."""
     origin, truth = recording.origin, recording.truth
-    unknown = next(
-        sign for sign in (*_UNKNOWN, "?" * (len(origin.labels) + 4)) if sign not in origin.labels
-    )
     about: dict[str, Any] = {
         "form": FORM,
         "meta": asdict(origin),
-        "unknown": unknown,
         "rest": None if recording.rest is None else recording.rest.astype(float).tolist(),
         "state": {
             name: {"shape": array.shape, "values": array.ravel().tolist()}
@@ -51,7 +46,7 @@ def tables(recording: Recording) -> dict[str, str]:
         for c in recording.commands
     )  # fmt: skip
     files = {
-        ".csv": _written(_header(recording), _rows(recording, unknown)),
+        ".csv": _written(_header(recording), _rows(recording)),
         "_commands.csv": _written(COMMANDS, commands),
         "_marks.csv": _written(MARKS, ((_text(m.t_s), m.kind, m.text) for m in recording.marks)),
         ".json": json.dumps(about, indent=1, allow_nan=False) + "\n",
@@ -60,11 +55,6 @@ def tables(recording: Recording) -> dict[str, str]:
         events = ((_text(e.onset_s), _text(e.release_s), e.kind) for e in truth.events)
         files["_events.csv"] = _written(EVENTS, events)
     return files
-
-
-def encode(content: str) -> bytes:
-    """Return the content of a table as the bytes of its file."""
-    return content.encode("utf-8", "surrogatepass")
 
 
 def _header(recording: Recording) -> list[str]:
@@ -77,8 +67,8 @@ def _header(recording: Recording) -> list[str]:
     return [*_FIXED, *taxels, "true_touch_x", "true_touch_y", *contact]
 
 
-def _rows(recording: Recording, unknown: str) -> Iterator[Row]:
-    names = (*recording.origin.labels, unknown)  # index -1 is the last
+def _rows(recording: Recording) -> Iterator[Row]:
+    names = (*recording.origin.labels, "")  # index -1, unknown, is the last
     columns = [
         [_text(t_s) for t_s in recording.t.tolist()],
         [str(number) for number in recording.sequence.tolist()],

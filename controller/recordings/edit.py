@@ -1,6 +1,8 @@
 """Trim and relabel recordings: into a new recording, which names its source."""
 
-from dataclasses import dataclass, replace
+import secrets
+from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +12,6 @@ from controller import npz
 from controller.errors import count
 from controller.recordings import reader, writer
 from controller.recordings.recording import (
-    LABELLERS,
     SCHEMA,
     UNKNOWN,
     Mark,
@@ -22,23 +23,8 @@ from controller.recordings.recording import (
 NO_LABEL: Final = "unknown"  # the name of a missing label
 
 
-@dataclass(frozen=True, slots=True)
-class MetadataChange:
-    """Id of the new recording, name of its source, and the time of the change, ISO 8601."""
-
-    id: str
-    source: str
-    when: str
-
-
-def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataChange) -> Recording:
-    """Return the frames with times in [begin_s, end_s), seconds, and their labels and tables.
-
-    Times are unchanged. The pipeline's state is kept only together with the first frame.
-
-    Raises:
-        RecordingError: No frame is left.
-    """
+def trim(recording: Recording, begin_s: float, end_s: float, source: str) -> Recording:
+    """Return the frames in [begin_s, end_s), seconds; RecordingError if there are none."""
     kept = _within(recording, begin_s, end_s)
     first, end = int(kept.argmax()), int(len(kept) - kept[::-1].argmax())
     span = slice(first, end)
@@ -58,42 +44,38 @@ def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataCha
         **columns,
     )
     t = cut.t
-    return _marked(cut, float(t[0]), "trim", f"to {t[0]:g} to {t[-1]:g} s", change)
+    return _marked(cut, float(t[0]), "trim", f"to {t[0]:g} to {t[-1]:g} s", source)
 
 
 def relabel(
     recording: Recording,
     begin_s: float,
     end_s: float,
-    change: MetadataChange,
+    source: str,
     *,
     label: str | None = None,
     column: str = "label",
     excluded: bool | None = None,
 ) -> Recording:
-    """Return the recording with the frames with times in [begin_s, end_s), seconds, relabelled.
+    """Return a recording with the frames in [begin_s, end_s), seconds, relabelled.
 
-    Args:
-        recording: The source, which is not changed.
-        begin_s: First time of the range.
-        end_s: First time after the range.
-        change: Identity of the new recording.
-        label: One of its labels, or "unknown"; None: unchanged.
-        column: The label column.
-        excluded: Whether these frames are left out of training; None: unchanged.
+    `label` is one of its labels or "unknown", `excluded` whether the frames are left out of
+    training; None leaves either unchanged.
 
     Raises:
-        RecordingError: There is no such label or column, or no such frame.
+        RecordingError: There is no such label, or no such frame, or nothing is to be changed.
     """
-    if column not in LABELLERS:
-        raise RecordingError(f"there is no label column {column!r}; take {_either(LABELLERS)}")
     if label is None and excluded is None:
         raise RecordingError("nothing is to be changed; name a label, or exclude or include frames")
     within = _within(recording, begin_s, end_s)
     done: list[str] = []
     arrays: dict[str, Any] = {}
     if label is not None:
-        index = _index(recording.origin.labels, label)
+        labels = (*recording.origin.labels, NO_LABEL)
+        if label not in labels:
+            raise RecordingError(f"there is no label {label!r} in it, only {', '.join(labels)}")
+        index = labels.index(label)
+        index = index if index < len(labels) - 1 else UNKNOWN
         arrays[column] = np.where(within, index, getattr(recording, column)).astype(np.int16)
         done.append(f"{column} set to {label}")
     if excluded is not None:
@@ -101,7 +83,7 @@ def relabel(
         done.append("excluded" if excluded else "included")
     t = recording.t[within]
     text = f"{count(int(within.sum()), 'frame')} of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
-    return _marked(replace(recording, **arrays), float(t[0]), "relabel", text, change)
+    return _marked(replace(recording, **arrays), float(t[0]), "relabel", text, source)
 
 
 def sealed(recording: Recording) -> bytes:
@@ -112,14 +94,6 @@ def sealed(recording: Recording) -> bytes:
     except ValueError as error:
         raise RecordingError(f"the result would be no recording: it {error}") from None
     return data
-
-
-def _index(labels: tuple[str, ...], label: str) -> int:
-    if label in labels:
-        return labels.index(label)
-    if label == NO_LABEL:
-        return UNKNOWN
-    raise RecordingError(f"there is no label {label!r} in it; take {_either((*labels, NO_LABEL))}")
 
 
 def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bool_]:
@@ -134,17 +108,11 @@ def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bo
     return np.asarray(within)
 
 
-def _marked(
-    recording: Recording, t_s: float, kind: str, text: str, change: MetadataChange
-) -> Recording:
+def _marked(recording: Recording, t_s: float, kind: str, text: str, source: str) -> Recording:
     """Return a recording with a new id and a mark that describes the change."""
-    source = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
-    mark = Mark(t_s, kind, f"{text}; from {source}, {change.when}, by orbtouch {software()}")
+    whole = f"{source} ({recording.origin.id})" if recording.origin.id else source
+    when = datetime.now(UTC).isoformat(timespec="seconds")
+    mark = Mark(t_s, kind, f"{text}; from {whole}, {when}, by orbtouch {software()}")
     marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)
-    origin = replace(recording.origin, id=change.id, schema=SCHEMA)
+    origin = replace(recording.origin, id=secrets.token_hex(16), schema=SCHEMA)
     return replace(recording, origin=origin, marks=tuple(marks))
-
-
-def _either(words: tuple[str, ...]) -> str:
-    *most, last = words
-    return f"{', '.join(most)} or {last}"

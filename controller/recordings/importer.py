@@ -1,9 +1,9 @@
-"""Import arrays of other sensors as recordings: one for each user and session."""
+"""Import arrays of other sensors, by a description in TOML: a recording a user and session."""
 
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.config import ConfigError, read_toml, settings
 from controller.errors import reason
-from controller.recordings.import_description import NULL, Description
 from controller.recordings.recording import (
+    LABELLERS,
+    PICOFARAD,
     UNKNOWN,
     Provenance,
     Recording,
@@ -22,6 +24,7 @@ from controller.recordings.recording import (
     unlabelled,
 )
 
+NULL: Final = "null"
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
 ALONE: Final = "01"  # user and session if the description names none
 _DIGITS: Final = 2  # of a user's or session's number
@@ -29,12 +32,63 @@ _DIGITS: Final = 2  # of a user's or session's number
 Arrays = dict[str, NDArray[Any]]
 
 
-def read(path: Path, description: Description) -> Arrays:
-    """Return the arrays that the description names, of any shape, from an .npz or .npy.
+@dataclass(frozen=True, slots=True)
+class Description:
+    """Meaning of the arrays of a file; the names of the attributes are the keys of the TOML."""
 
-    Raises:
-        RecordingError: The file cannot be read, or lacks an array.
-    """
+    frames: str  # array of frames, (n, rows, columns), or (n, taxels) with the next two
+    pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})  # distance between adjacent taxels
+    unit: str = PICOFARAD  # of the frames
+    rows: int = 0  # taxel rows; 0: as in the array
+    columns: int = 0  # taxel columns; 0: as in the array
+    rate_hz: float = 0.0  # frames per second; 0: from the median interval
+    time: str = ""  # array of times in seconds, (n,); "": uniform intervals at `rate_hz`
+    # A longer interval begins a new stretch, as time that goes back does; 0: none
+    gap_s: float = 0.0
+    drop_repeated: bool = False  # leave out frames that have the time of the frame before
+    label: str = ""  # array of class numbers, (n,); "": no labels
+    # names of the classes, counted from 0, or the array that holds them
+    label_names: str | tuple[str, ...] = ()
+    null: str = ""  # name of the class without a gesture; "": there is none
+    # label column of the labels
+    labeller: str = field(default="label", metadata={"choices": LABELLERS})
+    subject: str = ""  # array of the user of each frame, (n,); "": all frames are of one user
+    session: tuple[str, ...] = ()  # arrays that distinguish sessions of one user, each (n,)
+    device: str = "imported"  # serial number of the sensor, or of its kind
+    hardware: str = ""  # kind of sensor, as text
+    protocol: str = ""  # name of the task
+
+    def __post_init__(self) -> None:
+        if not self.time and not self.rate_hz:
+            raise ValueError("neither 'time' nor 'rate_hz', so the rate is unknown")
+        if self.label and not self.label_names:
+            raise ValueError("'label', but no 'label_names' for its numbers")
+        if isinstance(self.label_names, list):
+            object.__setattr__(self, "label_names", tuple(self.label_names))
+        names = self.label_names
+        if not isinstance(names, str | tuple) or not all(isinstance(name, str) for name in names):
+            raise ValueError(f"label_names = {names!r}; expected is a text or a list of texts")
+
+    @property
+    def arrays(self) -> set[str]:
+        """Names of all arrays that it mentions."""
+        grouping = {self.subject, *self.session} - {""}
+        names = {self.frames, self.time, self.label, *grouping, *(f"{n}_names" for n in grouping)}
+        names |= {self.label_names} if isinstance(self.label_names, str) else set()
+        return names - {""}
+
+
+def described(path: Path) -> Description:
+    """Return the description in a file; UserError if it cannot be read, or is impossible."""
+    table = read_toml(path)
+    try:
+        return settings(Description, table)
+    except ConfigError as error:
+        raise RecordingError(f"the description {path} {error}; see docs/recording.md") from None
+
+
+def read(path: Path, description: Description) -> Arrays:
+    """Return the described arrays of an .npz or .npy; RecordingError if one cannot be read."""
     try:
         if path.suffix == ".npy":
             arrays = {description.frames: npz.single(path, MAX_BYTES)}
@@ -52,13 +106,7 @@ def read(path: Path, description: Description) -> Arrays:
 
 
 def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
-    """Yield a recording of each user and session, in order of their names.
-
-    The same arrays and the same description give the same recordings and ids.
-
-    Raises:
-        RecordingError: The arrays contradict the description.
-    """
+    """Yield a recording of each user and session; RecordingError if arrays are not as described."""
     frames = _frames(arrays, description)
     count = len(frames)
     times = _times(arrays, description, count)
@@ -217,16 +265,7 @@ def _stretches(
     rate_hz: float,
     description: Description,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return the frames to keep, rising times, and sequence numbers with gaps between stretches.
-
-    A pause keeps its length; where time goes back, the next stretch begins a gap later.
-
-    Args:
-        chosen: Indices of the frames of one recording, (n,).
-        times: Of all frames, seconds; None: uniform intervals.
-        rate_hz: Frames per second.
-        description: Of the arrays.
-    """
+    """Return frames to keep, rising times, and numbers with a gap after each pause, each (n,)."""
     if times is None:
         number = np.arange(1, len(chosen) + 1)
         return chosen, number / rate_hz, number

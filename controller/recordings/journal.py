@@ -9,7 +9,6 @@ recording's random id: reading ends at a changed bit, a moved block or a block o
 """
 
 import dataclasses
-import hashlib
 import json
 import math
 import struct
@@ -75,16 +74,7 @@ class Journal:
     """
 
     def __init__(self, origin: Provenance, state: State, recording_id: str) -> None:
-        """Begin with the header.
-
-        Args:
-            origin: Provenance of the frames; its id is replaced.
-            state: `Pipeline.state()` before the first frame.
-            recording_id: Random and unique.
-
-        Raises:
-            RecordingError: The origin or state is not valid in a recording.
-        """
+        """Begin with origin and `Pipeline.state()`; RecordingError if one is not valid."""
         self.origin = dataclasses.replace(origin, id=recording_id)
         self.data = bytearray()
         self._crc = self._rows = 0
@@ -105,11 +95,7 @@ class Journal:
         excluded: bool,
         touch: Touch | None,
     ) -> None:
-        """Append a frame, (rows, columns); `labels` has an index for each of `LABELLERS`.
-
-        Raises:
-            RecordingError: The reader would refuse it, or the journal is full.
-        """
+        """Append a frame, (rows, columns), with its labels; RecordingError if not valid."""
         image = self._image(frame, f"frame {number}")
         if not (self._t_s < t_s < LATEST_S and self._sequence < number < 1 << 63):
             raise RecordingError(
@@ -123,11 +109,7 @@ class Journal:
         self._t_s, self._sequence = t_s, number
 
     def add_command(self, command: CommandRecord) -> None:
-        """Append a recognised command.
-
-        Raises:
-            RecordingError: The reader would refuse it, or the journal is full.
-        """
+        """Append a recognised command; RecordingError if the reader would refuse it."""
         c, touch = command, command.touch
         if not (math.isfinite(c.t_s) and math.isfinite(c.probability) and 0 <= c.frame < 1 << 63):
             raise RecordingError(f"the command {c} has a time, frame or probability that is none")
@@ -136,11 +118,7 @@ class Journal:
         self._add_row(Kind.COMMAND, c.t_s, c.frame, names[0], c.probability, place, names[1])
 
     def add_mark(self, t_s: float, kind: str, text: str) -> None:
-        """Append an event beside the frames; texts are cut after 1000 characters.
-
-        Raises:
-            RecordingError: The time is not a number, or the journal is full.
-        """
+        """Append an event; texts are cut after 1000 characters. RecordingError: no time."""
         if not abs(t_s) <= LATEST_S:
             raise RecordingError(f"a mark was made at {t_s} s; its time must be a number")
         self._add_row(Kind.MARK, t_s, _clean(kind), _clean(text))
@@ -150,11 +128,7 @@ class Journal:
         self._append(Kind.REST, self._image(frame, "the rest image"))
 
     def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
-        """Append a new value of a column for the frames so far with times in [from, to).
-
-        Raises:
-            RecordingError: There is no such column, or the value is not valid in it.
-        """
+        """Append a new value for the frames so far in [from, to); RecordingError if not valid."""
         possible = value in (0, 1) if column == "excluded" else self._known(value)
         if column not in AMENDABLE or not possible or math.isnan(from_s) or math.isnan(to_s):
             raise RecordingError(
@@ -192,25 +166,15 @@ class Journal:
 
 @dataclass(frozen=True)
 class Decoded:
-    """Content of a journal up to its first bad record.
+    """Content of a journal up to its first bad record."""
 
-    Attributes:
-        recording: None if there is no whole frame.
-        whole_bytes: Length of the valid records.
-        frame_bytes: Length of one frame's record; a shorter rest of the file holds none.
-    """
-
-    recording: Recording | None
-    whole_bytes: int
-    frame_bytes: int
+    recording: Recording | None  # None if there is no whole frame
+    whole_bytes: int  # length of the valid records
+    frame_bytes: int  # length of one frame's record; a shorter rest of the file holds none
 
 
 def decode(data: bytes) -> Decoded:
-    """Return the content of a journal up to its first bad record.
-
-    Raises:
-        RecordingError: It has no whole header, or its records make no recording.
-    """
+    """Return the content up to the first bad record; RecordingError if it makes no recording."""
     if len(data) > MAX_BYTES:
         raise RecordingError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
     if not data:
@@ -218,7 +182,7 @@ def decode(data: bytes) -> Decoded:
     contents: dict[int, list[bytes]] = {kind: [] for kind in Kind}
     amended: list[int] = []  # frames before each amendment
     whole_bytes = 0
-    for kind, content, end in _old_records(data) if data.startswith(_OLD) else _records(data):
+    for kind, content, end in _records(data):
         whole_bytes = end
         contents.get(kind, []).append(content)
         if kind == Kind.AMEND:
@@ -257,38 +221,12 @@ def _crc(kind: int, content: bytes, before: int) -> int:
     return zlib.crc32(content, zlib.crc32(struct.pack("<BI", kind, len(content)), before))
 
 
-# Records in journals of version 0.1 have the same contents: magic, kind, number, length, content
-# and a keyed hash of the offset and all of these. Their header begins with its key.
-_OLD: Final = b"\xc2OJ\x1b\x01"
-_OLD_RECORD: Final = struct.Struct("<4sBII")
-_OLD_KEY: Final = slice(_OLD_RECORD.size, _OLD_RECORD.size + 16)
-_PROOF_BYTES: Final = 8
-
-
-def _old_records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
-    """Yield (kind, content, end) of each record of an older journal up to the first bad one."""
-    end, key = 0, data[_OLD_KEY]
-    while len(data) - end >= _OLD_RECORD.size:
-        _, kind, _, length = _OLD_RECORD.unpack_from(data, end)
-        start, stop = end + _OLD_RECORD.size, end + _OLD_RECORD.size + length
-        proven = struct.pack("<Q", end) + data[end:stop]
-        proof = hashlib.blake2b(proven, key=key, digest_size=_PROOF_BYTES).digest()
-        if data[stop : stop + _PROOF_BYTES] != proof:
-            return
-        end = stop + _PROOF_BYTES
-        yield kind, data[start + len(key) : stop] if kind == Kind.HEADER else data[start:stop], end
-
-
 def _recording(
     header: npz.Arrays, origin: Provenance, contents: dict[int, list[bytes]], amended: list[int]
 ) -> Recording | None:
-    """Return the recording of some records, checked like one in a file; None without a frame.
+    """Return the recording of contents by kind, checked like one in a file; None without a frame.
 
-    Args:
-        header: The origin as "meta", and the state.
-        origin: The same origin, parsed.
-        contents: Of the records, by kind.
-        amended: Number of frames before each amendment.
+    `header` has the origin as "meta", and the state; `amended` the frames before each amendment.
     """
     if not contents[Kind.FRAME]:
         return None

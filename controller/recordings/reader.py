@@ -59,11 +59,7 @@ class Survey:
 
 
 def survey(path: Path | str) -> Survey:
-    """Return the summary of a recording, without reading its frames.
-
-    Raises:
-        RecordingError: The file is missing, damaged, or no recording.
-    """
+    """Return a recording's summary without reading its frames; RecordingError if it is none."""
     path = Path(path)
     with _one_sentence(path):
         shapes = _inspect(path)
@@ -79,11 +75,7 @@ def survey(path: Path | str) -> Survey:
 
 
 def load(path: Path | str) -> Recording:
-    """Return the recording in a file, with every array checked.
-
-    Raises:
-        RecordingError: The file is missing, damaged, or no recording.
-    """
+    """Return the recording in a file, with every array checked; RecordingError if it is none."""
     path = Path(path)
     with _one_sentence(path):
         _inspect(path)
@@ -115,11 +107,7 @@ def _inspect(path: Path) -> dict[str, npz.Shape]:
 
 
 def parse(arrays: npz.Arrays) -> Recording:
-    """Return the recording in some arrays.
-
-    Raises:
-        RecordingError: They are no recording.
-    """
+    """Return the recording in some arrays; RecordingError if they are no recording."""
     _refuse_excessive({name: (array.shape, array.dtype) for name, array in arrays.items()})
     origin = origin_of(arrays.get("meta"))
     frames = _array(arrays, "frames", np.float32, (-1, origin.rows, origin.columns))

@@ -14,13 +14,12 @@ import tempfile
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from time import monotonic
 from typing import Final
 
 from controller.errors import reason
 from controller.recognition.frames import Frame, State
 from controller.recognition.pipeline import CommandRecord, Touch
-from controller.recordings import journal, naming
+from controller.recordings import journal, writer
 from controller.recordings.journal import Journal
 from controller.recordings.journal_file import JournalFile
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
@@ -28,8 +27,11 @@ from controller.recordings.writer import seal
 
 SYNC_S: Final = 0.4  # between two syncs
 RETRY_S: Final = 1.0  # after a failed sync
-SLOW_S: Final = 1.0  # with a slower sync, a crash may lose more than a second
 HANG_S: Final = 10.0  # timeout for the disk on close
+ADVICE: Final = (
+    "make room, or look at the disk: what is recorded waits in memory, and is tried again every "
+    "second"
+)
 RECOVER: Final = "`controller recordings recover`"
 
 _log = logging.getLogger("controller")
@@ -41,19 +43,14 @@ class TakenError(RecordingError):
 
 def taken(path: Path) -> bool:
     """Return whether a recording or its journal has this name."""
-    return os.path.lexists(path) or os.path.lexists(naming.journal_of(path))
+    return os.path.lexists(path) or os.path.lexists(writer.journal_of(path))
 
 
 def refuse_taken(path: Path) -> None:
-    """Refuse a path that cannot be recorded into; nothing is created.
-
-    Raises:
-        TakenError: The file or its journal exists.
-        RecordingError: Its folder is not writable.
-    """
+    """Refuse a file that exists (TakenError) or cannot be written (RecordingError)."""
     if os.path.lexists(path):
         raise TakenError(f"{path} exists and is kept as it is; record into another file")
-    if os.path.lexists(place := naming.journal_of(path)):
+    if os.path.lexists(place := writer.journal_of(path)):
         raise TakenError(
             f"{place} exists: it is being recorded, or a crash left it; record into another "
             f"file, or run {RECOVER}"
@@ -84,13 +81,9 @@ class Recorder:
         *,
         create: Callable[[Path], JournalFile] = JournalFile,
     ) -> None:
-        """Begin a recording: its journal is on the disk when this returns.
+        """Begin a recording after `Pipeline.state()`: its journal is on the disk when this returns.
 
-        Args:
-            path: The file to write; must not exist.
-            origin: Provenance of the frames; its id is replaced.
-            state: `Pipeline.state()` before the first frame.
-            create: Creates the journal's file.
+        The origin's id is replaced, and `create` makes the journal's file.
 
         Raises:
             TakenError: The file exists.
@@ -102,8 +95,18 @@ class Recorder:
         self.origin = self._journal.origin
         self._lock = threading.Lock()  # of the journal; never held while the disk works
         self._synced = 0  # bytes of the journal that are on the disk
-        self._place = naming.journal_of(path)
-        self._file = self._created(create)
+        self._place = writer.journal_of(path)
+        try:
+            self._file = create(self._place)
+            try:
+                self.sync()
+            except OSError:
+                self._file.remove()
+                raise
+        except FileExistsError:
+            raise TakenError(f"{self._place} exists; record into another file") from None
+        except OSError as error:
+            raise RecordingError(f"cannot write {self._place}: {reason(error)}") from None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
@@ -122,12 +125,7 @@ class Recorder:
         touch: Touch | None = None,
         command: CommandRecord | None = None,
     ) -> None:
-        """Append one frame, (rows, columns), with its labels; never waits for the disk.
-
-        Raises:
-            RecordingError: Shape, numbers, order or labels of the frame are not valid; the frames
-                before it are kept.
-        """
+        """Append one frame, (rows, columns), without waiting; RecordingError if it is not valid."""
         with self._lock:
             labels = (label, button, key, cue)
             self._journal.add_frame(frame, t_s, number, labels, excluded, touch)
@@ -155,11 +153,7 @@ class Recorder:
         return self._journal.full
 
     def close(self, least_s: float = 0.0) -> Path | None:
-        """Seal the session; return its file, or None if it is shorter than `least_s` or closed.
-
-        Raises:
-            RecordingError: The file cannot be written; the message has the place of the data.
-        """
+        """Return the sealed file, None if shorter than `least_s`, or raise RecordingError."""
         if self._closing.is_set():
             return None
         self._closing.set()
@@ -195,63 +189,25 @@ class Recorder:
             self._file.sync()
             self._synced += len(new)
 
-    def _created(self, create: Callable[[Path], JournalFile]) -> JournalFile:
-        """Return the journal's file, with the header on the disk."""
-        try:
-            self._file = create(self._place)
-            try:
-                self.sync()
-            except OSError:
-                self._file.remove()
-                raise
-        except FileExistsError:
-            raise TakenError(f"{self._place} exists; record into another file") from None
-        except OSError as error:
-            raise RecordingError(f"cannot write {self._place}: {reason(error)}") from None
-        return self._file
-
     def _run(self) -> None:
         """Sync until the recorder is closed, and a last time then."""
-        wait_s = SYNC_S
-        closing = False
+        wait_s, closing = SYNC_S, False
         while not closing:
             closing = self._closing.wait(wait_s)
-            began_s = monotonic()
             try:
                 self.sync()
             except OSError as error:
-                wait_s, problem = RETRY_S, self._failure(error)
+                wait_s, problem = RETRY_S, f"cannot write {self._place}: {reason(error)}; {ADVICE}"
             else:
-                wait_s, problem = SYNC_S, self._slowness(monotonic() - began_s)
+                wait_s, problem = SYNC_S, ""
             if problem and not self.problem:
                 _log.warning("%s", problem)
             elif self.problem and not problem:
                 _log.info("%s is up to date again", self._place)
             self.problem = problem
 
-    def _slowness(self, took_s: float) -> str:
-        """Return the problem that a sync took too long; "" if it did not."""
-        if took_s <= SLOW_S:
-            return ""
-        return (
-            f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as much, so "
-            "record onto a faster one"
-        )
-
-    def _failure(self, error: OSError) -> str:
-        """Return the problem that a sync failed."""
-        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        return (
-            f"cannot write {self._place}: {reason(error)}; "
-            f"{'make room' if full else 'look at the disk'}: what is recorded waits in memory, "
-            "and is tried again every second"
-        )
-
     def _rescue(self, recording: Recording, error: Exception, answers: bool) -> str:
-        """Seal a session into a temporary folder; return the sentence about it.
-
-        Its journal is kept, too, since the temporary folder may be deleted.
-        """
+        """Seal a session into a temporary folder, beside its journal; return the sentence."""
         problem = str(error)
         if isinstance(error, OSError):
             problem = f"cannot write {self.path}: {reason(error)}"
@@ -259,12 +215,6 @@ class Recorder:
             self._file.close()
         with contextlib.suppress(OSError, RecordingError):
             folder = Path(tempfile.mkdtemp(prefix="orbtouch-"))  # private, with a random name
-            try:
-                return (
-                    f"{problem}; the session is kept in {seal(folder / self.path.name, recording)}"
-                )
-            except (OSError, RecordingError):
-                folder.rmdir()
-        if answers and os.path.lexists(self._place):
-            return f"{problem}; what the disk took is in {self._place}: make room, {RECOVER}"
-        return f"{problem}; the session is lost"
+            place = seal(folder / self.path.name, recording)
+            return f"{problem}; the session is kept in {place}"
+        return f"{problem}; what the disk took is in {self._place}: make room, {RECOVER}"

@@ -40,47 +40,28 @@ class RecordingError(UserError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Provenance of a recording.
+    """Provenance of a recording."""
 
-    Attributes:
-        device_id: The sensor's serial number.
-        pitch_mm: Distance between adjacent taxels.
-        rate_hz: Nominal frames per second.
-        labels: Names that the label columns index, "null" first.
-        bundle: Hash of the bundle that recognised the commands.
-        engine: Inference engine that ran its networks.
-        software: Version of this program.
-        user: ID of the user; "" unknown.
-        session: ID of the session, unique for the user.
-        protocol: Name of the task.
-        preset: Noise preset of a simulated orb.
-        seed: Of the simulation; None for a real sensor.
-        id: Random, to recognise copies; "" before form 3.
-        started: Time 0 of the recording, UTC as ISO 8601; "" unknown.
-        hardware: Kind of sensor, as text.
-        unit: Of the frames; "pF" is capacitance, anything else is specific to the sensor.
-        schema: Version of the file's form.
-    """
-
-    device_id: str
+    device_id: str  # the sensor's serial number
     rows: int
     columns: int
-    pitch_mm: float
-    rate_hz: float
-    labels: tuple[str, ...]
-    bundle: str
-    engine: str
-    software: str
-    user: str = ""
-    session: str = ""
-    protocol: str = ""
-    preset: str = ""
-    seed: int | None = None
-    id: str = ""
-    started: str = ""
-    hardware: str = ""
+    pitch_mm: float  # distance between adjacent taxels
+    rate_hz: float  # nominal frames per second
+    labels: tuple[str, ...]  # names that the label columns index, "null" first
+    bundle: str  # hash of the bundle that recognised the commands
+    engine: str  # inference engine that ran its networks
+    software: str  # version of this program
+    user: str = ""  # ID of the user; "" unknown
+    session: str = ""  # ID of the session, unique for the user
+    protocol: str = ""  # name of the task
+    preset: str = ""  # noise preset of a simulated orb
+    seed: int | None = None  # of the simulation; None for a real sensor
+    id: str = ""  # random, to recognise copies; "" before form 3
+    started: str = ""  # time 0 of the recording, UTC as ISO 8601; "" unknown
+    hardware: str = ""  # kind of sensor, as text
+    # of the frames; "pF" is capacitance, anything else is specific to the sensor
     unit: str = PICOFARAD
-    schema: int = SCHEMA
+    schema: int = SCHEMA  # version of the file's form
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,55 +75,34 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedTruth:
-    """Ground truth of a simulated session of n frames.
+    """Ground truth of a simulated session of n frames."""
 
-    Attributes:
-        touch: Position of a press, grid units, NaN elsewhere, (n, 2).
-        contact: Every finger: x, y in grid units, depth in mm, NaN elsewhere, (n, fingers, 3).
-        events: Gestures and distractors, in order.
-    """
-
-    touch: NDArray[np.float32]
+    touch: NDArray[np.float32]  # position of a press, grid units, NaN elsewhere, (n, 2)
+    # every finger: x, y in grid units, depth in mm, NaN elsewhere, (n, fingers, 3)
     contact: NDArray[np.float32]
-    events: tuple[Event, ...]
+    events: tuple[Event, ...]  # gestures and distractors, in order
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A whole recording of n frames.
-
-    Attributes:
-        origin: Provenance.
-        frames: Raw frames, (n, rows, columns), in the origin's unit.
-        t: End of each scan, monotonic seconds since the session began, (n,).
-        sequence: Number of each frame; a missing number is a missed frame, (n,).
-        label: Known truth: index into the labels, -1 unknown, (n,).
-        button: Label from the label button, -1 unknown, (n,).
-        key: Label from the keyboard, -1 unknown, (n,).
-        cue: Label of the cue, -1 unknown, (n,).
-        excluded: Frames left out of training: paused, or dropped afterwards, (n,).
-        touch: Recognised position of the touch, grid units, NaN none, (n, 2).
-        rest: First image of the untouched sensor, (rows, columns); None if it was never found.
-        marks: Events, in order of time.
-        state: State of the pipeline before the first frame.
-        truth: Ground truth of a simulation; None for a real sensor.
-    """
+    """A whole recording of n frames."""
 
     origin: Provenance
-    frames: NDArray[np.float32]
-    t: NDArray[np.float64]
-    sequence: NDArray[np.int64]
-    label: NDArray[np.int16]
-    button: NDArray[np.int16]
-    key: NDArray[np.int16]
-    cue: NDArray[np.int16]
-    excluded: NDArray[np.bool_]
-    touch: NDArray[np.float64]
+    frames: NDArray[np.float32]  # raw frames, (n, rows, columns), in the origin's unit
+    t: NDArray[np.float64]  # end of each scan, monotonic seconds since the session began, (n,)
+    sequence: NDArray[np.int64]  # number of each frame; a missing number is a missed frame, (n,)
+    label: NDArray[np.int16]  # known truth: index into the labels, -1 unknown, (n,)
+    button: NDArray[np.int16]  # label from the label button, -1 unknown, (n,)
+    key: NDArray[np.int16]  # label from the keyboard, -1 unknown, (n,)
+    cue: NDArray[np.int16]  # label of the cue, -1 unknown, (n,)
+    excluded: NDArray[np.bool_]  # frames left out of training: paused, or dropped afterwards, (n,)
+    touch: NDArray[np.float64]  # recognised position of the touch, grid units, NaN none, (n, 2)
+    # first image of the untouched sensor, (rows, columns); None if it was never found
     rest: NDArray[np.float32] | None = None
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[Mark, ...] = ()  # events, in order of time
     commands: tuple[CommandRecord, ...] = ()
-    state: State = field(default_factory=dict)
-    truth: SimulatedTruth | None = None
+    state: State = field(default_factory=dict)  # state of the pipeline before the first frame
+    truth: SimulatedTruth | None = None  # ground truth of a simulation; None for a real sensor
 
     @property
     def rate_hz(self) -> float:
@@ -158,11 +118,7 @@ def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
 
 
 def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
-    """Refuse a recording that does not fit the bundle's networks.
-
-    Raises:
-        RecordingError: Sensor, unit or rate differ; 2 % of rate are allowed.
-    """
+    """Raise RecordingError if sensor, unit or rate (by 2 %) are not those of a bundle."""
     shape, expected = recording.frames.shape[1:], (bundle.rows, bundle.columns)
     if shape != expected:
         raise RecordingError(
@@ -192,11 +148,7 @@ def format_provenance(origin: Provenance) -> str:
 
 
 def parse_provenance(text: str) -> Provenance:
-    """Return the provenance in a JSON text from an untrusted file.
-
-    Raises:
-        RecordingError: It holds none, or an impossible one.
-    """
+    """Return the provenance in an untrusted JSON text; RecordingError if there is none."""
     if len(text) > MAX_PROVENANCE:
         raise RecordingError(TOO_LONG)
     try:

@@ -1,29 +1,24 @@
 """Summary and quality verdict of a recording as text, with small images of the sensor."""
 
+import textwrap
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.errors import count
-from controller.recordings.quality import labels, timing
+from controller.recordings.quality import labels
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
-from controller.recordings.quality.response import Response, respond
+from controller.recordings.quality.taxels import Map, Response, respond
 from controller.recordings.recording import PICOFARAD, Recording
 
-BLOCKS: Final = " ░▒▓█"  # from nothing to the greatest value
-ASCII: Final = " .:+#"
+_SHADES: Final = " ░▒▓█"  # from nothing to the greatest value
 _WIDTH: Final = 80  # columns of a terminal
-_TALL: Final = 16  # rows of an image; larger grids are averaged
-_INDENT: Final = 2
-_APART: Final = 3  # columns between two images
+_APART: Final = "   "  # between two images
 _LONGEST: Final = 24  # letters of a name
-
-Map = NDArray[np.floating]  # (rows, columns), one number a taxel, 0 and more
 
 
 def facts(path: Path, recording: Recording) -> dict[str, Any]:
@@ -35,7 +30,7 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
         **asdict(recording.origin),
         "frames": len(recording.t),
         "seconds": float(recording.t[-1] - recording.t[0]),
-        "cadence": asdict(timing.measure(recording)),
+        "cadence": asdict(labels.measure(recording)),
         "said": [asdict(source) for source in labels.summarise(recording, response)],
         "excluded": int(recording.excluded.sum()),
         "commands": dict(Counter(command.command for command in recording.commands)),
@@ -44,10 +39,10 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
     }
 
 
-def lines(path: Path, recording: Recording, shades: str = BLOCKS) -> list[str]:
-    """Return the summary as lines for a terminal; `shades` is `BLOCKS` or `ASCII`."""
+def lines(path: Path, recording: Recording) -> list[str]:
+    """Return the summary as lines for a terminal."""
     origin, response = recording.origin, respond(recording)
-    rhythm, sources = timing.measure(recording), labels.summarise(recording, response)
+    rhythm, sources = labels.measure(recording), labels.summarise(recording, response)
     excluded = int(recording.excluded.sum())
     rows = {
         "who": [*_named(user=origin.user, session=origin.session, protocol=origin.protocol),
@@ -73,7 +68,7 @@ def lines(path: Path, recording: Recording, shades: str = BLOCKS) -> list[str]:
         *(line for name, counted in counts.items()
           for line in _wrapped(name, [f"{key} {number}" for key, number in counted.items()])),
         *_lines(end),
-        *_pictures(recording, response, sources, shades),
+        *_pictures(recording, response, sources),
     ]  # fmt: skip
 
 
@@ -85,20 +80,10 @@ def verdict(report: Report) -> list[str]:
         text += [
             f"  cadence   {duration(report.seconds)} at {rhythm.measured_hz:.2f} Hz "
             f"({rhythm.intended_hz:g} intended), {rhythm.missing} of "
-            f"{rhythm.missing + rhythm.frames} frames missing{stretches}",
-            f"            intervals: median {rhythm.median_ms:.0f} ms, "
-            f"95 % up to {rhythm.p95_ms:.0f} ms, worst {rhythm.worst_ms:.0f} ms",
+            f"{rhythm.missing + rhythm.frames} frames missing{stretches}"
         ]
     for source in report.said:
         text += _labels(source)
-        edges = (("begins", source.begin), ("ends", source.end))
-        delays = [
-            f"{edge} {abs(delay.median_s):.2f} s {'late' if delay.median_s >= 0 else 'early'} "
-            f"(spread {delay.spread_s:.2f} s)"
-            for edge, delay in edges
-            if delay is not None
-        ]
-        text += [f"  {'':9} {', '.join(delays)}"] if delays else []
     for finding in sorted(report.findings, key=lambda each: -each.level):
         word = "note" if finding.level is Level.GOOD else finding.level.name.lower()
         text.append(f"  {word + ':':9} {finding.text}")
@@ -141,24 +126,16 @@ def _labels(source: SourceLabels) -> list[str]:
 
 def _wrapped(name: str, parts: list[str]) -> list[str]:
     """Return the parts as wrapped lines, with the name before the first."""
-    rows: list[str] = []
-    for part in parts:
-        if rows and len(rows[-1]) + len(part) + 16 <= _WIDTH:
-            rows[-1] += f", {part}"
-        else:
-            rows.append(part)
-    ends = ["," * (i < len(rows) - 1) for i in range(len(rows))]
-    return [
-        f"  {name * (i == 0):9} {row}{end}"
-        for i, (row, end) in enumerate(zip(rows, ends, strict=True))
-    ]
+    text = ", ".join(part.replace(" ", "\xa0") for part in parts)  # no break within a part
+    rows = textwrap.wrap(text, _WIDTH - 12, break_long_words=False, break_on_hyphens=False)
+    return [f"  {name * (i == 0):9} {row}".replace("\xa0", " ") for i, row in enumerate(rows)]
 
 
 # --- pictures -------------------------------------------------------------------------------------
 
 
 def _pictures(
-    recording: Recording, response: Response, sources: tuple[SourceLabels, ...], shades: str
+    recording: Recording, response: Response, sources: tuple[SourceLabels, ...]
 ) -> list[str]:
     """Return the mean image of each class, by the first source that names any."""
     shown = response.touched & ~recording.excluded
@@ -169,51 +146,26 @@ def _pictures(
         names = recording.origin.labels[1:]
         classes = {name: shown & (column == index) for index, name in enumerate(names, 1)}
     blocks = [
-        _block(name, np.abs(response.change[frames].mean(axis=0)), recording.origin.unit, shades)
+        _block(name, np.abs(response.change[frames].mean(axis=0)), recording.origin.unit)
         for name, frames in classes.items()
         if frames.any()
     ]
-    if not blocks:
+    width = max((len(line) for block in blocks for line in block), default=_WIDTH)
+    abreast = (_WIDTH - 2 + len(_APART)) // (width + len(_APART))
+    if not abreast:  # no image, or too wide
         return []
     by = f" by {source}" if source else ""
-    return [
-        "",
-        f"  mean change of each taxel under touch{by}, and the greatest:",
-        *_abreast(blocks),
-    ]
-
-
-def _abreast(blocks: list[list[str]]) -> list[str]:
-    """Return images side by side, as many as fit a terminal."""
-    width = max(len(line) for block in blocks for line in block)
-    abreast = max(1, (_WIDTH - _INDENT + _APART) // (width + _APART))
-    text: list[str] = []
+    text = ["", f"  mean change of each taxel under touch{by}, and the greatest:"]
     for first in range(0, len(blocks), abreast):
-        text += [""] if first else []
-        row = [[line.ljust(width) for line in block] for block in blocks[first : first + abreast]]
-        text += [
-            (" " * _INDENT + (" " * _APART).join(cells)).rstrip()
-            for cells in zip(*row, strict=True)
-        ]
+        rows = zip(*blocks[first : first + abreast], strict=True)
+        text += ["  " + _APART.join(f"{cell:{width}}" for cell in row).rstrip() for row in rows]
     return text
 
 
-def _block(name: str, change: Map, unit: str, shades: str) -> list[str]:
+def _block(name: str, change: Map, unit: str) -> list[str]:
     """Return one image: its name, a line for each row, two characters a taxel, and a caption."""
     top = float(change.max())
     below = f"{100 * top:.0f} %" if unit == PICOFARAD else f"{top:.3g} {unit}"
-    small = _shrunk(change)
-    shares = np.clip(small / (small.max() or 1.0), 0.0, 1.0)
-    steps = np.rint(shares * (len(shades) - 1)).astype(int)
-    picture = ["|" + "".join(2 * shades[step] for step in row) + "|" for row in steps.tolist()]
+    steps = np.rint(change / (top or 1.0) * (len(_SHADES) - 1)).astype(int)
+    picture = ["|" + "".join(2 * _SHADES[step] for step in row) + "|" for row in steps.tolist()]
     return [name[:_LONGEST], *picture, below]
-
-
-def _shrunk(values: Map) -> Map:
-    """Return an image reduced to fit, by averaging squares of taxels."""
-    rows, columns = values.shape
-    factor = max(-(-rows // _TALL), -(-columns // ((_WIDTH - _INDENT - 2) // 2)))
-    wide = np.full((-(-rows // factor) * factor, -(-columns // factor) * factor), np.nan)
-    wide[:rows, :columns] = values
-    squares = wide.reshape(wide.shape[0] // factor, factor, wide.shape[1] // factor, factor)
-    return np.asarray(np.nanmean(squares, axis=(1, 3)))

@@ -1,7 +1,12 @@
-"""Write recordings to files, deterministically and without replacing a file."""
+"""Files of recordings: written deterministically, named by the BIDS standard, never replaced.
+
+The name is `sub-ID_ses-DATE_run-NN.npz`. The journal of an unsealed recording has the same one, so
+that counts as taken.
+"""
 
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +16,7 @@ from numpy.typing import NDArray
 from controller import npz
 from controller.files import atomic_write
 from controller.recognition.pipeline import CommandRecord, Touch
-from controller.recordings import naming, reader
+from controller.recordings import reader
 from controller.recordings.reader import COLUMNS, STATE
 from controller.recordings.recording import (
     Mark,
@@ -21,6 +26,11 @@ from controller.recordings.recording import (
     format_provenance,
 )
 
+SEALED: Final = ".npz"
+JOURNAL: Final = ".journal"
+DAMAGED: Final = ".damaged"  # appended to the name of a damaged journal
+LONGEST: Final = 64  # characters of an ID: three parts fit the 255 of file systems
+_RUN: Final = re.compile(r"(.*_run-)(\d{1,9})")
 NOWHERE: Final = (np.nan, np.nan)
 
 
@@ -65,9 +75,9 @@ def seal(path: Path, recording: Recording) -> Path:
         OSError: It cannot be written.
     """
     data = pack(recording)
-    for place in naming.alternatives(path):
+    for place in alternatives(path):
         if not os.path.lexists(place):
-            if place != path and os.path.lexists(naming.journal_of(place)):
+            if place != path and os.path.lexists(journal_of(place)):
                 continue  # in use by a recorder
             try:
                 write_beside(place, data)
@@ -110,3 +120,48 @@ def _truth(truth: SimulatedTruth) -> npz.Arrays:
 def _touches(touches: Sequence[Touch | None]) -> NDArray[np.float64]:
     """Return positions as rows, (n, 2), NaN for none."""
     return np.array([touch or NOWHERE for touch in touches], dtype=np.float64).reshape(-1, 2)
+
+
+# --- names ----------------------------------------------------------------------------------------
+
+
+def first(user: str, session: str) -> str:
+    """Return the name of a session's first run, without its suffix."""
+    return f"{_stem(user, session)}01"
+
+
+def next_free(folder: Path, user: str, session: str) -> Path:
+    """Return the file of the next run; RecordingError if names are not of letters and digits."""
+    for what, name in (("user", user), ("session", session)):
+        if not (name.isascii() and name.isalnum() and len(name) <= LONGEST):
+            raise RecordingError(
+                f"the {what} {name!r} names files, so it must be 1 to {LONGEST} letters (a to z) "
+                "and digits; choose another"
+            )
+    stem = _stem(user, session)
+    runs = [0]
+    for path in folder.iterdir() if folder.is_dir() else ():
+        match = _RUN.match(path.name.lower())  # some file systems ignore case
+        if match and match[1] == stem.lower():
+            runs.append(int(match[2]))
+    return folder / f"{stem}{max(runs) + 1:02d}{SEALED}"
+
+
+def _stem(user: str, session: str) -> str:
+    return f"sub-{user}_ses-{session}_run-"
+
+
+def alternatives(path: Path) -> Iterator[Path]:
+    """Yield `path`, then an infinite sequence of names after it: run-02, run-03 or x-2, x-3."""
+    yield path
+    run = _RUN.fullmatch(path.stem)
+    stem, first = (run[1], int(run[2]) + 1) if run else (f"{path.stem}-", 2)
+    width = len(run[2]) if run else 1
+    while True:
+        yield path.with_name(f"{stem}{first:0{width}d}{path.suffix}")
+        first += 1
+
+
+def journal_of(path: Path) -> Path:
+    """Return the path of a recording's journal."""
+    return path.with_name((path.stem if path.suffix == SEALED else path.name) + JOURNAL)

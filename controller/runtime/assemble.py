@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Final
 
 from controller import __version__
 from controller.bundles import bundle as bundles
-from controller.bundles import mapping_file
+from controller.bundles import users_table
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy.store import BundleStore, name_of
+from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
 from controller.links import Link, LinkError, open_link
@@ -28,17 +28,16 @@ from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welc
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings.recording import RATE_TOLERANCE
-from controller.runtime.device import Device
+from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter, status_file
-from controller.runtime.realtime import IdleCollector
-from controller.runtime.virtual_hand import VirtualHand
+from controller.runtime.process import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor, SensorError
 
 if TYPE_CHECKING:
-    from controller.capture.cue_plan import CuePlan
-    from controller.capture.run_files import RunFiles
+    from controller.capture.cues import CuePlan
+    from controller.capture.session_recorder import RunFiles
     from controller.keymap.terminal import Keyboard
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
@@ -48,47 +47,30 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """Checked parts of a run.
+    """Checked parts of a run."""
 
-    Attributes:
-        options: Of the command line.
-        bundle: The one in use.
-        recognizer: Its networks.
-        mapping: Its mapping, or an override of it.
-        sensor: The sensor of the first session, before its first frame.
-        link: The link for messages.
-        owned: Whether a host started this process.
-        runs: Files for recordings; None: no recording.
-        plan: Cues of a recording; None: without cues.
-        collector: Garbage collection between frames; None: Python's own.
-    """
-
-    options: Namespace
-    bundle: Bundle
-    recognizer: Recognizer
-    mapping: Mapping
-    sensor: Sensor
-    link: Link
-    owned: bool
-    runs: RunFiles | None
-    plan: CuePlan | None
-    collector: IdleCollector | None = None
+    options: Namespace  # of the command line
+    bundle: Bundle  # the one in use
+    recognizer: Recognizer  # its networks
+    mapping: Mapping  # its mapping, or an override of it
+    sensor: Sensor  # the sensor of the first session, before its first frame
+    link: Link  # the link for messages
+    owned: bool  # whether a host started this process
+    runs: RunFiles | None  # files for recordings; None: no recording
+    plan: CuePlan | None  # cues of a recording; None: without cues
+    collector: IdleCollector | None = None  # garbage collection between frames; None: Python's own
 
 
 # --- before the first frame -----------------------------------------------------------------------
 
 
 def prepare(options: Namespace) -> Parts:
-    """Return all parts of a run.
-
-    Raises:
-        UserError: A part cannot be built.
-    """
+    """Return all parts of a run, or raise UserError."""
     bundle, mapping, recognizer = _deployed(options)
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
-        from controller.capture.run_files import RunFiles
+        from controller.capture.session_recorder import RunFiles
         from controller.runtime import recording_session
 
         plan = recording_session.plan(options, bundle.labels)
@@ -115,10 +97,9 @@ def prepare(options: Namespace) -> Parts:
 
 
 def renew(parts: Parts) -> Parts:
-    """Return the parts with bundle and mapping read again; the link stays, and its host reconnects.
+    """Return the parts with bundle and mapping read again; the link stays, its host reconnects.
 
-    Raises:
-        UserError: They cannot be used; the old parts are unchanged.
+    UserError if they cannot be used; the old parts are then unchanged.
     """
     bundle, mapping, recognizer = _deployed(parts.options)
     sensor = _sensor(parts.options, bundle)
@@ -131,11 +112,7 @@ def renew(parts: Parts) -> Parts:
 
 
 def refreshed(parts: Parts) -> Parts | None:
-    """Return the parts with the networks now in use; None: the bundle differs in more than these.
-
-    Raises:
-        UserError: They cannot be used; the old parts are unchanged.
-    """
+    """Return the parts with the networks now in use, or None if more differs."""
     bundle, mapping, recognizer = _deployed(parts.options)
     before = parts.bundle.settings, parts.bundle.pitch_mm, parts.mapping
     if (bundle.settings, bundle.pitch_mm, mapping) != before:
@@ -144,11 +121,7 @@ def refreshed(parts: Parts) -> Parts | None:
 
 
 def exchange(parts: Parts, device: Device) -> None:
-    """Replace the networks of a running device by those of `refreshed` parts.
-
-    Raises:
-        RecordingError: The next file of a recording cannot be begun.
-    """
+    """Replace the networks of a running device, and begin the next file of its recording."""
     device.pipeline.exchange(parts.recognizer)
     if device.recorder is not None and parts.runs is not None:
         from controller.runtime import recording_session
@@ -162,12 +135,10 @@ def exchange(parts: Parts, device: Device) -> None:
 def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
-    They run in the engine that is fastest here. All golden vectors are tested, unless this very
-    file was tested before: by `controller install`, or before the release if it is the shipped
-    bundle.
+    They run in the engine that is fastest here.
     """
     if options.bundle is not None:
-        path, engine, proved = options.bundle, "", False
+        path, engine = options.bundle, ""
         bundle = bundles.read(path)
     else:
         store = BundleStore()
@@ -178,13 +149,12 @@ def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
         except bundles.BundleError as error:
             remedy = "; `controller rollback` goes back to the one before" if installed else ""
             raise bundles.BundleError(f"{error}{remedy}") from None
-        proved = not installed or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
-        own, people = mapping_file.read(options.mapping, bundle.labels)
+        own, people = users_table.read_mapping(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
-    return bundle, mapping, Recognizer(bundle, options.engine or engine, proved=proved)
+    return bundle, mapping, Recognizer(bundle, options.engine or engine)
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
@@ -231,17 +201,13 @@ def _day(name: str, day: str) -> str:
     """Return the day of a simulated hand, as `controller teach --session DAY` names it."""
     if not day:
         return ""
-    from controller.recordings import naming
+    from controller.recordings import writer
 
-    return naming.first(name, day)
+    return writer.first(name, day)
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:
-    """Return files of gestures for the simulated hand, besides the shipped ones.
-
-    Raises:
-        VocabularyError: The file that names them is no vocabulary.
-    """
+    """Return files of gestures for the simulated hand besides the shipped ones."""
     if options.labels is None:
         return ()
     from controller.bundles import vocabulary

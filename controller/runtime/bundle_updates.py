@@ -38,20 +38,13 @@ _log = logging.getLogger("controller")
 class BundleUpdater:
     """Handler of bundles and corrections that never blocks the loop.
 
-    Attributes:
-        switched: Whether a new bundle is in use, with which the loop has to start again.
+    `switched` says that a new bundle is in use, with which the loop has to start again.
     """
 
     def __init__(
         self, upload: UploadReceiver, install: Install, learn: Learn | None = None
     ) -> None:
-        """Take uploads and corrections.
-
-        Args:
-            upload: Receives the chunks of an upload.
-            install: Raises BundleError or OSError if the bundle is refused.
-            learn: Raises the same, or ValueError; None: no corrections.
-        """
+        """Take uploads, and corrections by `learn`; BundleError and OSError refuse one."""
         self.switched = False
         self._upload, self._install, self._learn = upload, install, learn
         self._thread: threading.Thread | None = None

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from controller.links.base import Link
-from controller.links.log_limit import LogLimit
+from controller.links.base import Link, LogLimit
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     Command,
@@ -25,19 +24,69 @@ from controller.recognition.frames import Frame, Image
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.latency import LatencyReporter
-from controller.runtime.long_press import WINDOW_S, LongPress
-from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors.base import Sensor, SensorAwayError, SensorError
 
 if TYPE_CHECKING:
+    from controller.capture.cues import Cue
     from controller.capture.session_recorder import SessionRecorder
 
+HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair ...
+PAIR_S: Final = 120  # ... for so long
 RECENT_S: Final = 4.0  # of images are kept for corrections
 _TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
 
 _log = logging.getLogger("controller")
 
 Schedule = Iterator[tuple[int, float]]  # (number, seconds) of each frame
+TimedPerform = tuple[float, Perform]  # seconds, and the gesture that begins then
+
+
+class VirtualHand:
+    """Gestures scheduled by time."""
+
+    def __init__(
+        self,
+        script: Iterator[TimedPerform] | None = None,
+        respond: Callable[[Cue, float], TimedPerform | None] | None = None,
+    ) -> None:
+        """Take a script in order of time, and what returns the gesture for a cue at a time."""
+        self._script, self._respond = script or iter(()), respond
+        self._next = next(self._script, None)
+        self._cued: TimedPerform | None = None  # for a cue, and not due yet
+
+    def take_cue(self, cue: Cue, t_s: float) -> None:
+        """Take a new cue."""
+        if self._respond is not None:
+            self._cued = self._respond(cue, t_s)
+
+    def due(self, t_s: float) -> Iterator[TimedPerform]:
+        """Yield each gesture that begins by `t_s`, once."""
+        while self._next is not None and self._next[0] <= t_s:
+            yield self._next
+            self._next = next(self._script, None)
+        if self._cued is not None and self._cued[0] <= t_s:
+            yield self._cued
+            self._cued = None
+
+
+class LongPress:
+    """Detects once that a button has been down for HOLD_S."""
+
+    def __init__(self) -> None:
+        self._since_s: float | None = None
+        self._done = False
+
+    def step(self, state: str | None, t_s: float) -> bool:
+        """Return whether the button, of a state as `Sensor.button` has it, is down for so long."""
+        if state is None or state == "null":
+            self._since_s, self._done = None, False
+            return False
+        if self._since_s is None:
+            self._since_s = t_s
+        if self._done or t_s - self._since_s < HOLD_S:
+            return False
+        self._done = True
+        return True
 
 
 class Device:
@@ -62,18 +111,7 @@ class Device:
         hand: VirtualHand | None = None,
         latency: LatencyReporter | None = None,
     ) -> None:
-        """Begin before the first frame.
-
-        Args:
-            sensor: Source of the frames.
-            pipeline: Recognition of the frames.
-            link: The link for messages.
-            schedule: Times of the frames of a recording; None: frame k of a live sensor is due
-                at k / rate.
-            recorder: Recorder of the session.
-            hand: The simulated hand.
-            latency: Records the latency of each stage.
-        """
+        """Begin before the first frame; frame k is due at k / rate unless a recording says when."""
         self.sensor, self.pipeline, self.link = sensor, pipeline, link
         self.recorder, self.latency = recorder, latency
         self.live = schedule is None
@@ -121,12 +159,7 @@ class Device:
     def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
         """Scan the frame that is due, and send its results; None: the sensor is away.
 
-        Args:
-            rate_hz: The rate as measured, for the telemetry.
-            late_s: Time since it was due.
-
-        Raises:
-            SensorError: The sensor gives no frame any more.
+        The rate as measured goes into the telemetry. SensorError if there will be no further frame.
         """
         assert self.due is not None
         number, t_s = self.due
@@ -173,11 +206,7 @@ class Device:
         self.due = next(self._schedule, None)
 
     def close(self) -> None:
-        """Finish the recording and release the sensor.
-
-        Raises:
-            RecordingError: The recording cannot be written.
-        """
+        """Finish the recording, or raise RecordingError, and release the sensor."""
         self.untimed()
         try:
             self.sensor.close()
@@ -200,7 +229,7 @@ class Device:
             _log.info("the sensor is back after %.1f s", t_s - self._away_s)
             self._away_s = None
         if self._pairs and self._button.step(self.sensor.button(t_s), t_s):
-            self.link.pair(WINDOW_S)
+            self.link.pair(PAIR_S)
         return frame
 
     def _wait(self, t_s: float, why: str) -> None:

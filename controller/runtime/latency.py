@@ -17,7 +17,7 @@ import numpy as np
 
 from controller.files import atomic_write, runtime_folder
 from controller.protocol.messages import LatencyReport, StageTime
-from controller.runtime.realtime import IdleCollector
+from controller.runtime.process import IdleCollector
 
 # The device's hops in order, each named by the work that ends with it.
 HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")
@@ -28,11 +28,7 @@ _SLACK_S: Final = 0.01  # least idle time for collection and reports
 
 
 class LatencyStatistics:
-    """Time stamps of the latest frames.
-
-    Attributes:
-        lines: Frames since the start.
-    """
+    """Time stamps of the latest frames; `lines` counts all since the start."""
 
     def __init__(self, hops: Sequence[str] = HOPS, lines: int = LINES) -> None:
         """Reserve memory for the hops of the latest `lines` frames."""
@@ -78,13 +74,8 @@ class LatencyReporter:
     ) -> None:
         """Prepare for the first frame.
 
-        Args:
-            period_s: Time between two frames.
-            send: Sends a report to the host.
-            collector: Garbage collection between frames.
-            status: A file for `controller status`, replaced with every report.
-            about: Further entries of that file.
-            clock_ns: Nanoseconds that never go back.
+        Reports go to `send` every second, and with further entries to a file for the command
+        `status`. The collector works in idle time.
         """
         self.statistics = LatencyStatistics()
         self.about = about or {}
@@ -109,12 +100,9 @@ class LatencyReporter:
                 self.statistics.note(self._stamps)
 
     def idle(self, now_s: float, left_s: float, missed: int) -> None:
-        """Collect garbage and report, if the time until the next frame suffices.
+        """Collect garbage and report, if `left_s`, the time until the next frame, suffices.
 
-        Args:
-            now_s: The loop's clock.
-            left_s: Until the next frame.
-            missed: Frames skipped because they were late, since the start.
+        `now_s` is the loop's clock, and `missed` counts frames skipped since the start.
         """
         if left_s < _SLACK_S:
             return

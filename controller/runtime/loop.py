@@ -11,8 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from controller.links.base import Link
-from controller.links.log_limit import LogLimit
+from controller.links.base import Link, LogLimit
 from controller.protocol.messages import (  # fmt: skip
     PROVING,
     Bye,
@@ -62,8 +61,7 @@ class Loop:
             await_host: Begin when a host connects, instead of now.
             orphan_s: End after this time without a host; None: never.
             updater: Handler of bundles and corrections from the host.
-            exchange: Replaces the networks of a device by those of the bundle now in use;
-                returns False if that needs a new run.
+            exchange: Replaces the networks of a device by those in use; False: it takes a new run.
         """
         self.missed = 0  # frames skipped because they were late
         self.device: Device | None = None
@@ -81,9 +79,7 @@ class Loop:
     def run(self, stopped: Callable[[], bool]) -> None:
         """Run until `stopped`, the schedule's end, or orphaned; the last device is closed.
 
-        Raises:
-            SensorError: The sensor fails.
-            RecordingError: A recording cannot be written.
+        SensorError if the sensor fails, RecordingError if a recording cannot be written.
         """
         seen_s = self._clock()
         try:

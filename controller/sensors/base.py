@@ -45,10 +45,7 @@ class Geometry:
 
 @dataclass(frozen=True)
 class SensorOptions:
-    """Base class of the options of a sensor, each with a default.
-
-    An option is an int, a float, a text, a path, or a tuple of texts or paths.
-    """
+    """Base class of a sensor's options: int, float, text, path, or tuple of texts or paths."""
 
     simulated: ClassVar[bool] = False  # whether its sensor is virtual
 
@@ -81,18 +78,12 @@ class Sensor:
     def read(self, t_s: float) -> Frame:
         """Return the scan that ends at `t_s`, (rows, columns), picofarads; times never decrease.
 
-        Raises:
-            SensorAwayError: There is none now.
-            SensorError: There will be no further one.
+        Raises SensorAwayError if there is none now, SensorError if there will be none any more.
         """
         raise NotImplementedError
 
     def button(self, t_s: float) -> str | None:
-        """Return the state of the label button at `t_s`, the time of the latest scan.
-
-        None: there is no button. "null": it is up. "": it is down. A label: it is down, and this
-        is its meaning.
-        """
+        """Return the button at `t_s`: None (there is none), "null" (up), "" (down), or a label."""
         return None
 
     def close(self) -> None:
@@ -113,11 +104,7 @@ class Sensor:
         """Place the host's fingers: all that touch from `t_s` on."""
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        """Let the simulated hand do `label` at (x, y), grid units, from `t_s` on.
-
-        Raises:
-            SensorError: The hand does not know the label.
-        """
+        """Let the simulated hand do `label` at (x, y), grid units; SensorError if it cannot."""
         raise SensorError("this sensor has no simulated hand")
 
     def truths(self) -> list[GroundTruth]:
@@ -140,11 +127,7 @@ def names() -> list[str]:
 
 
 def name_of(spec: str) -> str:
-    """Return NAME of NAME:KEY=VALUE,...
-
-    Raises:
-        SensorError: There is no such sensor.
-    """
+    """Return NAME of NAME:KEY=VALUE,..., or raise SensorError."""
     name = spec.partition(":")[0]
     if name not in (*names(), REPLAY):
         raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
@@ -152,12 +135,9 @@ def name_of(spec: str) -> str:
 
 
 def options(spec: str, **given: object) -> SensorOptions:
-    """Return the options of a sensor.
+    """Return the options in NAME:KEY=VALUE,KEY=VALUE; one that is a tuple may come repeatedly.
 
-    Args:
-        spec: NAME, or NAME:KEY=VALUE,KEY=VALUE; an option that is a tuple may come repeatedly.
-        given: Values of options that `spec` does not have; what the sensor has no option for, and
-            what is None, is left out.
+    `given` has values of others; what the sensor has no option for, and what is None, is left out.
 
     Raises:
         SensorError: There is no such sensor, or an option cannot be used.
@@ -178,12 +158,7 @@ def options(spec: str, **given: object) -> SensorOptions:
 
 
 def load(spec: str, rate_hz: float | None = None, **given: object) -> Sensor:
-    """Return a sensor, ready to be read.
-
-    Args:
-        spec: As of `options`.
-        rate_hz: Scans per second; None: the sensor's own rate.
-        given: As of `options`.
+    """Return a sensor, ready to be read, at a rate or at its own; other arguments as `options`.
 
     Raises:
         SensorError: There is no such sensor, or it cannot be used.

@@ -26,21 +26,13 @@ _log = logging.getLogger("controller")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """One calibration.
+    """One calibration."""
 
-    Attributes:
-        device_id: Of which sensor.
-        rest: What it read untouched, (rows, columns), picofarads.
-        idle: Mean of |z - 1| meanwhile.
-        made: When, ISO 8601.
-        verdict: "good" or "doubtful".
-    """
-
-    device_id: str
-    rest: Frame
-    idle: float
-    made: str
-    verdict: str
+    device_id: str  # of which sensor
+    rest: Frame  # what it read untouched, (rows, columns), picofarads
+    idle: float  # mean of |z - 1| meanwhile
+    made: str  # when, ISO 8601
+    verdict: str  # "good" or "doubtful"
 
     @property
     def known(self) -> StoredBaseline:
@@ -60,11 +52,7 @@ def path(device_id: str, where: Path | None = None) -> Path:
 
 
 def save(calibration: Calibration, where: Path | None = None) -> Path:
-    """Keep a calibration in the place of the device's last one, and return its file.
-
-    Raises:
-        OSError: It cannot be written.
-    """
+    """Keep a calibration in the place of the last one; return its file, or raise OSError."""
     file = path(calibration.device_id, where)
     plain = {
         "version": VERSION,
@@ -97,11 +85,7 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
 
 
 def forget(device_id: str, where: Path | None = None) -> bool:
-    """Remove what is kept of a device; return whether there was something.
-
-    Raises:
-        OSError: It cannot be removed.
-    """
+    """Remove what is kept of a device; return whether there was something, or raise OSError."""
     file = path(device_id, where)
     there = file.exists()
     file.unlink(missing_ok=True)

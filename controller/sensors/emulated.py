@@ -16,22 +16,17 @@ from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.sensors.hardware.wiring_file import read
-from controller.sensors.orb import refuse_haste
-from controller.sensors.virtual import RATE_HZ, Virtual
+from controller.sensors.hardware.wiring import read
+from controller.sensors.virtual import Virtual
 from controller.simulator.faults import Fault, FaultError
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.orb import PresetError, preset
 
 _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean
 
 
 @dataclass(frozen=True)
 class Options(virtuals.Options):
-    """Options of a virtual orb, whose faults may be of its wiring, too.
-
-    Attributes:
-        wiring: How it is wired; None: as docs/hardware.md draws it.
-    """
+    """Options of a virtual orb, whose faults may be of its wiring; None is docs/hardware.md's."""
 
     wiring: Path | None = None
 
@@ -42,8 +37,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     Raises:
         SensorError: The preset, a fault or the wiring cannot be used, or gpiozero is missing.
     """
-    wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
-    refuse_haste(wiring, rate_hz)
+    wiring = read(options.wiring)
     names, others = _split(options.fault)
     try:
         model = replace(
@@ -55,11 +49,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
         raise HardwareError(str(error)) from None
     orb = virtuals.arguments(replace(options, fault=others), rate_hz, model)
     readout = model.electronics.readout
-    around = replace(
-        BoardModel(),
-        noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
-        finger_pf=readout.finger_pf,
-    )  # fmt: skip
+    around = BoardModel(readout.noise_lsb, readout.mains, readout.mains_hz, readout.finger_pf)
     seeds = np.random.SeedSequence([options.seed, 1])
     emulated = Emulated(**orb, options=options)
     skin = emulated.skin[0]
@@ -68,11 +58,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
 
 
 def _split(texts: tuple[str, ...]) -> tuple[list[str], tuple[str, ...]]:
-    """Return the faults of the wiring, and those of the virtual orb.
-
-    Raises:
-        HardwareError: One is neither.
-    """
+    """Return the faults of the wiring, and those of the virtual orb, or raise HardwareError."""
     kinds = {text: re.split("[:=]", text)[0] for text in texts}
     known = dict.fromkeys([*WiringFault.kinds, *Fault.kinds])
     for text, kind in kinds.items():
@@ -100,11 +86,7 @@ class Emulated(Virtual):
         self._now_s = 0.0
 
     def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads.
-
-        Raises:
-            HardwareAwayError: A fault keeps the driver from reading.
-        """
+        """Return the scan that ends at `t_s`, pF, or raise HardwareAwayError for a fault."""
         super().read(t_s)
         self.bench.breathe(t_s - self._now_s)
         self._now_s = t_s

@@ -6,25 +6,19 @@ from pathlib import Path
 
 from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, Sensor, SensorOptions
-from controller.sensors.hardware import HardwareError, schedule
+from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.raspberry_pi import open_board, serial
-from controller.sensors.hardware.wiring import Wiring
-from controller.sensors.hardware.wiring_file import read
+from controller.sensors.hardware.wiring import read
 
 RATE_HZ = 10.0  # paper, section 4.1
-PIN_S, TRANSFER_S = 15e-6, 20e-6  # guesses for a Raspberry Pi 4; measured at start
 
 _log = logging.getLogger("controller")
 
 
 @dataclass(frozen=True)
 class Options(SensorOptions):
-    """Options of the orb.
-
-    Attributes:
-        wiring: How it is wired; None: as docs/hardware.md draws it.
-    """
+    """Options of the orb: how it is wired; None: as docs/hardware.md draws it."""
 
     wiring: Path | None = None
 
@@ -38,7 +32,6 @@ def create(options: Options, rate_hz: float | None = None) -> "Orb":
         HardwareAwayError: The converter or the membrane is not there.
     """
     wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
-    refuse_haste(wiring, rate_hz)
     driver = Driver(open_board(wiring))
     try:
         driver.frame()  # whatever is missing is missed now
@@ -46,30 +39,16 @@ def create(options: Options, rate_hz: float | None = None) -> "Orb":
         driver.scanner.scan()
         took_s = driver.board.clock() - began_s
         _log.info("a scan takes %.1f ms here", took_s * 1e3)
-        _refuse(took_s, rate_hz)
+        if took_s > 1.0 / rate_hz:
+            raise HardwareError(
+                f"a scan takes {took_s * 1e3:.0f} ms and {rate_hz:g} Hz leave {1e3 / rate_hz:.0f}; "
+                'shorten [times], or scan with scheme = "column" (docs/hardware.md)'
+            )
     except BaseException:
         driver.close()
         raise
     number = serial()
     return Orb(driver, rate_hz, f"{wiring.name}-{number}" if number else wiring.name)
-
-
-def refuse_haste(wiring: Wiring, rate_hz: float) -> None:
-    """Refuse a rate at which a frame would take longer than there is time for.
-
-    Raises:
-        HardwareError: It would.
-    """
-    transfer_s = TRANSFER_S + 24 / wiring.converter.clock_hz
-    _refuse(schedule.frame_s(wiring, PIN_S, transfer_s), rate_hz)
-
-
-def _refuse(took_s: float, rate_hz: float) -> None:
-    if took_s > 1.0 / rate_hz:
-        raise HardwareError(
-            f"a scan takes {took_s * 1e3:.0f} ms and {rate_hz:g} Hz leave {1e3 / rate_hz:.0f}; "
-            'shorten [times], or scan with scheme = "column" (docs/hardware.md)'
-        )
 
 
 class Orb(Sensor):
@@ -84,11 +63,7 @@ class Orb(Sensor):
         self.geometry = Geometry(wiring.rows, wiring.columns, wiring.pitch_mm)
 
     def read(self, t_s: float) -> Frame:
-        """Return a scan, (rows, columns), picofarads.
-
-        Raises:
-            HardwareAwayError: There is none now.
-        """
+        """Return a scan, (rows, columns), picofarads, or raise HardwareAwayError."""
         return self.driver.frame(t_s)
 
     def button(self, t_s: float) -> str | None:

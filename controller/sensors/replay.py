@@ -15,22 +15,13 @@ from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 
 @dataclass(frozen=True)
 class Options(SensorOptions):
-    """Options of a replay.
-
-    Attributes:
-        path: The recording.
-    """
+    """Options of a replay: the recording."""
 
     path: Path | None = None
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Replay":
-    """Return the sensor of a recording.
-
-    Raises:
-        SensorError: No recording is named.
-        RecordingError: It cannot be read.
-    """
+    """Return the sensor of a recording; SensorError if none is named, else RecordingError."""
     if options.path is None:
         raise SensorError("this sensor needs a recording; use --replay FILE")
     return Replay(reader.load(options.path))
@@ -53,28 +44,16 @@ class Replay(Sensor):
         yield from zip(self.source.sequence.tolist(), self.source.t.tolist(), strict=True)
 
     def refuse_misfit(self, bundle: Bundle) -> None:
-        """Refuse a bundle for another sensor.
-
-        Raises:
-            RecordingError: Its grid, rate or unit is another than the recording's.
-        """
+        """Raise RecordingError for a bundle of another grid, rate or unit than the recording's."""
         recording.refuse_misfit(self.source, bundle.settings)
 
     def read(self, t_s: float) -> Frame:
-        """Return the frame that was recorded at `t_s`, (rows, columns), picofarads.
-
-        Raises:
-            SensorError: None was.
-        """
+        """Return the frame recorded at `t_s`, (rows, columns), pF; SensorError without one."""
         frame: Frame = self.source.frames[self._index(t_s)]
         return frame
 
     def button(self, t_s: float) -> str | None:
-        """Return what the label button said at `t_s`; None if unknown.
-
-        Raises:
-            SensorError: There is no frame of that time.
-        """
+        """Return what the label button said at `t_s`, None if unknown; SensorError as `read`."""
         label = int(self.source.button[self._index(t_s)])
         return None if label == UNKNOWN else self.source.origin.labels[label]
 

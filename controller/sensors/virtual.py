@@ -11,10 +11,9 @@ import numpy as np
 from controller.protocol.messages import Perform
 from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
+from controller.simulator.gesture import GestureError
 from controller.simulator.gesture_file import Repertoire, load
-from controller.simulator.gesture_values import GestureError
-from controller.simulator.orb import NOMINAL, OrbModel
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.orb import NOMINAL, OrbModel, PresetError, preset
 from controller.simulator.virtual_orb import VirtualOrb
 
 RATE_HZ = 10.0  # paper, section 4.1
@@ -25,48 +24,26 @@ _EVERY_S = (1.8, 3.2)  # from one performance to the next
 
 @dataclass(frozen=True)
 class Options(SensorOptions):
-    """Options of a virtual orb.
-
-    Attributes:
-        seed: Which orb and hand are simulated, 32 bits.
-        preset: Quality of the orb.
-        fault: Faults of the orb: controller/simulator/faults.py.
-        gestures: Files of further gestures of its hand.
-        user: User whose hand it is; "" the first one.
-        day: Name of one of their sessions; "" the first one.
-    """
+    """Options of a virtual orb."""
 
     simulated: ClassVar[bool] = True
-    seed: int = 1
-    preset: str = "nominal"
-    fault: tuple[str, ...] = ()
-    gestures: tuple[Path, ...] = ()
-    user: str = ""
-    day: str = ""
+    seed: int = 1  # which orb and hand are simulated, 32 bits
+    preset: str = "nominal"  # quality of the orb
+    fault: tuple[str, ...] = ()  # faults of the orb: controller/simulator/faults.py
+    gestures: tuple[Path, ...] = ()  # files of further gestures of its hand
+    user: str = ""  # user whose hand it is; "" the first one
+    day: str = ""  # name of one of their sessions; "" the first one
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Virtual":
-    """Return the orb, hand and session of a seed.
-
-    Raises:
-        SensorError: The preset or a fault does not exist, or a gesture's file holds none.
-    """
+    """Return the orb, hand and session of a seed, or raise SensorError."""
     return Virtual(**arguments(options, rate_hz), options=options)
 
 
 def arguments(
     options: Options, rate_hz: float | None, model: OrbModel | None = None
 ) -> dict[str, Any]:
-    """Return the arguments of `Virtual`.
-
-    Args:
-        options: Options of the orb.
-        rate_hz: Scans per second.
-        model: The orb, if it is none of the presets.
-
-    Raises:
-        SensorError: The preset or a fault does not exist, or a gesture's file holds none.
-    """
+    """Return the arguments of `Virtual`, or raise SensorError; a `model` replaces the preset's."""
     if not 0 <= options.seed < 2**32:
         raise SensorError(f"the seed {options.seed} must be from 0 to {2**32 - 1}")
     try:
@@ -83,15 +60,7 @@ def arguments(
 
 
 def knows(gestures: Sequence[Path], label: str) -> bool:
-    """Return whether the orb's own hand can do a gesture.
-
-    Args:
-        gestures: Files of gestures that it can do beside those that ship.
-        label: Which.
-
-    Raises:
-        SensorError: A file holds no gesture.
-    """
+    """Return whether the orb's own hand can do a gesture; SensorError if a file holds none."""
     try:
         known = load(gestures).get(label)
     except GestureError as error:
@@ -124,11 +93,7 @@ class Virtual(VirtualOrb, Sensor):
             self.preset, self.hardware = options.preset, " ".join(["virtual orb", *options.fault])
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
-
-        Raises:
-            SensorError: The hand does not know the label.
-        """
+        """Let the orb's own hand do `label` at (x, y), grid units; SensorError if it cannot."""
         try:
             super().perform(number, label, x, y, t_s)
         except ValueError as error:
@@ -140,14 +105,8 @@ def show(
 ) -> Iterator[tuple[float, Perform]]:
     """Yield (seconds, performance) without end: a hand that tries every gesture in turn.
 
-    It is what somebody sees who starts a virtual orb without anything that touches it.
-    Presses go everywhere, the gestures of the whole hand to the middle.
-
-    Args:
-        labels: What is tried, "null" first; what the hand does not know is left out.
-        geometry: Of the orb.
-        seed: Of the order, the places and the pauses.
-        gestures: Files of gestures that it can do beside those that ship.
+    Of the labels, "null" first, what the hand does not know is left out; the seed draws the order,
+    places and pauses. Presses go everywhere, the gestures of the whole hand to the middle.
     """
     repertoire = load(gestures)
     known = [label for label in labels[1:] if label in repertoire]

@@ -44,63 +44,42 @@ class ContactModel:
     Attributes:
         bulge: Fraction of the indented gas volume that returns as a bulge elsewhere: 0 at constant
             pressure, .95 with the valve shut, .45 with a hundred dome volumes of reservoir.
-        regulated: Fraction of the bulge that the pump's regulator takes away in time.
-        permittivity_drop: Relative loss of permittivity per unit of area stretch.
         extremes: Limits of ln J; strongly converging fingers would invert an area.
         stick: Share of a local area change that stays local; the rest spreads over the membrane.
-        spread: How much of the mean area change the rest of the membrane takes up.
         wrap: ln J that the skin stuck to a fingertip gains by being bent around it, for an
             indentation by the clamped radius; it grows as the indentation squared.
-        reach: How far from a finger's middle that gain extends, of the finger's radius.
     """
 
     bulge: float = 0.45
-    regulated: float = 0.8
-    permittivity_drop: float = 0.08
+    regulated: float = 0.8  # fraction of the bulge that the pump's regulator takes away in time
+    permittivity_drop: float = 0.08  # relative loss of permittivity per unit of area stretch
     extremes: tuple[float, float] = (-0.6, 0.5)
     stick: float = 0.5
-    spread: float = 0.48
+    spread: float = 0.48  # how much of the mean area change the rest of the membrane takes up
     wrap: float = 1.7
-    reach: float = 0.4
+    reach: float = 0.4  # how far from a finger's middle that gain extends, of the finger's radius
 
 
 @dataclass(slots=True)
 class Fingers:
-    """Finger contacts over time; a slot keeps one finger.
+    """Finger contacts over time; a slot keeps one finger."""
 
-    Attributes:
-        position: Material position of each finger, unit disc, complex (steps, slots).
-        depth_mm: Indentation, 0 where the slot is empty, (steps, slots).
-        radius_mm: Finger radius, (steps, slots).
-        drag_mm: How far friction has pulled the skin with the finger, complex (steps, slots).
-    """
-
-    position: Complex
-    depth_mm: Array
-    radius_mm: Array
-    drag_mm: Complex
+    position: Complex  # material position of each finger, unit disc, complex (steps, slots)
+    depth_mm: Array  # indentation, 0 where the slot is empty, (steps, slots)
+    radius_mm: Array  # finger radius, (steps, slots)
+    drag_mm: Complex  # how far friction has pulled the skin with the finger, complex (steps, slots)
 
 
 class FingerGroup(NamedTuple):
-    """Steps with equally many fingers on the skin; lengths in clamped radii.
+    """Steps with equally many fingers on the skin; lengths in clamped radii."""
 
-    Attributes:
-        steps: Which steps, (steps,).
-        at: Where the fingers are on the unit disc, x and y, (2, fingers, steps).
-        depth: How deep they press, (fingers, steps).
-        size: How wide they are on the unstretched disc, (fingers, steps).
-        force: How hard they pull the skin along x and y, (2, fingers, steps).
-        system: What their loads do under each other, (fingers, fingers, steps).
-        hold: Loads that hold the depths, and what relief takes off them, (fingers, 2, steps).
-    """
-
-    steps: Steps
-    at: Array
-    depth: Array
-    size: Array
-    force: Array
-    system: Array
-    hold: Array
+    steps: Steps  # which steps, (steps,)
+    at: Array  # where the fingers are on the unit disc, x and y, (2, fingers, steps)
+    depth: Array  # how deep they press, (fingers, steps)
+    size: Array  # how wide they are on the unstretched disc, (fingers, steps)
+    force: Array  # how hard they pull the skin along x and y, (2, fingers, steps)
+    system: Array  # what their loads do under each other, (fingers, fingers, steps)
+    hold: Array  # loads that hold the depths, and what relief takes off them, (fingers, 2, steps)
 
     def part(self, of: NDArray[np.bool_] | slice) -> "FingerGroup":
         """Return some of the steps; `of` is a mask or a slice, (steps,)."""
@@ -137,17 +116,7 @@ class Skin:
         radius_mm: float | None = None,
         nodes: int = 3,
     ) -> None:
-        """Lay the taxels on the inflated membrane.
-
-        Args:
-            membrane: The inflated state.
-            rows: Of taxels.
-            columns: Of taxels.
-            pitch_mm: Distance of two taxels.
-            model: Constants of contact.
-            radius_mm: Clamped radius; without it, as large as the grid needs.
-            nodes: Along each side of a taxel.
-        """
+        """Lay the taxels on the inflated membrane, with so many nodes along each one's side."""
         self.model, self.taxels = model, rows * columns
         self.radius_mm = radius_mm or clamp_radius_mm(rows, columns, pitch_mm)
         # Axes of all nodes: down and across a taxel, its row, its column, time.
@@ -186,9 +155,7 @@ class Skin:
     def log_capacitance(self, grip: FingerGroup, relief: Array) -> Array:
         """Return ln(C / C0) of every taxel, (steps, taxels).
 
-        Args:
-            grip: Fingers on the skin.
-            relief: Bulge that the regulator has taken away so far, in clamped radii, (steps,).
+        The relief, (steps,), is the bulge in clamped radii that the regulator has taken away.
         """
         out = np.empty((len(relief), self.taxels))
         load = grip.loads(relief)
@@ -205,14 +172,10 @@ class Skin:
     def displacement(
         self, grip: FingerGroup, load: Array, bulge: Array, x: Single, y: Single
     ) -> tuple[Single, Single, Single]:
-        """Return how far points of the disc move inward, and along x and y.
+        """Return how far points (x, y) of the disc move inward, and along x and y.
 
-        Args:
-            grip: Fingers on the skin.
-            load: How hard each presses, (fingers, steps).
-            bulge: How far the apex rises for lack of room, (steps,).
-            x: The points, shapes that broadcast and end in an axis for time.
-            y: The same.
+        Loads are (fingers, steps), the bulge by which the apex rises for lack of room (steps,), and
+        the points' shapes broadcast and end in an axis for time.
         """
         free = room(x, y)
         over_all = (-1, *[1] * (free.ndim - 1), len(bulge))  # fingers, then the points, then time

@@ -20,29 +20,17 @@ _OPEN_PF: Final = 1.0  # a lead that hangs free still couples this much
 
 @dataclass(frozen=True, slots=True)
 class ElectronicsModel:
-    """Constants of the sensor apart from its mechanics.
+    """Constants of the sensor apart from its mechanics."""
 
-    Attributes:
-        readout: The circuit.
-        rest_pf: Mean and deviation of the taxels' capacitances: paper, section 3.2.
-        pressure: Relative pressure noise.
-        taxel_drift: (deviation, time constant in s) of each taxel's own drift.
-        common_drift: The same for all taxels together.
-        dead: Share of taxels that do not react.
-        leaky: Share of taxels that react weakly and noisily.
-        leak_noise: Their relative noise.
-        jitter_s: Deviation of a scan's start.
-    """
-
-    readout: ReadoutModel = field(default_factory=ReadoutModel)
-    rest_pf: tuple[float, float] = (41.2, 2.9)
-    pressure: float = 0.004
-    taxel_drift: tuple[float, float] = (0.012, 120.0)
-    common_drift: tuple[float, float] = (0.01, 200.0)
-    dead: float = 0.01
-    leaky: float = 0.02
-    leak_noise: float = 0.01
-    jitter_s: float = 0.001
+    readout: ReadoutModel = field(default_factory=ReadoutModel)  # the circuit
+    rest_pf: tuple[float, float] = (41.2, 2.9)  # mean and deviation: paper, section 3.2
+    pressure: float = 0.004  # relative pressure noise
+    taxel_drift: tuple[float, float] = (0.012, 120.0)  # deviation and time constant in s, of each
+    common_drift: tuple[float, float] = (0.01, 200.0)  # the same for all taxels together
+    dead: float = 0.01  # share of taxels that do not react
+    leaky: float = 0.02  # share of taxels that react weakly and noisily
+    leak_noise: float = 0.01  # their relative noise
+    jitter_s: float = 0.001  # deviation of a scan's start
 
 
 class Electronics:
@@ -59,18 +47,7 @@ class Electronics:
         seed: np.random.SeedSequence,
         day: int = 0,
     ) -> None:
-        """Build the orb's taxels.
-
-        Args:
-            model: Its constants.
-            grid: Rows and columns of taxels.
-            pitch_mm: Distance of two taxels.
-            rate_hz: Frames per second.
-            steps_per_frame: Mechanics steps in a frame.
-            slots: Fingers at once.
-            seed: Of what differs from orb to orb, and of the noise.
-            day: Which of this orb's sessions: other drift and noise, the same taxels.
-        """
+        """Build the taxels of a grid, (rows, columns); another day has other drift and noise."""
         self._model, self._rate_hz, self._per_frame = model, rate_hz, steps_per_frame
         self._rows, self._columns = grid
         self._pitch_mm = pitch_mm
@@ -131,10 +108,8 @@ class Electronics:
     def scan(self, log_c: Array, position: Complex, depth_mm: Array) -> NDArray[np.float32]:
         """Return the frames that were completed, (frames, rows, columns), pF.
 
-        Args:
-            log_c: ln(C / C0) at each mechanics step, (frames * steps_per_frame, taxels).
-            position: Where fingers hold the skin, complex mm, (steps, slots).
-            depth_mm: Their indentations, same shape.
+        At each mechanics step: ln(C / C0), (steps, taxels), where fingers hold the skin, complex
+        mm, and their indentations, (steps, slots).
         """
         frames = len(log_c) // self._per_frame
         track = np.concatenate([self._last, log_c])

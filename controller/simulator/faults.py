@@ -20,17 +20,11 @@ _TEXT: Final = re.compile(r"([a-z_]+)(?::(\d+)(?:,(\d+))?)?(?:=([0-9.]+))?")
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of fault.
+    """A kind of fault."""
 
-    Attributes:
-        place: "taxel", "row", "rows" (it and the next one), "column", "columns", or "".
-        size: Its usual size.
-        meaning: In words, with the unit of its size.
-    """
-
-    place: str
-    size: float
-    meaning: str
+    place: str  # "taxel", "row", "rows" (it and the next one), "column", "columns", or ""
+    size: float  # its usual size
+    meaning: str  # in words, with the unit of its size
 
 
 KINDS: Final[dict[str, Kind]] = {
@@ -54,21 +48,14 @@ class FaultError(UserError, ValueError):
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault.
-
-    Attributes:
-        kind: A key of `kinds`.
-        row: Row of a taxel, row electrode; -1 where it has none.
-        column: Column of a taxel, column electrode; -1 where it has none.
-        size: Its size, in the unit of its kind.
-    """
+    """One fault."""
 
     kinds: ClassVar[Mapping[str, Kind]] = KINDS
 
-    kind: str
-    row: int = -1
-    column: int = -1
-    size: float = 1.0
+    kind: str  # a key of `kinds`
+    row: int = -1  # row of a taxel, row electrode; -1 where it has none
+    column: int = -1  # column of a taxel, column electrode; -1 where it has none
+    size: float = 1.0  # its size, in the unit of its kind
 
     @classmethod
     def parse(cls, text: str, rows: int = 5, columns: int = 5) -> Self:

@@ -12,9 +12,17 @@ import numpy as np
 from controller.config import MAX_BYTES, ConfigError, parse_toml
 from controller.errors import reason
 from controller.files import read_text
-from controller.simulator import gesture_values
-from controller.simulator.gesture import Gesture, Key
-from controller.simulator.gesture_values import Count, GestureError, Quantity
+from controller.simulator.gesture import (
+    Count,
+    Gesture,
+    GestureError,
+    Key,
+    Quantity,
+    checked,
+    count,
+    parse_term,
+    quantity,
+)
 from controller.simulator.user_style import PARAMETERS, draw_style
 
 FINGERS: Final = 6  # at once
@@ -23,10 +31,6 @@ DEEPEST_MM: Final = 20.0  # a finger; the contact model is linear (docs/simulato
 Repertoire = Mapping[str, Gesture]
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]{0,31}")
-_TOP: Final = (
-    *("label", "like", "rotations", "mirror", "place", "distractor"),
-    *("phases", "vary", "path"),
-)
 _TRACKS: Final = ("depth", "reach", "angle", "x", "y")
 _NUMBERS: Final = ("yaw", "radius", "fan", "line", "lead", "lag", "late", "early")
 _REHEARSALS: Final = 8
@@ -74,10 +78,7 @@ def _read(path: Path) -> str:
 
 
 def parse(texts: Mapping[str, str]) -> Repertoire:
-    """Return the gestures in the texts of several files, by label.
-
-    Args:
-        texts: TOML by the name of its file, which errors begin with.
+    """Return the gestures in TOML texts by file name, by label; errors begin with the file's name.
 
     Raises:
         GestureError: One of them is no gesture, or they do not fit together.
@@ -133,7 +134,6 @@ def _whole(label: str, tables: Mapping[str, tuple[str, _Table]]) -> _Table:
 
 def _gesture(source: str, table: _Table) -> Gesture:
     """Return the gesture of one whole table."""
-    _no_others(table, _TOP, source)
     names = list(PARAMETERS)
     vary: list[tuple[str, Quantity | Count]] = []
     for name, raw in _table(table.get("vary", {}), f"{source} [vary]").items():
@@ -143,41 +143,34 @@ def _gesture(source: str, table: _Table) -> Gesture:
         if name == "fingers":
             if any(_each(line) for _, line in vary):
                 raise GestureError(f"{where} comes after a line that each finger draws; move it up")
-            vary.append((name, gesture_values.count(raw, names, where)))
+            vary.append((name, count(raw, names, where)))
         else:
-            vary.append((name, gesture_values.quantity(raw, names, where)))
+            vary.append((name, quantity(raw, names, where)))
             names.append(name)
     path = _table(table.get("path", {}), f"{source} [path]")
-    _no_others(path, (*_TRACKS, "angles", *_NUMBERS), f"{source} [path]")
+    if unknown := sorted(set(path) - {*_TRACKS, "angles", *_NUMBERS}):
+        raise GestureError(f"{source} [path] has {unknown[0]!r}, which is unknown")
     phases = _keys(table.get("phases"), names, f"{source} phases")
-    if path.get("depth") is None:
-        raise GestureError(f"{source} [path] has no depth; without it nothing is touched")
-    fields: dict[str, Any] = {
-        name: _track(path[name], names, f"{source} [path] {name}", len(phases))
-        for name in _TRACKS
-        if name in path
-    }
-    depth = fields["depth"]
+    fields: _Table = {"vary": tuple(vary), "phases": phases}
+    for name, raw in path.items():
+        where = f"{source} [path] {name}"
+        keys = _keys([raw] if name in _NUMBERS else raw, names, where)
+        if name in _TRACKS and len(keys) not in (1, 2, len(phases) + 1):
+            raise GestureError(
+                f"{where} has {len(keys)} keys; write 1 (it stays so), 2 (evenly from begin to "
+                f"end) or {len(phases) + 1} (one more than phases)"
+            )
+        fields[name] = keys[0] if name in _NUMBERS else keys
+    depth = fields.get("depth", ())
     if len(depth) != len(phases) + 1 or depth[0] != 0.0 or depth[-1] != 0.0:
         raise GestureError(
             f"{source} [path] depth has {len(depth)} keys; write one more than phases, "
             f"{len(phases) + 1}, the first and the last of them 0"
         )
-    if "angles" in path:
-        fields["angles"] = _keys(path["angles"], names, f"{source} [path] angles")
-    for name in _NUMBERS:
-        if name in path:
-            fields[name] = _keys([path[name]], names, f"{source} [path] {name}")[0]
-    return Gesture(
-        label=table["label"],
-        rotations=_choice(table, "rotations", ("all", "half", "none"), "none", source),
-        mirror=str(table.get("mirror", "none")),
-        place=_choice(table, "place", ("middle", "anywhere"), "middle", source),
-        distractor=_choice(table, "distractor", (False, True), False, source),
-        vary=tuple(vary),
-        phases=phases,
-        **fields,
-    )
+    head = {name: value for name, value in table.items() if name not in ("vary", "path")}
+    if unknown := sorted(set(head) & {*_TRACKS, "angles", *_NUMBERS}):
+        raise GestureError(f"{source} has {unknown[0]!r} above [path]; write it there")
+    return checked(Gesture, {**head, **fields}, source)
 
 
 def _each(line: Quantity | Count) -> bool:
@@ -190,36 +183,12 @@ def _table(raw: Any, where: str) -> _Table:
     return raw
 
 
-def _no_others(table: _Table, known: tuple[str, ...], where: str) -> None:
-    unknown = sorted(set(table) - set(known))
-    if unknown:
-        raise GestureError(f"{where} has {unknown[0]!r}; known are {', '.join(known)}")
-
-
-def _choice(table: _Table, name: str, known: tuple[Any, ...], default: Any, source: str) -> Any:
-    value = table.get(name, default)
-    if not any(value is k or (isinstance(k, str) and value == k) for k in known):
-        choices = ", ".join(str(k).lower() for k in known)
-        raise GestureError(f"{source} has {name} = {value!r}; choose one of {choices}")
-    return value
-
-
-def _track(raw: Any, names: list[str], where: str, phases: int) -> tuple[Key, ...]:
-    keys = _keys(raw, names, where)
-    if len(keys) not in (1, 2, phases + 1):
-        raise GestureError(
-            f"{where} has {len(keys)} keys; write 1 (it stays so), 2 (evenly from begin to end) "
-            f"or {phases + 1} (one more than phases)"
-        )
-    return keys
-
-
 def _keys(raw: Any, names: list[str], where: str) -> tuple[Key, ...]:
     if not isinstance(raw, list) or not raw:
         raise GestureError(f"{where} is {raw!r}; write a list of numbers and names")
     keys = []
     for key in raw:
-        term = gesture_values.parse_term(key, names, where)
+        term = parse_term(key, names, where)
         if isinstance(term, tuple):
             raise GestureError(f"{where} has the range {key!r}; draw it in [vary] and name it")
         keys.append(term)
@@ -227,18 +196,13 @@ def _keys(raw: Any, names: list[str], where: str) -> tuple[Key, ...]:
 
 
 def _check_mirror(source: str, gesture: Gesture, all_of_them: Repertoire) -> None:
-    mirror = gesture.mirror
-    if mirror in ("self", "none"):
+    if gesture.mirror in ("self", "none"):
         return
-    if mirror == gesture.label or mirror not in all_of_them:
+    image = all_of_them.get(gesture.mirror)
+    if image is None or image is gesture or image.mirror != gesture.label:
         raise GestureError(
-            f"{source} has mirror = {mirror!r}, which is no other gesture; "
-            'write "self", "none" or the label of another'
-        )
-    if all_of_them[mirror].mirror != gesture.label:
-        raise GestureError(
-            f"{source} is the mirror image of {mirror!r}, but that one's is "
-            f"{all_of_them[mirror].mirror!r}; let each name the other"
+            f"{source} has mirror = {gesture.mirror!r}, which is no other gesture that names it in "
+            'turn; write "self", "none" or such a label'
         )
 
 

@@ -21,12 +21,8 @@ def press_system(at: Array, size: Array, bulge: float) -> Array:
     """Return how far each finger's unit load moves the skin under each, (at, from, steps).
 
     The tension membrane's Green's function in the unit disc, zero at the clamp, regularised by
-    the finger's size; less the bulge by which the closed gas answers every load.
-
-    Args:
-        at: Fingers' places on the disc, x and y, (2, fingers, steps).
-        size: Their radii on the unstretched disc, (fingers, steps).
-        bulge: Fraction of the indented volume that returns.
+    the finger's size; less the bulge by which the closed gas answers every load. Fingers are at
+    places (x and y, fingers, steps), their sizes (fingers, steps) those on the unstretched disc.
     """
     free = room(*at)
     rooms = free[:, None] * free
@@ -50,12 +46,7 @@ def poisson(stretch: float) -> float:
 def drag_system(at: Array, size: Array, ratio: float) -> Array:
     """Return how far unit forces in x, then y, drag the skin; (2 at, 2 from, steps).
 
-    Kelvin's plane-stress solution, see `pull`.
-
-    Args:
-        at: Fingers' places on the disc, x and y, (2, fingers, steps).
-        size: Their radii on the unstretched disc, (fingers, steps).
-        ratio: Poisson's.
+    Kelvin's plane-stress solution, see `pull`; fingers as in `press_system`, ratio is Poisson's.
     """
     count = len(size)
     free = room(*at)
@@ -83,12 +74,8 @@ def pull(green: Any, near: Any, rooms: Any, wide: Any, ratio: float) -> tuple[An
     Cortez (2001) does with Stokes' solution, so that the systems of many fingers stay positive
     definite. An image takes it to zero at the clamp and leaves it alone near the finger.
 
-    Args:
-        green: ln((near + rooms) / near), twice what a unit load presses inward.
-        near: Squared distance from the force, plus `wide`.
-        rooms: Product of the room at the force and here.
-        wide: Squared radius of the finger on the unstretched disc.
-        ratio: Poisson's.
+    `green` is ln((near + rooms) / near), `near` the squared distance from the force plus `wide`,
+    the finger's squared radius, `rooms` the product of the room at the force and here.
     """
     inside = rooms / (near * (near + rooms))
     return 0.5 * (3.0 - ratio) * green + 2.0 * wide * inside, (1.0 + ratio) * inside

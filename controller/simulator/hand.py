@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.bundles import vocabulary
 from controller.simulator import pointer
 from controller.simulator.gesture_file import FINGERS, Repertoire, shipped
 from controller.simulator.membrane import clamp_radius_mm
@@ -20,8 +21,9 @@ Complex = NDArray[np.complex128]
 
 MECHANICS_HZ: Final = 50.0
 SLOTS: Final = FINGERS  # fingers of a hand
-GESTURES: Final = ("press", "pinch", "twist_cw", "twist_ccw")  # paper, section 4.2
-DISTRACTORS: Final = ("brush", "rest")  # contacts that are no gestures
+GESTURES: Final = vocabulary.shipped().labels[1:]  # paper, section 4.2
+LOCATED: Final = vocabulary.shipped().located  # those of them whose place is a command's
+DISTRACTORS: Final = tuple(label for label, one in shipped().items() if one.distractor)
 ONSET_SHARE: Final = 0.4  # of the plateau depth: where a gesture truly begins
 RIM: Final = 34 / 38  # of the dome's radius; farther out a finger meets the clamp
 _RELEASED_MM: Final = 0.05  # shallower than this no finger touches
@@ -30,25 +32,14 @@ _GRID: Final = (5, 5, 10.0)
 
 @dataclass(frozen=True, slots=True)
 class Performance:
-    """Finger paths of one event, sampled step by step.
+    """Finger paths of one event, sampled step by step."""
 
-    Attributes:
-        label: Gesture or distractor.
-        place: Where it was meant to be, (x, y) in grid units.
-        point: Hand points, complex mm from the dome's centre, (steps, SLOTS).
-        depth_mm: Indentation, (steps, SLOTS).
-        radius_mm: Finger radii, (SLOTS,).
-        onset_s: True onset from the start of the paths.
-        release_s: When the last finger leaves.
-    """
-
-    label: str
-    place: tuple[float, float]
-    point: Complex
-    depth_mm: Array
-    radius_mm: Array
-    onset_s: float
-    release_s: float
+    label: str  # gesture or distractor
+    point: Complex  # hand points, complex mm from the dome's centre, (steps, SLOTS)
+    depth_mm: Array  # indentation, (steps, SLOTS)
+    radius_mm: Array  # finger radii, (SLOTS,)
+    onset_s: float  # true onset from the start of the paths
+    release_s: float  # when the last finger leaves
 
 
 def perform(
@@ -61,16 +52,9 @@ def perform(
     step_hz: float = MECHANICS_HZ,
     repertoire: Repertoire | None = None,
 ) -> Performance:
-    """Carry out a gesture or a distractor.
+    """Carry out a gesture or a distractor that is meant for a place, (x, y) in grid units.
 
-    Args:
-        label: Which.
-        place: Where it is meant to be, (x, y) in grid units.
-        style: The user's style.
-        rng: Random variation.
-        grid: Rows, columns and pitch in mm: what grid units are.
-        step_hz: Steps per second.
-        repertoire: What the hand can do; the gestures that ship if not given.
+    The grid is rows, columns and pitch in mm; the gestures that ship are the usual repertoire.
 
     Raises:
         ValueError: The label is unknown.
@@ -103,4 +87,4 @@ def perform(
     touching: NDArray[np.bool_] = np.any(depth > _RELEASED_MM, axis=1)
     onset = time[int(np.argmax(deep))]
     release = time[len(time) - 1 - int(np.argmax(touching[::-1]))] + 1.0 / step_hz
-    return Performance(label, place, points, depths, radii, float(onset), float(release))
+    return Performance(label, points, depths, radii, float(onset), float(release))

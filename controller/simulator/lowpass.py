@@ -21,12 +21,7 @@ class Lowpass:
     """
 
     def __init__(self, keep: ArrayLike, level: Array) -> None:
-        """Start at a level.
-
-        Args:
-            keep: What a step keeps, between 0 and 1, any shape that broadcasts to a level's.
-            level: y before the first step.
-        """
+        """Start at a level; what a step keeps is from 0 to 1, a shape that broadcasts to it."""
         self.level = level
         rate = -np.log(np.maximum(keep, 1e-100))
         block = int(np.clip(_RANGE / rate.max(), 1, _BLOCK))

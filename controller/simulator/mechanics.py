@@ -25,25 +25,15 @@ _CHUNK: Final = 2048  # steps evaluated at once; bounds memory
 
 @dataclass(frozen=True, slots=True)
 class MechanicsModel:
-    """Constants of the dome's material.
+    """Constants of the dome's material."""
 
-    Attributes:
-        apex_stretch: Stretch of the inflated apex.
-        pressure_pa: What the pump inflates to, in place of a stretch.
-        contact: Contact mechanics.
-        friction: Least and greatest mm of drag per mm of depth before a finger slips.
-        memory: (share, time constant in s) of the rubber's viscoelastic memory of ln C.
-        bulge_s: How fast the pump's regulator takes the bulge away.
-        radius_mm: Clamped radius; without it, as large as the grid needs.
-    """
-
-    apex_stretch: float = APEX_STRETCH
-    pressure_pa: float | None = None
-    contact: ContactModel = field(default_factory=ContactModel)
-    friction: tuple[float, float] = (0.4, 0.8)
-    memory: tuple[tuple[float, float], ...] = ((0.05, 0.25), (0.04, 3.0))
-    bulge_s: float = 3.0
-    radius_mm: float | None = None
+    apex_stretch: float = APEX_STRETCH  # stretch of the inflated apex
+    pressure_pa: float | None = None  # what the pump inflates to, in place of a stretch
+    contact: ContactModel = field(default_factory=ContactModel)  # contact mechanics
+    friction: tuple[float, float] = (0.4, 0.8)  # least, greatest mm of drag per mm of depth
+    memory: tuple[tuple[float, float], ...] = ((0.05, 0.25), (0.04, 3.0))  # of ln C: shares, s
+    bulge_s: float = 3.0  # how fast the pump's regulator takes the bulge away
+    radius_mm: float | None = None  # clamped radius; without it, as large as the grid needs
 
 
 class Mechanics:
@@ -58,15 +48,7 @@ class Mechanics:
         slots: int,
         friction: float,
     ) -> None:
-        """Inflate the dome.
-
-        Args:
-            model: Its constants.
-            grid: Rows and columns of taxels.
-            pitch_mm: Distance of two taxels.
-            step_s: Time of one step.
-            slots: Fingers at once.
-            friction: Of this dome: mm of drag per mm of depth.
+        """Inflate the dome, whose friction is so many mm of drag per mm of depth.
 
         Raises:
             ValueError: Nothing inflates the dome so.
@@ -91,10 +73,7 @@ class Mechanics:
     def advance(self, point: Complex, depth_mm: Array, radius_mm: Array) -> tuple[Array, Complex]:
         """Return ln(C / C0) at each step, (steps, taxels), and where the fingers hold the skin.
 
-        Args:
-            point: Hand points, complex mm from the centre, (steps, slots).
-            depth_mm: Indentations, same shape.
-            radius_mm: Finger radii, same shape.
+        Hand points, indentations and radii are (steps, slots), points complex mm from the centre.
         """
         position, drag = self._stick(point, depth_mm)
         log_c = np.empty((len(point), self._skin.taxels))

@@ -28,25 +28,15 @@ _STRIDE: Final = 0.004  # of the apex's radius of curvature: how finely the clam
 
 @dataclass(frozen=True, slots=True)
 class Membrane:
-    """The inflated state along a meridian, lengths in units of the clamped radius.
+    """The inflated state along a meridian, lengths in units of the clamped radius."""
 
-    Attributes:
-        reference: Reference radius of each station, 0 ... 1, (stations,).
-        radius: Deformed radius, (stations,).
-        height: Height above the clamp, (stations,).
-        slope: Angle of the meridian below the horizontal, radians, (stations,).
-        meridional: Stretch along the meridian, (stations,).
-        hoop: Stretch around the axis, (stations,).
-        pressure: Inflation pressure in units of mu h0 / R.
-    """
-
-    reference: Array
-    radius: Array
-    height: Array
-    slope: Array
-    meridional: Array
-    hoop: Array
-    pressure: float
+    reference: Array  # reference radius of each station, 0 ... 1, (stations,)
+    radius: Array  # deformed radius, (stations,)
+    height: Array  # height above the clamp, (stations,)
+    slope: Array  # angle of the meridian below the horizontal, radians, (stations,)
+    meridional: Array  # stretch along the meridian, (stations,)
+    hoop: Array  # stretch around the axis, (stations,)
+    pressure: float  # inflation pressure in units of mu h0 / R
 
     @property
     def area_ratio(self) -> Array:
@@ -79,32 +69,21 @@ def inflate(apex_stretch: float = APEX_STRETCH) -> Membrane:
 
 
 @lru_cache(maxsize=8)
-def inflate_to(
-    pressure_pa: float,
-    radius_mm: float = RADIUS_MM,
-    thickness_mm: float = THICKNESS_MM,
-    shear_pa: float = SHEAR_PA,
-) -> Membrane:
+def inflate_to(pressure_pa: float, radius_mm: float = RADIUS_MM) -> Membrane:
     """Solve the inflated state at a pressure, as a pump sets it.
 
     Pressure grows with the stretch only up to a limit point; beyond it a dome runs away until
     something that is no rubber any more stops it, so only the state before it is returned.
 
-    Args:
-        pressure_pa: Above the atmosphere's, pascals.
-        radius_mm: Clamped radius.
-        thickness_mm: Of the flat membrane.
-        shear_pa: Its small-strain shear modulus, pascals.
-
     Raises:
         ValueError: The pressure is not above zero, or the membrane cannot hold it.
     """
-    unit_pa = shear_pa * thickness_mm / radius_mm
+    unit_pa = SHEAR_PA * THICKNESS_MM / radius_mm
     limit_pa = _clamp(_LIMIT_STRETCH) * unit_pa
     if not 0.0 < pressure_pa <= limit_pa:
         raise ValueError(
             f"a pressure of {pressure_pa:g} Pa is not between 0 and {limit_pa:.0f} Pa, the most "
-            f"that a membrane {thickness_mm:g} mm thick and {2 * radius_mm:g} mm wide can hold; "
+            f"that a membrane {THICKNESS_MM:g} mm thick and {2 * radius_mm:g} mm wide can hold; "
             "pump less"
         )
     low, high = 1.0, _LIMIT_STRETCH
@@ -115,13 +94,7 @@ def inflate_to(
 
 
 def clamp_radius_mm(rows: int, columns: int, pitch_mm: float) -> float:
-    """Return the radius of a dome in which a grid has as much room as the paper's, at least its.
-
-    Args:
-        rows: Of taxels, each half a pitch wide.
-        columns: The same.
-        pitch_mm: Distance of two taxels.
-    """
+    """Return the radius of a dome in which a grid has as much room as the paper's, at least its."""
     reach_mm = np.hypot(rows - 0.5, columns - 0.5) / 2 * pitch_mm
     return float(RADIUS_MM * max(1.0, reach_mm / _REACH_MM))
 

@@ -19,33 +19,19 @@ NOMINAL_PF: Final = 41.2  # mean capacitance of a taxel: paper, section 3.2
 
 @dataclass(frozen=True, slots=True)
 class ReadoutModel:
-    """The circuit of the paper's section 3.2, as far as a reading depends on it.
+    """The circuit of the paper's section 3.2, as far as a reading depends on it."""
 
-    Attributes:
-        stray_pf: Input and wiring capacitance of a row.
-        ghosting: Share of the row's other taxels that loads the divider.
-        finger_pf: What a firm finger adds to its row.
-        slot_s: Time per taxel; 25 slots of 2-3 ms fill the paper's 86 ms cycle.
-        charge_s: Nominal charging time constant, 50 Mohm x 41.2 pF.
-        discharge_slots: How many reset time constants fit in the pause before a reading.
-        bits: Converter resolution.
-        noise_lsb: Standard deviation of a reading.
-        mains: Relative mains hum; a touching body carries it in.
-        mains_hz: Its frequency.
-        ceiling: Reading at which the converter clips, of full scale.
-    """
-
-    stray_pf: float = 60.0
-    ghosting: float = 0.15
-    finger_pf: float = 2.0
-    slot_s: float = 0.0024
-    charge_s: float = 0.00206
-    discharge_slots: float = 6.0
-    bits: int = 12
-    noise_lsb: float = 1.0
-    mains: float = 0.0015
-    mains_hz: float = 60.0
-    ceiling: float = 1.0
+    stray_pf: float = 60.0  # input and wiring capacitance of a row
+    ghosting: float = 0.15  # share of the row's other taxels that loads the divider
+    finger_pf: float = 2.0  # what a firm finger adds to its row
+    slot_s: float = 0.0024  # time per taxel; 25 slots of 2-3 ms fill the paper's 86 ms cycle
+    charge_s: float = 0.00206  # nominal charging time constant, 50 Mohm x 41.2 pF
+    discharge_slots: float = 6.0  # how many reset time constants fit in the pause before a reading
+    bits: int = 12  # converter resolution
+    noise_lsb: float = 1.0  # standard deviation of a reading
+    mains: float = 0.0015  # relative mains hum; a touching body carries it in
+    mains_hz: float = 60.0  # its frequency
+    ceiling: float = 1.0  # reading at which the converter clips, of full scale
 
     @property
     def settled(self) -> float:
@@ -81,20 +67,11 @@ def read(
     previous: Array,
     noise: Array,
 ) -> tuple[Array, Array]:
-    """Return the picofarads that scans report, and their last raw readings.
+    """Return frames, pF, by the divider inverted with nominal constants, and the last raw reading.
 
-    Args:
-        model: The circuit.
-        capacitance: True capacitances at their slots, pF, (scans, rows, columns).
-        fingers: Presence of a finger at each row, 0 ... 1, (scans, rows).
-        hum_phase: Mains phase at each slot, radians, (scans, rows, columns).
-        previous: The reading before the first one of each scan is the last of the scan before;
-            this is the one before all, shape (), as a fraction of full scale.
-        noise: Standard normal numbers, (scans, rows, columns).
-
-    Returns:
-        Frames, pF, (scans, rows, columns), by the divider inverted with nominal constants;
-        and the very last reading, shape ().
+    Frames, true capacitances at their slots (pF), the mains' phase there (radians) and standard
+    normal noise are (scans, rows, columns). The presence of fingers, 0 ... 1, is (scans, rows). The
+    reading before all others and the last one are shares of full scale, shape ().
     """
     scans, rows, columns = capacitance.shape
     others = capacitance.sum(axis=2, keepdims=True) - capacitance

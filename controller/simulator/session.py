@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
-from controller.simulator import label_button as button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import GESTURES
+from controller.simulator.hand import GESTURES, LOCATED
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.session_script import LOCATED, SessionScript
+from controller.simulator.session_script import SessionScript, hold_button
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Protocol = Literal["free", "blocks"]
@@ -34,34 +33,19 @@ _CHUNK: Final = 2_000_000  # taxels times steps simulated at once; bounds memory
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """One simulated session.
+    """One simulated session."""
 
-    Attributes:
-        frames: Scans, float32 (frames, rows, columns), pF.
-        time_s: End of each scan, (frames,).
-        label: Index into `labels` of what truly happens, (frames,).
-        touch: Where the finger of a press truly is, grid units, NaN otherwise, (frames, 2).
-        events: True gestures in order.
-        event: Index into `events` per frame, -1 between them, (frames,).
-        distractors: Contacts that are no gestures, in order.
-        button: Index into `labels` that the label button gives, 0 while it is up, (frames,).
-        contact: Every finger, (x, y) in grid units and depth in mm, NaN where it does not
-            touch, (frames, SLOTS, 3).
-        labels: "null" and the gestures.
-        style: Who played, in this session's mood.
-    """
-
-    frames: NDArray[np.float32]
-    time_s: NDArray[np.float64]
-    label: NDArray[np.int8]
-    touch: NDArray[np.float32]
-    events: tuple[Event, ...]
-    event: NDArray[np.int32]
-    distractors: tuple[Event, ...]
-    button: NDArray[np.int8]
-    contact: NDArray[np.float32]
-    labels: tuple[str, ...]
-    style: UserStyle
+    frames: NDArray[np.float32]  # scans, float32 (frames, rows, columns), pF
+    time_s: NDArray[np.float64]  # end of each scan, (frames,)
+    label: NDArray[np.int8]  # index into `labels` of what truly happens, (frames,)
+    touch: NDArray[np.float32]  # true place of a press, grid units, else NaN, (frames, 2)
+    events: tuple[Event, ...]  # true gestures in order
+    event: NDArray[np.int32]  # index into `events` per frame, -1 between them, (frames,)
+    distractors: tuple[Event, ...]  # contacts that are no gestures, in order
+    button: NDArray[np.int8]  # what the label button gives, as `label`
+    contact: NDArray[np.float32]  # x, y (grid units), depth (mm) or NaN, (frames, SLOTS, 3)
+    labels: tuple[str, ...]  # "null" and the gestures
+    style: UserStyle  # who played, in this session's mood
 
 
 def simulate(
@@ -92,8 +76,7 @@ def simulate(
         pointer: The touches are a pointer's on a screen, not a hand's.
         rate_hz: Frames per second.
         model: The orb's constants.
-        inflation: Deviation from session to session of how far the dome is inflated: of its
-            apex stretch beyond 1, relative. A pressure that the model sets stays as it is set.
+        inflation: Relative deviation of the apex stretch beyond 1, where no pressure is set.
         protocol: "free": gestures and distractors in any order; "blocks": class by class.
         gestures: Labels that are played.
         repertoire: What the hand can do; the gestures that ship if not given.
@@ -130,7 +113,7 @@ def simulate(
     time_s = np.asarray((np.arange(frames) + 1.0) / rate_hz, dtype=np.float64)
     label, event = hand.truth(time_s, labels)
     contact = hand.contact(per_frame)
-    pressed = label == labels.index(LOCATED) if LOCATED in labels else np.zeros(frames, dtype=bool)
+    pressed = np.isin(label, [labels.index(name) for name in LOCATED if name in labels])
     return Session(
         frames=_scan(simulator, hand),
         time_s=time_s,
@@ -139,7 +122,7 @@ def simulate(
         events=tuple(hand.events),
         event=event,
         distractors=tuple(hand.distractors),
-        button=button.hold(hand.events, labels, time_s, np.random.default_rng(labeller)),
+        button=hold_button(hand.events, labels, time_s, np.random.default_rng(labeller)),
         contact=contact,
         labels=labels,
         style=style,

@@ -17,7 +17,6 @@ from controller.simulator.user_style import UserStyle
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
 
-LOCATED: Final = "press"  # the gesture whose place is a command's
 _MIDDLE_MM: Final = 2.5  # deviation of gestures that are meant for the middle, per axis
 _SPARE_S: Final = 1.0  # nothing touches so shortly before the end
 
@@ -29,6 +28,14 @@ _DISTRACTED: Final = 0.22  # share of contacts that are no gestures
 _BASELINE_S: Final = 10.5  # quiet time for the paper's 10 s of rest
 _BLOCK_PAUSE: Final = (0.35, 0.92)  # in parts of the event before it
 _NULL_PAUSE_S: Final = (2.0, 10.0)  # between distractors in the null block
+
+# The label button beside the orb (paper, section 4.2), pressed with human timing.
+# A prototype's choices, not measured; with them the button agrees with the truth in
+# about nine frames of ten.
+LATE_S: Final = 0.05  # people react rather than foresee
+PRESS_SD_S: Final = 0.12
+RELEASE_SD_S: Final = 0.15  # letting go is less exact
+MISSED: Final = 0.005  # share of gestures that are never labelled
 
 
 class SessionScript:
@@ -52,17 +59,7 @@ class SessionScript:
         repertoire: Repertoire,
         rng: np.random.Generator,
     ) -> None:
-        """Prepare a hand that does nothing yet.
-
-        Args:
-            steps: Length.
-            step_hz: Steps per second.
-            grid: What grid units are.
-            style: Whose hand, in which mood.
-            away_mm: How far the dome is from where they think it is.
-            repertoire: What the hand can do.
-            rng: Order and accidents.
-        """
+        """Prepare a hand that does nothing yet; the dome is `away_mm` from where it is thought."""
         self._steps, self._step_hz, self._grid = steps, step_hz, grid
         self._style, self._away_mm, self._repertoire = style, away_mm, repertoire
         self._rng = rng
@@ -104,10 +101,9 @@ class SessionScript:
         return label, number
 
     def contact(self, every: int) -> NDArray[np.float32]:
-        """Return every finger at each `every`-th step, NaN where it does not touch.
+        """Return every finger's x, y (grid units) and depth (mm), (steps // every, SLOTS, 3).
 
-        Returns:
-            (x, y) in grid units and depth in mm, (steps // every, SLOTS, 3).
+        It is NaN where the finger does not touch.
         """
         rows, columns, pitch_mm = self._grid
         point, depth = self.point[every - 1 :: every], self.depth_mm[every - 1 :: every]
@@ -149,3 +145,21 @@ class SessionScript:
         """Return the time until the next event: brisk play, now and then a long look, seconds."""
         long = self._rng.random() < 0.12
         return float(self._rng.uniform(3.0, 7.0) if long else self._rng.uniform(0.35, 1.5))
+
+
+def hold_button(
+    events: Sequence[Event],
+    labels: Sequence[str],
+    time_s: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> NDArray[np.int8]:
+    """Return the index of the label that the button gives at times, all (frames,); 0: it is up."""
+    missed = rng.random(len(events)) < MISSED
+    error = rng.normal(LATE_S, (PRESS_SD_S, RELEASE_SD_S), (len(events), 2))
+    down = np.array([event.onset_s for event in events]) + error[:, 0]
+    up = np.maximum(np.array([event.release_s for event in events]) + error[:, 1], down)
+    button = np.zeros(len(time_s), dtype=np.int8)
+    first, last = np.searchsorted(time_s, down), np.searchsorted(time_s, up)
+    for i in np.flatnonzero(~missed).tolist():
+        button[first[i] : last[i]] = labels.index(events[i].kind)
+    return button

@@ -14,53 +14,29 @@ _PRIVATE: Final = ("tremor", "tremor_hz", "left_handed", "aim", "pointer")
 
 @dataclass(frozen=True, slots=True)
 class UserStyle:
-    """Style of one person's touches; lengths in mm, angles in radians, times in seconds.
+    """Style of one person's touches; lengths in mm, angles in radians, times in seconds."""
 
-    Attributes:
-        press_depth: Of a firm press.
-        press_hold: Time at full depth.
-        finger_radius: Of the finger that presses.
-        pinch_open: From the middle of a pinch to a finger at its beginning.
-        pinch_closed: The same at its end.
-        pinch_depth: Of the pinching fingers.
-        pinch_close: Time of the movement.
-        pinch_yaw: Direction of the pinch, for a right hand.
-        twist_fingers: How many fingers turn.
-        twist_grip: From the middle of a twist to a finger.
-        twist_angle: How far the hand turns.
-        twist_time: Time of the turn.
-        twist_depth: Of the turning fingers.
-        twist_yaw: Where the fingers are, for a right hand.
-        pre_rotation: How far the wrist turns back before a twist.
-        fan: Angle between neighbouring fingers.
-        tremor: Amplitude.
-        tremor_hz: Frequency.
-        left_handed: Angles that depend on the hand are mirrored.
-        aim: Deviation of each touch from where it was meant, per axis.
-        pointer: It is no hand but a pointer on a screen.
-    """
-
-    press_depth: float
-    press_hold: float
-    finger_radius: float
-    pinch_open: float
-    pinch_closed: float
-    pinch_depth: float
-    pinch_close: float
-    pinch_yaw: float
-    twist_fingers: int
-    twist_grip: float
-    twist_angle: float
-    twist_time: float
-    twist_depth: float
-    twist_yaw: float
-    pre_rotation: float
-    fan: float
-    tremor: float
-    tremor_hz: float
-    left_handed: bool
-    aim: float
-    pointer: bool = False
+    press_depth: float  # of a firm press
+    press_hold: float  # time at full depth
+    finger_radius: float  # of the finger that presses
+    pinch_open: float  # from the middle of a pinch to a finger at its beginning
+    pinch_closed: float  # the same at its end
+    pinch_depth: float  # of the pinching fingers
+    pinch_close: float  # time of the movement
+    pinch_yaw: float  # direction of the pinch, for a right hand
+    twist_fingers: int  # how many fingers turn
+    twist_grip: float  # from the middle of a twist to a finger
+    twist_angle: float  # how far the hand turns
+    twist_time: float  # time of the turn
+    twist_depth: float  # of the turning fingers
+    twist_yaw: float  # where the fingers are, for a right hand
+    pre_rotation: float  # how far the wrist turns back before a twist
+    fan: float  # angle between neighbouring fingers
+    tremor: float  # amplitude
+    tremor_hz: float  # frequency
+    left_handed: bool  # angles that depend on the hand are mirrored
+    aim: float  # deviation of each touch from where it was meant, per axis
+    pointer: bool = False  # it is no hand but a pointer on a screen
 
 
 # What a gesture's file may refer to; angles in degrees there.

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.event_metric import Event
 from controller.recognition.frames import Frame
-from controller.simulator import label_button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import SLOTS, Performance, perform
 from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.session_script import hold_button
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Array = NDArray[np.float64]
@@ -25,9 +25,7 @@ Complex = NDArray[np.complex128]
 
 POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
 PERFORMANCES: Final = 8  # of the orb's own hand that may be under way at once
-EDGE: Final = (
-    0.96  # of the dome's radius: how far out a finger can touch, as in host/ui/pointer_input.py
-)
+EDGE: Final = 0.96  # of the dome's radius: where fingers end, as in host/ui/pointer_input.py
 DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
 WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
 _UPDATES: Final = 1024  # of the host's fingers that wait for a scan
@@ -58,16 +56,9 @@ class VirtualOrb:
         user: int = 0,
         day: int = 0,
     ) -> None:
-        """Build an orb, its user and its session from a seed.
+        """Build an orb, its user and their session of a day from a seed.
 
-        Args:
-            seed: Which orb, user and session.
-            rate_hz: Frames per second.
-            domain: Family of seeds: 0 belongs to training, which nothing else may use.
-            model: The orb's constants.
-            repertoire: What its hand can do; the gestures that ship if not given.
-            user: Who touches it, if not the first one.
-            day: Which of their sessions on this orb, if not the first one.
+        Domain 0 of seeds belongs to training. The usual repertoire is the gestures that ship.
         """
         orb, people, self._thumbs = np.random.SeedSequence([domain, seed]).spawn(3)
         self.rate_hz, self.model = rate_hz, model
@@ -81,8 +72,7 @@ class VirtualOrb:
             self._thumbs = np.random.SeedSequence(self._thumbs.entropy, spawn_key=key)
         self._running: list[_Running] = []
         self._ended: list[GroundTruth] = []
-        self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
-        self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=8)
+        self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=16)
         self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque(maxlen=_UPDATES)
         self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
         self._slot_of: dict[int, int] = {}  # contact id -> slot
@@ -117,11 +107,10 @@ class VirtualOrb:
             grid=grid, step_hz=self._step_hz, repertoire=self._repertoire,
         )  # fmt: skip
         self._running.append(_Running(number, t_s, done))
-        onset, release = t_s + done.onset_s, t_s + done.release_s
-        self._history.append((onset, release, label))
         if not self._repertoire[label].distractor:
             (thumb,) = self._thumbs.spawn(1)
-            self._presses.append((Event(onset, release, label), thumb))
+            event = Event(t_s + done.onset_s, t_s + done.release_s, label)
+            self._presses.append((event, thumb))
 
     def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
         """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them.
@@ -139,22 +128,14 @@ class VirtualOrb:
 
     def label(self, t_s: float) -> str:
         """Return what the orb's own hand truly did at `t_s`: a gesture, else "null"."""
-        for onset, release, label in self._history:
-            if onset <= t_s < release and not self._repertoire[label].distractor:
-                return label
-        return "null"
+        now = (one.kind for one, _ in self._presses if one.onset_s <= t_s < one.release_s)
+        return next(now, "null")
 
     def button(self, t_s: float) -> str | None:
-        """Return the state of the label button at `t_s`: a gesture, else "null".
-
-        The simulated user presses it for every gesture, about when that begins and ends, and
-        sometimes forgets to.
-        """
+        """Return what the label button says at `t_s`, pressed with human timing; else "null"."""
         now = np.array([t_s])
         for event, thumb in self._presses:
-            if label_button.hold([event], ("null", event.kind), now, np.random.default_rng(thumb))[
-                0
-            ]:
+            if hold_button([event], ("null", event.kind), now, np.random.default_rng(thumb))[0]:
                 return event.kind
         return "null"
 

@@ -25,27 +25,18 @@ from controller.teach import TeachError
 
 LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
 TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
-FEWEST, MOST, USUAL = 1, 20, 5  # examples
+MOST, USUAL = 20, 5  # examples
 
 Say = Callable[[str], None]
 
 
 def source(options: argparse.Namespace) -> Path:
-    """Return the bundle that is to learn: the named one, else that in use.
-
-    Raises:
-        BundleError: The record of what is in use is damaged.
-    """
+    """Return the bundle that is to learn: the named one, else that in use."""
     return Path(options.bundle or BundleStore().current()[0])
 
 
 def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
-    """Return the gesture that is to be taught, as a vocabulary of one.
-
-    Raises:
-        TeachError: It cannot be taught like this.
-        VocabularyError: Its name or its lines are none that a vocabulary has.
-    """
+    """Return the gesture to be taught as a vocabulary of one; TeachError if it cannot be."""
     label, given = options.add, None
     if options.labels is not None:
         listed = vocabularies.read(options.labels)
@@ -54,27 +45,15 @@ def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
             raise TeachError(
                 f"{options.labels} has no gesture {label!r}; it has {', '.join(listed.labels[1:])}"
             )
-    if label in known.labels and not options.user:
-        raise TeachError(
-            f"{label!r} is known already; --user NAME teaches how somebody does it, and another "
-            "name another gesture"
-        )
-    if options.user and label not in known.labels:
-        raise TeachError(
-            f"{label!r} is new, and a new gesture is everybody's; leave out --user, or name one of "
-            f"{', '.join(known.labels[1:])}"
-        )
-    if label in known.labels and options.command is not None:
+    old = label in known.labels
+    if old and not options.user:
+        raise TeachError(f"{label!r} is known already; --user NAME teaches how somebody does it")
+    if options.user and not old:
+        raise TeachError(f"{label!r} is new, and a new gesture is everybody's; leave out --user")
+    if old and options.command is not None:
         raise TeachError(f"{label!r} asks for something already; --command is for new gestures")
-    if options.protocol != "gestures":
-        raise TeachError("--add asks for one gesture; leave out --protocol")
-    if "," in options.user:
-        raise TeachError("--add teaches one person's gesture; name one --user")
     if options.repetitions > MOST:
-        raise TeachError(
-            f"{options.repetitions} examples are many; with more than {MOST}, train a bundle "
-            "(docs/teach.md)"
-        )
+        raise TeachError(f"from more than {MOST} examples, train a bundle (docs/teach.md)")
     entry = given or Entry(label, label.replace("_", " "), options.rotations, options.mirror)
     if options.command is not None:
         entry = replace(entry, command=options.command)
@@ -85,29 +64,19 @@ def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
 
 def _text(entry: Entry) -> str:
     """Return a vocabulary of one gesture as TOML."""
-    table = {
-        "label": entry.label,
-        "say": entry.say,
-        "rotations": entry.rotations,
-        "mirror": entry.mirror,
-        **({} if entry.command is None else {"command": entry.command}),
-        **({} if entry.file is None else {"file": str(entry.file.resolve())}),
-    }
+    file = None if entry.file is None else str(entry.file.resolve())
+    table = {name: getattr(entry, name) for name in ("label", "say", "rotations", "mirror")}
+    given = {"command": entry.command, "file": file}
+    table |= {name: value for name, value in given.items() if value is not None}
     return tomli_w.dumps({"name": entry.label, "gesture": [table]})
 
 
 def learn(
     path: Path, recordings: Sequence[Path], entry: Entry, user: str, out: Path, say: Say
 ) -> Path:
-    """Let a bundle learn what was recorded, and write what it becomes.
+    """Let a bundle learn an entry from recordings, and write what it becomes into a folder.
 
-    Args:
-        path: The bundle that is to learn.
-        recordings: Of one session of cues.
-        entry: The gesture.
-        user: Whose way of doing an old gesture it is; "": it is new, or everybody's.
-        out: Folder for the bundle; no file in it is replaced.
-        say: Takes messages.
+    `user`: whose way of doing an old gesture it is; "": it is new, or everybody's.
 
     Raises:
         TeachError: There is no example.
@@ -147,10 +116,7 @@ def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]
         lead = max(first - round(LEAD_S * loaded.rate_hz), int(ready.argmax()))
         tail = min(end + round(TAIL_S * loaded.rate_hz), len(images))
         example = Example(
-            entry.label,
-            images[lead:tail],
-            rotations=entry.rotations,
-            mirrored=entry.mirror == SELF,
+            entry.label, images[lead:tail], rotations=entry.rotations, mirrored=entry.mirror == SELF
         )
         if example.found(loaded.rate_hz) is not None:
             yield example

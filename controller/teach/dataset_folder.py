@@ -21,71 +21,52 @@ _ASKED: Final = re.compile(r"(go|again) ([a-z][a-z0-9_]*)[ :]?.*")  # a cue's ma
 
 @dataclass(frozen=True, slots=True)
 class ExistingRecording:
-    """A recording that is there already.
+    """A recording that is there already."""
 
-    Attributes:
-        path: Its file.
-        user: Who touched the sensor.
-        session: Which of their sessions.
-        protocol: What was asked for.
-        started: When, UTC as ISO 8601.
-        examples: How many of each label count.
-    """
-
-    path: Path
-    user: str
-    session: str
-    protocol: str
-    started: str
-    examples: dict[str, int]
+    path: Path  # its file
+    user: str  # who touched the sensor
+    session: str  # which of their sessions
+    protocol: str  # what was asked for
+    started: str  # when, UTC as ISO 8601
+    examples: dict[str, int]  # how many of each label count
 
 
 def vocabulary(out: Path, named: Path | None) -> Vocabulary:
-    """Return what is taught: the named vocabulary, else the folder's, else the paper's.
-
-    Raises:
-        VocabularyError: It cannot be read.
-        TeachError: The folder's recordings are of other gestures.
-    """
+    """Return the named vocabulary, else the folder's, else the paper's."""
     own = out / FILE
-    lies = vocabularies.read(own) if own.is_file() else None
-    if named is None:
-        return lies or vocabularies.shipped()
-    wanted = vocabularies.read(named)
-    if lies is not None and _plain(lies) != _plain(wanted):
-        raise TeachError(
-            f"{out} holds recordings of other gestures ({own}) than {named} names; choose "
-            "another --out"
-        )
-    return lies or wanted
+    if named is None and not own.is_file():
+        return vocabularies.shipped()
+    return vocabularies.read(named or own)
 
 
 def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
     """Lay a vocabulary beside the recordings, with the files that it names; return it as it lies.
 
     Raises:
-        TeachError: The folder cannot be written to, or a gesture's file would not be found there.
+        TeachError: The folder's recordings are of other gestures, or it cannot be written to, or a
+            gesture's file would not be found there.
     """
-    there = (out / FILE).exists()
+    if (out / FILE).exists():
+        lies = vocabularies.read(out / FILE)
+        if _plain(lies) != _plain(wanted):
+            raise TeachError(
+                f"{out} holds recordings of other gestures, or they are declared otherwise "
+                f"({out / FILE}); choose another --out"
+            )
+        return lies
     try:
         out.mkdir(parents=True, exist_ok=True)
         for entry in wanted.entries:
             if entry.file is not None and not (out / entry.file.name).exists():
                 data = read_bytes(entry.file, MAX_BYTES)
                 atomic_write(out / entry.file.name, data, replace=False)
-        if not there:
-            atomic_write(out / FILE, _flat(wanted).encode(), replace=False)
+        atomic_write(out / FILE, _flat(wanted).encode(), replace=False)
     except OSError as error:
         raise TeachError(
             f"cannot teach into {out}: {error.filename}: {reason(error)}; choose another --out"
         ) from None
     lies = vocabularies.read(out / FILE)
     if _plain(lies) != _plain(wanted):
-        if there:
-            raise TeachError(
-                f"{out} holds recordings of {wanted.name!r} declared otherwise ({out / FILE}); "
-                "declare it the same, or choose another --out"
-            )
         raise TeachError(f'write the files of {wanted.name!r} as file = "NAME.toml"')
     return lies
 
@@ -117,11 +98,7 @@ def count(marks: tuple[Mark, ...]) -> dict[str, int]:
 
 
 def example(out: Path) -> list[Path]:
-    """Write a vocabulary to begin with, and its new gesture; return the files.
-
-    Raises:
-        TeachError: One is there already, or the folder cannot be written to.
-    """
+    """Write a vocabulary to begin with, and a gesture; TeachError if they cannot be written."""
     source = files("controller.teach") / "example"
     made = []
     try:

@@ -22,30 +22,21 @@ Command = list[str]  # the words after `models`
 
 @dataclass(frozen=True, slots=True)
 class NextStep:
-    """Next step after recording.
+    """Next step after recording."""
 
-    Attributes:
-        commands: The words after `models`, in order; none: there is too little yet.
-        bundle: What becomes of it.
-        note: What their figures are worth, or what is missing, a sentence.
-        question: What is asked before they are run.
-    """
-
+    # the words after `models`, in order; none: there is too little yet
     commands: tuple[Command, ...]
-    bundle: Path
-    note: str
+    bundle: Path  # what becomes of it
+    note: str  # what their figures are worth, or what is missing, a sentence
+    # what is asked before they are run
     question: str = "Train, tune and evaluate now? It takes minutes."
 
 
 def course(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
-    """Return how to make a bundle of a folder.
+    """Return how to make a bundle of a folder's recordings, the oldest first.
 
     The newest session of gestures is spared: nothing is trained or tuned on it, and so its figures
     are those of another day.
-
-    Args:
-        out: The folder.
-        taken: Its recordings, the oldest first.
     """
     bundle = _bundle(out)
     report = str(bundle.with_suffix(".html"))
@@ -80,12 +71,7 @@ def course(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
 
 
 def course_of_people(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
-    """Return how to make a bundle that tells a folder's people apart.
-
-    Args:
-        out: The folder.
-        taken: Its recordings, the oldest first.
-    """
+    """Return how to make a bundle that tells the people of a folder's recordings apart."""
     bundle = _bundle(out)
     days: dict[str, set[str]] = {}
     for one in taken:
@@ -122,13 +108,8 @@ def offer(
 ) -> int:
     """Offer to make the bundle, or say how; return the exit status.
 
-    Args:
-        planned: What would be done.
-        agree: Asks a question for yes or no; None: questions cannot be asked.
-        say: Takes messages.
-        call: Runs a command and returns its exit status.
-        installed: Whether training can run here.
-        yes: It is wanted, without a question.
+    `agree` asks a question for yes or no (None: nobody can be asked), `call` runs a command,
+    `installed` tells whether training can run here; `yes`: it is wanted without a question.
     """
     if not planned.commands:
         say(planned.note)
@@ -146,10 +127,7 @@ def offer(
     if here:
         say("make a bundle of it with:")
     else:
-        say(
-            f"training needs more packages than playing does: {how_to_install('train')}; then, "
-            "here or wherever you copy the folder to:"
-        )
+        say(f"training needs more packages than playing does: {how_to_install('train')}; then:")
     _tell(planned, say)
     return 0 if here or not yes else 1
 

@@ -1,8 +1,9 @@
-"""Display of a teaching session: what to do, and the number of examples."""
+"""Display of a teaching session: what to do, how many examples, what the present model says."""
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import ceil
 from typing import Final, TextIO
 
@@ -12,13 +13,80 @@ from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.capture.labels import FrameLabels
 from controller.capture.status_line import Display, TerminalDisplay
 from controller.recognition.pipeline import Step
-from controller.teach.example_counts import ExampleCounts
 from controller.teach.protocols import NOTHING
 
 KEYS: Final = "hold 1-9: label by hand, space: pause, backspace: drop 3 s, Ctrl-C: end"
 _BAR: Final = 10  # characters
 _SHOWN_HZ: Final = 15.0  # faster than anyone reads
 _TALLEST: Final = 11  # lines of a map of the sensor
+
+
+@dataclass(slots=True)
+class _Example:
+    """An example under way, or one that counts."""
+
+    label: str  # what was asked for
+    begin_s: float  # when go was said
+    answer: str = ""  # what the model took it for; "" nothing
+
+
+@dataclass
+class ExampleCounts:
+    """Counts of one session."""
+
+    wanted: Mapping[str, int]  # how many examples of each label the session asks for
+    before: Mapping[str, int] = field(default_factory=dict)  # how many the folder had
+    model: Sequence[str] = ()  # the labels that the present model knows; none without one
+    more: dict[str, int] = field(default_factory=dict)  # how many are still wanted
+    _done: list[_Example] = field(default_factory=list)
+    _now: _Example | None = None
+
+    def __post_init__(self) -> None:
+        """Begin with everything wanted."""
+        self.more = dict(self.wanted)
+
+    def take(self, said: FrameLabels, step: Step) -> None:
+        """Take a frame."""
+        for void in said.voids:
+            self._drop(void.label, void.from_s, void.to_s)
+        cue = said.asked
+        if cue is None:
+            return
+        self.more = {label: cue.more.get(label, 0) for label in self.wanted}
+        if said.fresh:
+            self._turn(cue, step.t_s)
+        if self._now is not None and not self._now.answer and step.gesture is not None:
+            self._now.answer = step.gesture
+
+    def have(self, label: str) -> int:
+        """Return how many examples of this session count."""
+        return self.wanted[label] - self.more[label]
+
+    def understood(self, label: str) -> tuple[int, int] | None:
+        """Return how many examples the model took for what they are, of how many; None: unknown."""
+        if label not in self.model:
+            return None
+        right = "" if label == NULL_LABEL else label
+        answers = [one.answer for one in self._done if one.label == label]
+        return answers.count(right), len(answers)
+
+    def _turn(self, cue: Cue, t_s: float) -> None:
+        """Begin or end an example; answers may come while the hand is already leaving."""
+        if cue.phase is Phase.GO and not cue.paused:
+            if self._now is None:
+                self._now = _Example(cue.label, t_s)
+        elif cue.phase in (Phase.GET_READY, Phase.DONE) and self._now is not None:
+            self._done.append(self._now)
+            self._now = None
+
+    def _drop(self, label: str, from_s: float, to_s: float) -> None:
+        """Forget an example that does not count. It began at the first frame after its go."""
+        now = self._now
+        if now is not None and now.label == label and from_s <= now.begin_s <= to_s:
+            self._now = None
+        self._done = [
+            one for one in self._done if not (one.label == label and from_s <= one.begin_s <= to_s)
+        ]
 
 
 class ProgressPage:
@@ -35,16 +103,9 @@ class ProgressPage:
         keyboard: bool = True,
         plain: bool = False,
     ) -> None:
-        """Prepare.
+        """Prepare a page for a sensor of `grid` = (rows, columns), and the `model` of some labels.
 
-        Args:
-            vocabulary: What is taught.
-            tally: How far it has come.
-            grid: Rows and columns of the sensor.
-            model: The labels of the present model, in the order of its probabilities.
-            example_s: How long one example takes.
-            keyboard: There is a keyboard.
-            plain: Characters of ASCII only.
+        `example_s` is how long one example takes; `plain` draws with ASCII only.
         """
         self._says = {NULL_LABEL: NOTHING, **{e.label: e.say for e in vocabulary.entries}}
         self._labels = vocabulary.labels
@@ -134,20 +195,16 @@ class ProgressPage:
 class ProgressDisplay(TerminalDisplay):
     """A page at the bottom of a terminal, written again and again."""
 
-    def __init__(
-        self, stream: TextIO, page: ProgressPage, tally: ExampleCounts, *, bell: bool = False
-    ) -> None:
-        """Show `page` on a terminal; with `bell` it rings at every go."""
+    def __init__(self, stream: TextIO, page: ProgressPage, tally: ExampleCounts) -> None:
+        """Show `page` on a terminal."""
         super().__init__(stream)
-        self._page, self._tally, self._bell = page, tally, bell
+        self._page, self._tally = page, tally
         self._drawn: list[str] = []
         self._shown_s = 0.0
 
     def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Show a frame."""
         self._tally.take(said, step)
-        if self._bell and said.fresh and said.asked is not None and said.asked.phase is Phase.GO:
-            self.emit("\a")
         if not said.fresh and step.t_s - self._shown_s < 1.0 / _SHOWN_HZ:
             return
         self._shown_s = step.t_s

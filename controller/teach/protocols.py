@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import MAX_EXAMPLES, CueTiming, ExampleRequest
-from controller.capture.cues import NULL_LABEL
+from controller.capture.cues import MAX_EXAMPLES, NULL_LABEL, CueTiming, ExampleRequest
 from controller.teach import TeachError
 
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
@@ -42,14 +41,9 @@ def asks(
     repetitions: int,
     rng: np.random.Generator,
 ) -> list[ExampleRequest]:
-    """Return the examples of a session, in order.
+    """Return the examples of a session, in an order that `rng` draws.
 
-    Args:
-        protocol: One of `REPETITIONS`.
-        vocabulary: The gestures.
-        grid: Rows and columns of the sensor.
-        repetitions: Examples of each gesture, or of each place.
-        rng: Draws the order.
+    `repetitions` counts examples of each gesture, or of each place on a `grid` = (rows, columns).
 
     Raises:
         TeachError: No gesture has a place, or there are too many examples.
@@ -74,22 +68,10 @@ def asks(
 
 
 def sites(rows: int, columns: int, rng: np.random.Generator) -> list[Place]:
-    """Return where to touch: on the taxels and between four of them, grid units.
-
-    Args:
-        rows: Of taxels.
-        columns: Likewise.
-        rng: Draws `MOST_SITES` of a larger grid, half of them between taxels.
-    """
-    on = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
-    off = [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
-    return [*_draw(on, MOST_SITES - min(len(off), MOST_SITES // 2), rng),
-            *_draw(off, MOST_SITES // 2, rng)]  # fmt: skip
-
-
-def _draw(places: Sequence[Place], most: int, rng: np.random.Generator) -> list[Place]:
-    if len(places) <= most:
-        return list(places)
+    """Return where to touch, grid units: on taxels and between four; at most `MOST_SITES`."""
+    places = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
+    places += [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
+    most = min(len(places), MOST_SITES)
     return [places[i] for i in sorted(rng.choice(len(places), most, replace=False))]
 
 

@@ -3,97 +3,83 @@
 import argparse
 import logging
 import sys
+import time
 import zlib
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import ExampleRequest
-from controller.capture.cues import CueSession
+from controller.capture.cues import CueSession, ExampleRequest
 from controller.capture.labels import Labeller
-from controller.capture.run_files import RunFiles
-from controller.capture.session_recorder import SessionRecorder
+from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
 from controller.capture.status_line import Display
 from controller.errors import count
 from controller.keymap.terminal import Keyboard
-from controller.recognition.debounce import NULL
-from controller.recognition.pipeline import Pipeline
+from controller.links.base import Link
+from controller.protocol.messages import Message
+from controller.recognition.debounce import NULL, DebounceSettings
+from controller.recognition.frames import PreprocessSettings, Window
+from controller.recognition.mapping import Mapping
+from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
-from controller.runtime.device import Device
+from controller.recordings.recording import RATE_TOLERANCE
+from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
-from controller.teach import TeachError, dataset_folder, null_model, protocols
-from controller.teach.example_counts import ExampleCounts
-from controller.teach.offline_link import OfflineLink
-from controller.teach.progress import ProgressDisplay, ProgressLog, ProgressPage, drawable
+from controller.teach import TeachError, dataset_folder, protocols
+from controller.teach.progress import (
+    ExampleCounts,
+    ProgressDisplay,
+    ProgressLog,
+    ProgressPage,
+    drawable,
+)
+
+_TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 _log = logging.getLogger("controller")
 
 
 @dataclass(frozen=True)
 class TeachPlan:
-    """Checked settings of all sessions of one run of the program.
+    """Checked settings of all sessions of one run of the program."""
 
-    Attributes:
-        options: As the user gave them.
-        vocabulary: What is taught.
-        repetitions: Examples of each gesture, or of each place.
-        model: The present model.
-        recognizer: Its networks.
-    """
-
-    options: argparse.Namespace
-    vocabulary: Vocabulary
-    repetitions: int
-    model: Bundle
-    recognizer: Recognizer
+    options: argparse.Namespace  # as the user gave them
+    vocabulary: Vocabulary  # what is taught
+    repetitions: int  # examples of each gesture, or of each place
+    model: Bundle  # the present model
+    recognizer: Recognizer  # its networks
 
 
 @dataclass
 class Session:
-    """One session, before its first frame.
+    """One session, before its first frame."""
 
-    Attributes:
-        lesson: What it belongs to.
-        user: The user who teaches; "" if unknown.
-        sensor: At its first frame.
-        model: The present model, where it fits this sensor.
-        runs: Where its recording goes.
-        key: A number that no other session of this folder has.
-        asks: The examples, in order.
-        tally: How many there are.
-    """
-
-    lesson: TeachPlan
-    user: str
-    sensor: Sensor
-    model: Bundle | None
-    runs: RunFiles
-    key: int
-    asks: list[ExampleRequest]
-    tally: ExampleCounts
+    lesson: TeachPlan  # what it belongs to
+    user: str  # the user who teaches; "" if unknown
+    sensor: Sensor  # at its first frame
+    model: Bundle | None  # the present model, where it fits this sensor
+    runs: RunFiles  # where its recording goes
+    key: int  # A number that no other session of this folder has
+    asks: list[ExampleRequest]  # the examples, in order
+    tally: ExampleCounts  # how many there are
 
 
 def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> TeachPlan:
-    """Check what needs no sensor, and lay the vocabulary into the folder.
-
-    Args:
-        options: As the user gave them.
-        vocabulary: What is taught; by default the named one, or the folder's.
+    """Check what needs no sensor, and lay the vocabulary (the folder's if None) into the folder.
 
     Raises:
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
@@ -149,12 +135,7 @@ def begin(lesson: TeachPlan, user: str) -> Session:
 
 
 def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]) -> list[Path]:
-    """Run a session; return the recordings.
-
-    Raises:
-        SensorError: The sensor fails.
-        RecordingError: A recording cannot be written where it should be.
-    """
+    """Run a session; return the recordings. SensorError or RecordingError if it breaks off."""
     options, sensor, vocabulary = session.lesson.options, session.sensor, session.lesson.vocabulary
     pipeline = _pipeline(session)
     pace = protocols.PACES[options.protocol]
@@ -163,7 +144,11 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     made: list[Path] = []
 
     def record(state: dict[str, np.ndarray]) -> Recorder:
-        origin = _origin(session)
+        model, engine = session.model, session.lesson.recognizer.engine
+        origin = provenance(
+            sensor, vocabulary.labels, "" if model is None else model.hash, engine,
+            session.user, options.session, options.protocol,
+        )  # fmt: skip
         recorder = session.runs.begin(lambda path: Recorder(path, origin, state))
         made.append(recorder.path)
         return recorder
@@ -226,7 +211,10 @@ def _pipeline(session: Session) -> Pipeline:
     if model is not None:
         return Pipeline(model.settings, session.lesson.recognizer, model.mapping)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
-    return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
+    preprocess = PreprocessSettings(rate_hz=sensor.rate_hz, window=max(1, round(sensor.rate_hz)))
+    grid = sensor.geometry
+    settings = PipelineSettings(labels, grid.rows, grid.columns, preprocess, DebounceSettings())
+    return Pipeline(settings, _NullModel(len(labels)), Mapping())
 
 
 def _screen(session: Session, keyboard: Keyboard | None) -> Display:
@@ -244,7 +232,7 @@ def _screen(session: Session, keyboard: Keyboard | None) -> Display:
         plain=not encoding.startswith("utf"),
     )
     if drawable(sys.stderr):
-        return ProgressDisplay(sys.stderr, page, tally, bell=options.bell)
+        return ProgressDisplay(sys.stderr, page, tally)
     return ProgressLog(tally, say)
 
 
@@ -253,24 +241,42 @@ def say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def _origin(session: Session) -> Provenance:
-    """Return the provenance of a recording that begins now."""
-    sensor, options, model = session.sensor, session.lesson.options, session.model
-    return Provenance(
-        device_id=sensor.device_id,
-        rows=sensor.geometry.rows,
-        columns=sensor.geometry.columns,
-        pitch_mm=sensor.geometry.pitch_mm,
-        rate_hz=sensor.rate_hz,
-        labels=session.lesson.vocabulary.labels,
-        bundle=model.hash if model is not None else "",
-        engine=session.lesson.recognizer.engine,
-        software=software(),
-        user=session.user,
-        session=options.session,
-        protocol=options.protocol,
-        preset=sensor.preset,
-        seed=sensor.seed,
-        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=sensor.hardware,
-    )
+class OfflineLink(Link):
+    """A link without a host, and the clock of its `wait`."""
+
+    connected = False
+    dropped = 0
+
+    def __init__(self, speed: float) -> None:
+        """Begin; `speed` is how many times as fast as real time, 0: only waiting moves time."""
+        self._speed, self._now_s = speed, 0.0
+        self._start_s = time.monotonic()
+
+    def now_s(self) -> float:
+        """Return the session's time, seconds."""
+        return (time.monotonic() - self._start_s) * self._speed if self._speed else self._now_s
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Drop the message."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Let so much of the session's time pass."""
+        if self._speed:
+            time.sleep(timeout_s / self._speed)
+        else:
+            self._now_s += timeout_s + _TICK_S
+
+
+class _NullModel(Networks):
+    """Networks that recognise nothing, for a sensor without a model."""
+
+    def __init__(self, labels: int) -> None:
+        self._nothing = np.zeros(labels, dtype=np.float32)
+        self._nothing[NULL] = 1.0
+
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return "null" for certain, (classes,)."""
+        return self._nothing

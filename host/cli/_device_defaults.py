@@ -9,20 +9,17 @@ from typing import Final
 
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
-from host.discovery.search import DevicePort, now
+from host.discovery import DevicePort, now
 from host.targets import Target
 
 _USUAL: Final = "tetris"
 
 
 def seek(options: argparse.Namespace, memory: DeviceStore) -> DevicePort | None:
-    """Look for the device that --device names; fill in what it played last.
+    """Look for the device that --device names, or raise LinkError; fill in what it played last.
 
     What the command line names counts; the mapping and the profile of the past belong to the
     target of the past.
-
-    Raises:
-        LinkError: It is not there.
     """
     if options.device is None:
         return None
@@ -62,11 +59,7 @@ class DeviceDefaults:
     ) -> None:
         """Take what was chosen, and what is played.
 
-        Args:
-            memory: Where it is noted.
-            options: Of the command line, what was remembered filled in.
-            target: What is played.
-            seeker: Knows the port, where --device named the orb.
+        `options` are complete; `seeker` knows the port, where --device named the orb.
         """
         self._memory, self._options, self._target = memory, options, target
         self._seeker = seeker

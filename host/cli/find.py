@@ -10,10 +10,9 @@ from typing import Final
 
 from controller.errors import complain, one_line
 from controller.protocol import psk
+from host import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
-from host.discovery import search
-from host.discovery.ports import Port
-from host.discovery.probe import Answer
+from host.discovery import Answer, Port
 
 NOW: Final = "now"
 _TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of the list
@@ -25,7 +24,7 @@ def main(argv: list[str]) -> int:
     memory = DeviceStore(warn=_warn)
     if options.forget is not None:
         return _forget(memory, options.forget)
-    ports = search.candidates(memory, everything=options.all)
+    ports = discovery.candidates(memory, everything=options.all)
     if options.ports:
         known = {port.url: port for port in ports}
         ports = [known.get(url, Port(url)) for url in options.ports]
@@ -35,8 +34,8 @@ def main(argv: list[str]) -> int:
         except psk.KeyFileError as error:
             return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
-    answers = search.ask_all(ports, deadline_s=options.seconds)
-    search.note(memory, answers)
+    answers = discovery.ask_all(ports, deadline_s=options.seconds)
+    discovery.note(memory, answers)
     found = rows(answers, memory.devices)
     if options.json:
         told = [asdict(answer) for answer in answers]
@@ -70,7 +69,7 @@ def remarks(answers: list[Answer]) -> list[str]:
     """Return a sentence for every port that is no orb, and for identities that are there twice."""
     lines = [answer.why for answer in answers if answer.outcome != "orb"]
     for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
-        claims = search.claiming(answers, device_id)
+        claims = discovery.claiming(answers, device_id)
         if len(claims) > 1:
             lines.append(
                 f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "
@@ -121,7 +120,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--seconds",
         type=_seconds,
-        default=search.DEADLINE_S,
+        default=discovery.DEADLINE_S,
         metavar="N",
         help="how long ports may take, all together (default: %(default)g)",
     )

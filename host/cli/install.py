@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import sys
 import time
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -14,12 +13,11 @@ from controller import errors
 from controller.errors import TROUBLE, UserError, reason
 from controller.files import read_bytes
 from controller.protocol import psk
-from controller.protocol.link_events import Received
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import MessageLink, Receiver, ever_connected
 from host.connection.transport import open_transport
-from host.discovery.search import DevicePort
+from host.discovery import DevicePort
 
 MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest wait for messages
@@ -41,30 +39,39 @@ def _install(options: argparse.Namespace) -> int:
         receiver = _receiver(options)
         receiver.start()
         try:
-            _deliver(InstallProgress(upload, receiver.send), receiver)
+            _deliver(upload, receiver)
         finally:
             receiver.close()
     except KeyboardInterrupt:
         _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
         return errors.INTERRUPTED
     if upload.stage == "declined":
-        return errors.complain("host", outcome(upload), TROUBLE)
-    print(outcome(upload))
+        return errors.complain("host", f"the orb does not take it: {upload.told}", TROUBLE)
+    print(upload.told)
     return 0
 
 
-def _deliver(progress: InstallProgress, link: MessageLink) -> None:
-    """Run the link until the upload is over.
-
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
-    """
-    connected = False
-    while not progress.upload.over:
+def _deliver(upload: BundleUpload, link: MessageLink) -> None:
+    """Run the link until the upload is over; LinkError if the first connection failed."""
+    connected, shown = False, ""
+    while not upload.over:
         link.wait(TURN_S)
         received = link.poll()
         connected = ever_connected(received, connected)
-        progress.on_received(received)
+        upload.turn(received, time.monotonic(), link.send)
+        with contextlib.suppress(OSError, ValueError):  # standard error may be closed
+            shown = _show(upload, shown)
+
+
+def _show(upload: BundleUpload, before: str) -> str:
+    """Print the state if it has changed: on a terminal over the last one, in a log one a line."""
+    terminal, words = sys.stderr.isatty(), str(upload.stage)
+    if upload.stage == "sending" and terminal:
+        words = f"sending {100 * upload.offset // upload.size:3d} %"
+    if words != before:
+        end = "" if terminal and not upload.over else "\n"
+        print(f"\r{words:16}", end=end, file=sys.stderr, flush=True)
+    return words
 
 
 def _receiver(options: argparse.Namespace) -> Receiver:
@@ -80,11 +87,7 @@ def _receiver(options: argparse.Namespace) -> Receiver:
 
 
 def load(path: Path) -> BundleUpload:
-    """Return the upload of a file.
-
-    Raises:
-        FileError: It cannot be read, or is no bundle by its size.
-    """
+    """Return the upload of a file; FileError if it cannot be read, or is no bundle by its size."""
     try:
         data = read_bytes(path, MOST)
     except OSError as error:
@@ -92,48 +95,6 @@ def load(path: Path) -> BundleUpload:
     if not data:
         raise FileError(f"{path} is empty; name a bundle")
     return BundleUpload(path.name, data)
-
-
-def outcome(upload: BundleUpload) -> str:
-    """Return the sentence about an upload that is over."""
-    declined = upload.stage == "declined"
-    return f"the orb does not take it: {upload.told}" if declined else upload.told
-
-
-class InstallProgress:
-    """An upload, with its state on the terminal; a log gets one line for each stage.
-
-    Attributes:
-        upload: The bundle.
-    """
-
-    def __init__(
-        self, upload: BundleUpload, send: Callable[..., object], *, announce: bool = False
-    ) -> None:
-        """Deliver through `send`; announce the outcome, too, where nothing else does."""
-        self.upload = upload
-        self._send, self._announce = send, announce
-        self._last = ""
-
-    def on_received(self, received: Sequence[Received]) -> None:
-        """Take what came over the link, and send what it asks for."""
-        upload = self.upload
-        if upload.over:
-            return
-        upload.turn(received, time.monotonic(), self._send)
-        with contextlib.suppress(OSError, ValueError):  # standard error may be closed
-            self._show(sys.stderr.isatty())
-        if upload.over and self._announce:
-            _warn(outcome(upload))
-
-    def _show(self, terminal: bool) -> None:
-        upload, words = self.upload, str(self.upload.stage)
-        if upload.stage == "sending" and terminal:
-            words = f"sending {100 * upload.offset // upload.size:3d} %"
-        if words != self._last:
-            self._last = words
-            end = "" if terminal and not upload.over else "\n"
-            print(f"\r{words:16}", end=end, file=sys.stderr, flush=True)
 
 
 def _parser() -> argparse.ArgumentParser:

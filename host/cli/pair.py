@@ -13,14 +13,15 @@ from controller.errors import TROUBLE, complain, how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
     ADAPTER,
+    ALIAS,
     DEVICE,
+    SERVICE_UUID,
     BluetoothError,
     Bus,
     Properties,
     bonded,
 )
-from controller.links.bluetooth.identifiers import ALIAS, SERVICE_UUID
-from host.bluetooth import sdp, sockets
+from host.connection import rfcomm
 
 LOOK_S: Final = 30
 PAIR_S: Final = 60.0  # a person compares digits on two screens
@@ -72,14 +73,19 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _address(words: str) -> str:
-    if not sockets.ADDRESS.fullmatch(words):
+    if not rfcomm.ADDRESS.fullmatch(words):
         raise argparse.ArgumentTypeError(f"{words} is no address like 00:11:22:33:44:55")
     return words.upper()
 
 
 async def _pair(options: argparse.Namespace) -> int:
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
-    from controller.links.bluetooth.prompt import Prompt
+    from controller.links.bluetooth.pairing_agent import (
+        NO_SCREEN,
+        SCREEN,
+        PairingAgent,
+        Prompt,
+        accept_all,
+    )
 
     bus = await Bus.connect()
     try:
@@ -100,7 +106,9 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.call(path, DEVICE, "Pair", timeout_s=PAIR_S)
             print(f"paired with {who}", flush=True)
         await bus.set(path, DEVICE, "Trusted", "b", True)
-        return await _what_next(device["Address"], await bus.get(adapter, ADAPTER, "Address"))
+        print("on the orb: controller --link rfcomm:")
+        print(f"play: host --link rfcomm://{device['Address']}", flush=True)
+        return 0
     finally:
         bus.close()
 
@@ -108,11 +116,7 @@ async def _pair(options: argparse.Namespace) -> int:
 async def _find(
     bus: Bus, adapter: str, address: str | None, seconds: int
 ) -> tuple[str, Properties]:
-    """Return the path and the properties of the one orb that is there.
-
-    Raises:
-        BluetoothError: There is none, or more than one.
-    """
+    """Return the path and the properties of the one orb that is there, or raise BluetoothError."""
 
     def wanted(device: Properties) -> bool:
         if address is not None:
@@ -153,17 +157,3 @@ async def _find(
         addresses = ", ".join(device["Address"] for device in found.values())
         raise BluetoothError(f"found several orbs: {addresses}; name one: host pair ADDRESS")
     return next(iter(found.items()))
-
-
-async def _what_next(address: str, local: str) -> int:
-    """Look the orb's service up, and print what to run."""
-    loop = asyncio.get_running_loop()
-    try:
-        channel = await loop.run_in_executor(None, sdp.channel, address, SERVICE_UUID, local)
-    except OSError as error:
-        print(f"it does not say what it offers: {error.strerror or error}", flush=True)
-        channel = None
-    if channel is None:
-        print("it waits for no host yet; start it there: controller --link rfcomm:", flush=True)
-    print(f"play: host --link rfcomm://{address}", flush=True)
-    return 0

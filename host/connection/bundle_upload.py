@@ -65,12 +65,9 @@ class BundleUpload:
     def turn(
         self, news: Sequence[Received], now_s: float, send: Callable[[Message], object]
     ) -> None:
-        """Take what is new, and send what it asks for.
+        """Take what came since the last turn, and send what it asks for, without waiting.
 
-        Args:
-            news: What came since the last turn.
-            now_s: Seconds that never go back.
-            send: Sends a message without waiting.
+        `now_s` are seconds that never go back.
         """
         for item in news:
             if self.over:

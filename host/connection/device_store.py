@@ -1,14 +1,4 @@
-"""Store of known devices, under the identity that each reports.
-
-    [device."orb-0042"]
-    name = "OrbTouch"
-    virtual = false
-    port = "/dev/ttyACM0"            # where it last was
-    seen = "2026-11-21T08:30:00Z"    # when that was
-    target = "keyboard"              # what it played
-    keys = "/home/me/mine.toml"      # with which mapping; left out: the target's own
-    profile = "slides"               # in which of its profiles
-    key = "/home/me/orb.key"         # the file with the key that it was met with; its path only
+"""Store of known devices, a table `KnownDevice` under the identity that each reports.
 
 The file is devices.toml in the user's configuration folder. It is never half written; a damaged one
 is put aside.
@@ -16,7 +6,7 @@ is put aside.
 
 from __future__ import annotations
 
-import errno
+import contextlib
 import logging
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
@@ -31,36 +21,23 @@ from controller.files import atomic_write, config_folder, read_text
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024
-_DAMAGES: Final = (errno.EFBIG, errno.EILSEQ)  # more bytes, or others, than were ever written
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class KnownDevice:
-    """A device that was here before.
+    """A device that was here before."""
 
-    Attributes:
-        device_id: Its identity, whatever its port.
-        name: What it calls itself.
-        virtual: Whether it is simulated.
-        port: Where it last was: a port's name or URL.
-        seen: When, in UTC, as ISO 8601.
-        target: What it played last; "" if nothing yet.
-        keys: Path of the mapping that it played with; "": the target's own.
-        profile: The profile of that mapping; "": the first one.
-        key: Path of the key that it was met with; "": none.
-    """
-
-    device_id: str
-    name: str = ""
+    device_id: str  # its identity, whatever its port
+    name: str = ""  # what it calls itself
     virtual: bool = False
-    port: str = ""
-    seen: str = ""
-    target: str = ""
-    keys: str = ""
-    profile: str = ""
-    key: str = ""
+    port: str = ""  # where it last was: a port's name or URL
+    seen: str = ""  # when, in UTC, as ISO 8601
+    target: str = ""  # what it played last; "": nothing yet
+    keys: str = ""  # path of the mapping that it played with; "": the target's own
+    profile: str = ""  # of that mapping; "": the first one
+    key: str = ""  # path of the key that it was met with; "": none
 
 
 def default_path() -> Path:
@@ -72,12 +49,7 @@ class DeviceStore:
     """The devices that are known, in a file."""
 
     def __init__(self, path: Path | None = None, warn: Callable[[str], None] = log.warning) -> None:
-        """Read the file, if there is one.
-
-        Args:
-            path: Where it is; None: the user's own.
-            warn: Takes a sentence if the file is damaged, or cannot be written.
-        """
+        """Read the file (None: the user's own); `warn` takes a sentence if it is damaged."""
         self._path, self._warn = path or default_path(), warn
         self._known = self._read()
 
@@ -115,25 +87,18 @@ class DeviceStore:
             self._warn(f"cannot write {self._path}: {reason(error)}")
 
     def _read(self) -> dict[str, KnownDevice]:
+        """Return what the file holds; one that cannot be read is put aside, and told of."""
         try:
             return _parse(parse_toml(read_text(self._path, _MAX_BYTES), _MAX_BYTES))
         except FileNotFoundError:
             return {}
         except (OSError, ValueError) as error:
-            if isinstance(error, OSError) and error.errno not in _DAMAGES:
-                self._warn(f"cannot read {self._path}: {reason(error)}")
-            else:
-                self._put_aside(reason(error) if isinstance(error, OSError) else str(error))
+            why = reason(error) if isinstance(error, OSError) else str(error)
+            aside = self._path.with_stem(f"{self._path.stem}-damaged")
+            with contextlib.suppress(OSError):
+                self._path.replace(aside)
+            self._warn(f"{self._path} was damaged ({why}), and is put aside as {aside.name}")
             return {}
-
-    def _put_aside(self, why: str) -> None:
-        """Rename a damaged file, in place of the one that was damaged before."""
-        try:
-            aside = self._path.replace(self._path.with_stem(f"{self._path.stem}-damaged"))
-        except OSError as error:
-            self._warn(f"{self._path} is damaged ({why}), and stays: {reason(error)}")
-        else:
-            self._warn(f"{self._path} was damaged ({why}); it is now {aside.name}")
 
 
 def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:

@@ -29,12 +29,7 @@ class EndToEndLatency:
         offset_ms: Callable[[], int | None],
         clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """Measure.
-
-        Args:
-            offset_ms: The orb's time minus ours, if it is known.
-            clock_ns: Our time, nanoseconds.
-        """
+        """Measure; `offset_ms` is the orb's time minus ours, if it is known."""
         self.pace: LatencyReport | None = None
         self._offset_ms, self._clock_ns = offset_ms, clock_ns
         self.frames = 0

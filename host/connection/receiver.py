@@ -63,8 +63,7 @@ class MessageLink(Protocol):
 def ever_connected(received: Sequence[Received], before: bool) -> bool:
     """Return whether there was a connection, now or `before`.
 
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
+    LinkError if the first one failed; later ones are tried again and again.
     """
     for item in received:
         if isinstance(item, Refused) and not before:
@@ -79,7 +78,6 @@ class Receiver:
     Attributes:
         state: "connecting" at first; "live"; "stale" when nothing came for 300 ms; "lost" from the
             loss to the next Connected.
-        late: Commands dropped because they would have come too late.
         past: What is known of the device's commands, across connections.
         bytes_received, bytes_sent: Over the port, across connections.
     """
@@ -102,7 +100,7 @@ class Receiver:
             key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
         self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
-        self.late = self.bytes_received = self.bytes_sent = 0
+        self.bytes_received = self.bytes_sent = 0
         self._listeners: list[tuple[Listener, type]] = []
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
@@ -114,15 +112,8 @@ class Receiver:
         self._transport: Transport | None = None
         self._closing = threading.Event()
         self._failure: BaseException | None = None
-        self._first: queue.Queue[Welcome | str] = queue.Queue(maxsize=1)  # outcome of attempt one
         self._refusal = ""  # the last one reported, which is not repeated
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
-
-    @property
-    def rtt_ms(self) -> int | None:
-        """The newest round trip, whole milliseconds; None while none is measured."""
-        with self._lock:
-            return None if self._session is None else self._session.clock.rtt_ms
 
     @property
     def clock_offset_ms(self) -> int | None:
@@ -141,19 +132,20 @@ class Receiver:
     def connect(self, timeout_s: float = CONNECT_S) -> Welcome:
         """Begin, and wait for the outcome of the first attempt; `poll` returns it again.
 
-        Raises:
-            LinkError: It failed; one sentence says why. The receiver is closed.
+        LinkError if it failed; the receiver is closed.
         """
         self.start()
-        try:
-            outcome = self._first.get(timeout=timeout_s)
-        except queue.Empty:
-            outcome = f"the orb did not answer within {timeout_s:g} s; restart it"
-        if isinstance(outcome, str):
-            self.close()
-            self._raise_failure()
-            raise LinkError(outcome)
-        return outcome
+        self.wait(timeout_s)
+        match self._ready[0][1] if self._ready else None:
+            case Connected(welcome=welcome):
+                return welcome
+            case Refused(reason=reason):
+                outcome = reason
+            case _:
+                outcome = f"the orb did not answer within {timeout_s:g} s; restart it"
+        self.close()
+        self._raise_failure()
+        raise LinkError(outcome)
 
     def poll(self) -> list[Received]:
         """Return what is new, oldest first, without waiting."""
@@ -166,7 +158,6 @@ class Receiver:
         while self._ready:
             arrived_ms, news = self._ready.popleft()
             if arrived_ms < oldest_ms and _is_command(news):
-                self.late += 1
                 with self._lock:
                     self.past.missed += 1
                 received.append(Missed(1))
@@ -181,8 +172,7 @@ class Receiver:
     def send(self, message: Message) -> bool:
         """Send without waiting; return False if no session is live, and it is dropped.
 
-        Raises:
-            ProtocolError: The wire cannot carry it.
+        ProtocolError if the wire cannot carry it.
         """
         with self._lock:
             session, transport = self._session, self._transport
@@ -225,7 +215,6 @@ class Receiver:
         except BaseException as error:
             self._failure = error  # for the program's own thread, which raises it
             self._tell([Lost("the receiver's thread has died")])
-            self._note("the receiver's thread has died")
 
     def _pause(self, pause_s: float) -> None:
         """Wait before the next attempt, and until the program listens again."""
@@ -267,7 +256,6 @@ class Receiver:
             with self._lock:
                 self._session = self._transport = None
             self._part(session, transport)
-            self.late += session.late
         return session.welcomed
 
     def _listen(self, session: HostSession, transport: Transport) -> None:
@@ -311,24 +299,17 @@ class Receiver:
             if isinstance(item, Connected):
                 log.info("connected to %s, %s", item.welcome.name, item.welcome.device_id)
                 self._refusal = ""
-                self._note(item.welcome)
             elif isinstance(item, Lost):
                 self.state = "lost"
                 log.warning("link lost: %s", item.reason)
             elif isinstance(item, Missed):
                 log.warning("%s never came, or too late", count(item.count, "command"))
             elif isinstance(item, Refused):
-                self._note(item.reason)
                 if item.reason == self._refusal:
                     continue
                 self._refusal = item.reason
                 log.warning("no link: %s", item.reason)
             self._inbox.put((_now_ms(), item))
-
-    def _note(self, outcome: Welcome | str) -> None:
-        """Keep the outcome of the first attempt for `connect`."""
-        with contextlib.suppress(queue.Full):
-            self._first.put_nowait(outcome)
 
 
 def _is_command(news: Received) -> bool:

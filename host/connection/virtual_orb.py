@@ -44,13 +44,10 @@ class VirtualOrbProcess:
         command: Sequence[str] = (),
         start_s: float = START_S,
     ) -> None:
-        """Prepare; nothing is started yet.
+        """Prepare a process with further options of `controller`; nothing is started yet.
 
-        Args:
-            seed: Of the orb, its hand and its noise.
-            options: Further options of `controller`.
-            command: What to start in place of the orb, if not empty.
-            start_s: How long it may take to say where it listens.
+        `command`, if not empty, is started in place of the orb; it has `start_s` to say where it
+        listens.
         """
         orb = (sys.executable, "-m", "controller", "--sensor", "virtual", "--seed", str(seed))
         self.token = secrets.token_hex(16)
@@ -63,11 +60,7 @@ class VirtualOrbProcess:
         self._lock = threading.Lock()  # so that nothing is started once it is closed
 
     def open(self) -> Transport:
-        """Connect to the orb; start it first, or again if it has died.
-
-        Raises:
-            LinkError: It does not start; the end of its own messages is in the sentence.
-        """
+        """Connect to the orb; start it first, or again if it has died. LinkError has its words."""
         if self.process is not None and self.process.poll() is not None:
             said = _tail(self._messages) if self._messages else ""
             log.error("the virtual orb ended with status %d: %s", self.process.returncode, said)

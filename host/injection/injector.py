@@ -35,8 +35,7 @@ class Sender(ABC):
     def start(self) -> str:
         """Start, or start again; return the name of the back end, "" if it was running.
 
-        Raises:
-            BackendError: No key can be pressed here; the message is one sentence.
+        BackendError if no key can be pressed here.
         """
 
     @abstractmethod
@@ -67,14 +66,9 @@ class Injector(Sender):
         command: Sequence[str] = _GUARD,
         clock: Callable[[], int] = now_ms,
     ) -> None:
-        """Prepare the command line for `start`.
+        """Prepare the watchdog's command line; it may press only these keys.
 
-        Args:
-            backend: Its name, or "auto".
-            kind: Keyboard or gamepad.
-            keys: Keys that the watchdog may press.
-            command: The watchdog's program.
-            clock: Milliseconds of the machine's monotonic clock.
+        `clock` returns milliseconds of the machine's monotonic clock.
         """
         self.process: subprocess.Popen[bytes] | None = None
         self._kind: Kind = kind

@@ -34,15 +34,12 @@ _IDLE_S: Final = 60.0
 class Watchdog:
     """State of pressed keys, and of the sender's heartbeat, with explicit time.
 
-    Attributes:
-        down: Pressed keys, in the order of their presses.
-        refused: Number of presses that were late, or of other keys.
+    `down` holds the pressed keys in the order of their presses.
     """
 
     def __init__(self, backend: Backend, keys: Collection[str], now_ms: int) -> None:
         """Prepare a back end that may press only these keys."""
         self.down: list[str] = []
-        self.refused = 0
         self._backend, self._keys = backend, frozenset(keys)
         self._heard_ms = now_ms
         self._waiting = False  # for the acknowledgement of `released`
@@ -61,9 +58,8 @@ class Watchdog:
         elif command == "u":
             self._release(key)
         elif command == "d":
-            if self._waiting or key not in self._keys or now_ms - sent_ms >= HANG_MS:
-                self.refused += 1
-            elif key not in self.down:
+            late = self._waiting or now_ms - sent_ms >= HANG_MS
+            if key in self._keys and key not in self.down and not late:
                 self.down.append(key)  # first: a press that fails half-way is released, too
                 self._backend.press(key)
         return answer or (f"b {time_ms}" if command == "b" else "")
@@ -108,14 +104,9 @@ def serve(
 ) -> None:
     """Run the watchdog until the input ends or a signal arrives, then release all keys.
 
-    Signal handlers raise no exception, so they cannot interrupt a press or release.
-
-    Args:
-        backend: The back end.
-        keys: Keys that it may press.
-        read: Returns bytes of the input, b"" at its end; called on a thread.
-        answer: Called with each line of output.
-        clock: The sender's clock, milliseconds.
+    `read` returns bytes of the input, b"" at its end; it is called on a thread. `answer` is called
+    with each line of output; `clock` is the sender's, milliseconds. Signal handlers raise no
+    exception, so they cannot interrupt a press or release.
     """
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     for name in _ENDS:

@@ -8,29 +8,156 @@ waits for it.
 from __future__ import annotations
 
 import importlib
+import logging
 import pkgutil
+import queue
+import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from typing import cast
+from typing import Final, cast
 
-from controller.errors import count
-from host.taps.base import Tap, TapError, TapThread, TapUnavailableError
+from controller.errors import TroubleError, UserError, count
+from controller.protocol.messages import Command, Telemetry, Welcome
+from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 
-__all__ = ["Tap", "TapError", "TapUnavailableError", "names", "open_tap", "open_taps"]
+WAITING: Final = 256  # limit of queued events, two seconds at 100 Hz
+END_S: Final = 1.0  # for queued events when the program ends
+
+log = logging.getLogger(__name__)
+
+
+class TapError(UserError, ValueError):
+    """The tap or its address is unknown."""
+
+
+class TapUnavailableError(TroubleError, OSError):
+    """A tap cannot be opened here; the message is one sentence with what to do."""
+
+
+class Tap(ABC):
+    """A stream of frames, probabilities, gestures and commands for other programs.
+
+    All calls come from one thread. `connected` is always the first, and comes again with every
+    session; times are the device's, milliseconds since that session's Welcome.
+    """
+
+    @abstractmethod
+    def connected(self, welcome: Welcome) -> None:
+        """Handle a device that has connected or reconnected."""
+
+    @abstractmethod
+    def telemetry(self, message: Telemetry, t_ms: int) -> None:
+        """Handle a frame: its image, and the probabilities."""
+
+    @abstractmethod
+    def gesture(self, label: str, t_ms: int) -> None:
+        """Handle a change of the held gesture; "" is none."""
+
+    @abstractmethod
+    def command(self, message: Command, t_ms: int) -> None:
+        """Handle a command."""
+
+    def missed(self, count: int) -> None:  # noqa: B027
+        """Handle a number of commands that did not arrive in time."""
+
+    def link(self, state: str) -> None:  # noqa: B027
+        """Handle a change of the link to "live", "stale" or "lost"."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the stream."""
+
+
+class TapThread:
+    """The thread of one tap, behind a queue of bounded size.
+
+    Attributes:
+        name: Value of `--tap`.
+        dropped: Number of events dropped because the tap was too slow.
+        failure: Reason that it stopped, "" while it works.
+    """
+
+    def __init__(self, name: str, tap: Tap, waiting: int = WAITING) -> None:
+        """Start the thread, which closes the tap at its end."""
+        self.name = name
+        self.dropped = 0
+        self.failure = ""
+        self._tap = tap
+        self._queue: queue.Queue[Received | None] = queue.Queue(waiting)
+        self._closing = threading.Event()
+        self._gesture = ""
+        self._state = ""
+        self._thread = threading.Thread(target=self._run, name=f"tap {name}", daemon=True)
+        self._thread.start()
+
+    def hear(self, received: Iterable[Received]) -> None:
+        """Queue received events; those beyond the queue's size are dropped and counted."""
+        for event in received:
+            try:
+                self._queue.put_nowait(event)
+            except queue.Full:
+                self.dropped += 1
+
+    def close(self) -> None:
+        """Process the queued events for at most a second, and end."""
+        try:
+            self._queue.put(None, timeout=END_S)
+        except queue.Full:
+            self._closing.set()
+        self._thread.join(END_S)
+
+    def _run(self) -> None:
+        try:
+            while not self._closing.is_set() and (event := self._queue.get()) is not None:
+                self._feed(event)
+        except Exception as error:  # of any library; the program continues
+            self.failure = " ".join(str(error).split()) or type(error).__name__
+            log.exception("tap %s has stopped", self.name)
+            while self._queue.get() is not None:
+                self.dropped += 1
+        finally:
+            self._tap.close()
+
+    def _feed(self, event: Received) -> None:
+        match event:
+            case Connected(welcome=welcome):
+                self._gesture = ""
+                self._tap.connected(welcome)
+                self._link("live")
+            case Stale():
+                self._link("stale")
+            case Lost():
+                self._link("lost")
+            case Missed():
+                self._tap.missed(event.count)
+            case Delivered(message=Telemetry() as message, t_ms=t_ms):
+                self._link("live")
+                self._tap.telemetry(message, t_ms)
+                if message.gesture != self._gesture:
+                    self._gesture = message.gesture
+                    self._tap.gesture(message.gesture, t_ms)
+            case Delivered(message=Command() as message, t_ms=t_ms):
+                self._link("live")
+                self._tap.command(message, t_ms)
+            case Delivered():
+                self._link("live")
+
+    def _link(self, state: str) -> None:
+        if state != self._state:
+            self._state = state
+            self._tap.link(state)
 
 
 def names() -> tuple[str, ...]:
     """Return the taps there are."""
-    found = (module.name for module in pkgutil.iter_modules(__path__))
-    return tuple(sorted(name for name in found if name != "base"))
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
 def open_tap(words: str) -> Tap:
     """Open a tap: `create(address)` of the module that is named before "://".
 
-    Raises:
-        TapError: The module or the address is unknown.
-        TapUnavailableError: It does not work on this machine.
+    TapError if one of them is unknown, TapUnavailableError if it does not work on this machine.
     """
     name, _, address = words.partition("://")
     if name not in names():
@@ -41,16 +168,10 @@ def open_tap(words: str) -> Tap:
 def open_taps(
     values: Iterable[str], stack: ExitStack, warn: Callable[[str], None]
 ) -> list[TapThread]:
-    """Open taps, each on its own thread; the stack closes them.
+    """Open the taps of `--tap`, each on its own thread; the stack closes them.
 
-    Args:
-        values: Values of `--tap`.
-        stack: Closes the taps.
-        warn: Called with a sentence for each tap that failed or dropped events.
-
-    Raises:
-        TapError: A tap or its address is unknown.
-        TapUnavailableError: A tap does not work on this machine.
+    `warn` is called with a sentence for each tap that failed or dropped events. Errors are those of
+    `open_tap`.
     """
     threads = []
     for words in dict.fromkeys(values):

@@ -14,7 +14,7 @@ from typing import Any, Final
 from controller.errors import how_to_install
 from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import Command, Telemetry, Welcome
-from host.taps.base import Tap, TapError, TapUnavailableError
+from host.taps import Tap, TapError, TapUnavailableError
 
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # for a slow inlet; pylsl's default of 360 s needs more memory
@@ -125,10 +125,6 @@ def create(where: str) -> LslTap:
     liblsl has no option to accept connections from this machine only: another machine that knows
     the port can read a stream. The user's configuration file, in LSLAPICFG or a standard place of
     LSL, has precedence.
-
-    Raises:
-        TapError: `where` is not understood.
-        TapUnavailableError: pylsl or liblsl is missing.
     """
     if where not in ("", NETWORK):
         raise TapError(f"--tap lsl://{where} is not understood; write lsl, or lsl://{NETWORK}")

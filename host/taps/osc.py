@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 from controller.errors import how_to_install
 from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import Command, Telemetry, Welcome
-from host.taps.base import Tap, TapError, TapUnavailableError
+from host.taps import Tap, TapError, TapUnavailableError
 
 if TYPE_CHECKING:
     from pythonosc.udp_client import SimpleUDPClient
@@ -82,12 +82,7 @@ class OscTap(Tap):
 
 
 def create(where: str) -> OscTap:
-    """Send to HOST:PORT, 127.0.0.1:9000 if it is left out.
-
-    Raises:
-        TapError: The address is none.
-        TapUnavailableError: The host is not known, or python-osc is missing.
-    """
+    """Send to HOST:PORT, 127.0.0.1:9000 if it is left out."""
     try:
         parts = urlsplit(f"//{where or DEFAULT}")
         host, port = parts.hostname, parts.port

@@ -21,21 +21,13 @@ _BUTTONS = (1, _RIGHT_BUTTON)
 
 @dataclass(frozen=True, slots=True)
 class TargetOptions:
-    """Options of all targets.
+    """Options of all targets."""
 
-    Attributes:
-        seed: Seed of the game.
-        mapping: File of the key mapping; None: the target's own.
-        backend: Back end of key injection; "auto": the best available.
-        dry_run: Print strokes instead of pressing keys.
-        profile: The mapping's initial profile; "": its first.
-    """
-
-    seed: int = 0
-    mapping: Path | None = None
-    backend: str = "auto"
-    dry_run: bool = False
-    profile: str = ""
+    seed: int = 0  # of the game
+    mapping: Path | None = None  # file of the key mapping; None: the target's own
+    backend: str = "auto"  # of key injection; "auto": the best available
+    dry_run: bool = False  # print strokes instead of pressing keys
+    profile: str = ""  # the mapping's initial one; "": its first
 
 
 class TargetError(UserError, ValueError):

@@ -12,7 +12,7 @@ from typing import Final
 
 import pygame
 
-from controller.keymap import keymap_file
+from controller.keymap import keymap
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
 from controller.keymap.terminal import Keyboard, keyboard
@@ -29,7 +29,7 @@ from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
 from host.injection.watchdog import HANG_MS
 from host.targets.base import Target, TargetOptions
-from host.ui.key_window import SIZE, OrbWindow
+from host.ui.panel import WINDOW, OrbWindow
 
 _OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 
@@ -43,18 +43,14 @@ class KeysTarget(Target):
         keys: State of held keys, and whether it is armed.
     """
 
-    size = SIZE
+    size = WINDOW
 
     def __init__(
         self, key_map: KeyMap, sender: Sender, say: Say, sound: Callable[[bool], None]
     ) -> None:
-        """Begin disarmed.
+        """Begin disarmed, with a started sender of strokes.
 
-        Args:
-            key_map: The mapping.
-            sender: Started sender of strokes.
-            say: Called with each line for the user.
-            sound: Called on arming (True) and disarming.
+        `say` is called with each line for the user, `sound` on arming (True) and disarming.
         """
         super().__init__()
         self.keys = KeyState(key_map)
@@ -204,14 +200,9 @@ class KeysTarget(Target):
 
 
 def create(kind: Kind, options: TargetOptions) -> KeysTarget:
-    """Read the mapping, and start the sender.
-
-    Raises:
-        KeyMapError: The mapping cannot be used.
-        BackendError: Keys cannot be pressed on this machine.
-    """
+    """Read the mapping (KeyMapError), and start the sender (BackendError)."""
     path = options.mapping or Path(kind)
-    key_map = keymap_file.load(path, _OUTPUTS[kind]).beginning(options.profile)
+    key_map = keymap.load(path, _OUTPUTS[kind]).beginning(options.profile)
     sender: Sender = Injector(options.backend, kind, key_map.keys)
     if options.dry_run:
         sender = DryRunInjector(partial(print, flush=True))

@@ -28,7 +28,7 @@ from tetris.files import config_folder
 from tetris.window import bindings
 from tetris.window.menu import OF_ACTION, OF_CODE, MenuStep
 from tetris.window.settings import FILE_NAME, Settings, changed, hands, load
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a
 # piece falls for 12 s, and what has landed can still be moved by one more gesture.

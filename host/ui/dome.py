@@ -195,12 +195,9 @@ class HeatMap:
         self._small = pygame.Surface((FIELD, FIELD), pygame.SRCALPHA, 32, _MASKS)
 
     def draw(self, deviation: Array, radius: float, side_px: int) -> pygame.Surface:
-        """Return the field over the square round the dome.
+        """Return the field of z - 1, (rows, columns), over the square round the dome.
 
-        Args:
-            deviation: z - 1, (rows, columns), top row first.
-            radius: The dome's, in grid units.
-            side_px: The dome's diameter on the screen.
+        The radius is the dome's in grid units, the side its diameter on the screen.
         """
         rows, columns = deviation.shape
         down, down_slope = _weights(rows, radius)

@@ -46,24 +46,12 @@ class RecentCommand:
 class OrbState:
     """The orb as it is to be shown, kept up by messages.
 
-    All times are seconds of one clock that never turns back: the machine's, or granted time.
-
-    Attributes:
-        link: How the link is: "live" has telemetry, "stale" is silent, "lost" is gone.
-        reason: One sentence on why the link is not live; may be empty.
-        shown: The image as drawn now, eased towards the newest one.
-        probabilities: One per label of the handshake, in its order, eased as well.
-        contacts: The fingers that this host puts on a virtual dome, for the rings.
-        hint: The line below the dome while no gesture is held.
-        hops: How long frames take: in the orb, from its schedule to here, to the screen.
-        period_ms: From frame to frame in the orb; 0 while it has not said.
-        health: What is wrong with the sensor, worst first; stands in the hint's place.
-        user: The identified user; "" for none that it knows.
-        sure: How probable that is; 0 where the device knows no users.
+    All times are seconds of one clock that never turns back: the machine's, or granted time. The
+    image drawn (`shown`) and one probability per label are eased towards what was felt last.
     """
 
-    link: LinkState = "connecting"
-    reason: str = ""
+    link: LinkState = "connecting"  # "live" has telemetry, "stale" is silent, "lost" is gone
+    reason: str = ""  # one sentence on why the link is not live; may be empty
     welcome: Welcome | None = None
     shown: Deviation = field(default_factory=lambda: np.zeros((5, 5), np.float32))
     felt: Deviation = field(default_factory=lambda: np.zeros((5, 5), np.float32))
@@ -71,13 +59,13 @@ class OrbState:
     gesture: str = ""
     ready: bool = False
     rate_hz: float = 0.0
-    contacts: tuple[Contact, ...] = ()
-    hint: str = ""
-    hops: tuple[StageTime, ...] = ()
-    period_ms: float = 0.0
-    health: tuple[str, ...] = ()
-    user: str = ""
-    sure: float = 0.0
+    contacts: tuple[Contact, ...] = ()  # that this host puts on a virtual dome, for the rings
+    hint: str = ""  # the line below the dome while no gesture is held
+    hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
+    period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
+    health: tuple[str, ...] = ()  # what is wrong, worst first; stands in the hint's place
+    user: str = ""  # the identified user; "" for none that it knows
+    sure: float = 0.0  # how probable that is; 0 where the device knows no users
     history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))

@@ -9,7 +9,7 @@ from tetris.window.menu import Cursor, Item, Menu, MenuStep
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card
 from tetris.window.settings import Settings, stepped
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 _SWITCHES: Final = ("patterns", "motion", "ghost", "grid")
 _HEIGHT: Final = 720  # the game's, in design units

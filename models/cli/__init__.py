@@ -31,11 +31,7 @@ def load(name: str) -> ModuleType:
 
 
 def require(name: str) -> str:
-    """Return the name of a command.
-
-    Raises:
-        UserError: There is no such command; the message names the nearest.
-    """
+    """Return the name of a command; raise UserError, which names the nearest, if there is none."""
     known = names()
     if name in known:
         return name

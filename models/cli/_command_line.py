@@ -61,11 +61,7 @@ def _noting() -> Iterator[list[int]]:
 
 
 def _parser(first: Sequence[str]) -> argparse.ArgumentParser:
-    """Return the parser of one command, if the first word is its name, else of all.
-
-    Raises:
-        UserError: The first word is neither a command nor an option.
-    """
+    """Return the parser of the command that is named first, if any, else of all."""
     names = commands.names()
     if first and not first[0].startswith("-"):
         names = [commands.require(first[0])]

@@ -34,11 +34,8 @@ def require(what: str, *modules: str, extra: str = "train") -> None:
 
     Args:
         what: The purpose: "training".
-        modules: Required modules, of `PACKAGES`.
+        modules: Required modules, of `PACKAGES`; else a ValueError says how to install them.
         extra: The extra of pyproject.toml that holds them.
-
-    Raises:
-        ValueError: One is not installed; the message has the command to install it.
     """
     missing = [PACKAGES[module] for module in modules if find_spec(module) is None]
     if missing:

@@ -112,7 +112,6 @@ def _recorded(
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return each folder as a set and all files as one, what can be broken in them, and a note."""
     from models.data import examples, test_sessions
-    from models.data import faults as faulty
 
     grid = loaded.rows, loaded.columns
     sets: dict[str, Played] = {
@@ -123,15 +122,15 @@ def _recorded(
         "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
         "react."
     )
-    return sets, [*faulty.taxels(*grid), *faulty.electrodes(*grid)], note
+    return sets, [*test_sessions.taxels(*grid), *test_sessions.electrodes(*grid)], note
 
 
 def _simulated(
     loaded: "Bundle", arguments: argparse.Namespace
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return simulated people on both presets' orbs, what can be broken, and a note."""
-    from controller.simulator.presets import PRESETS
-    from models.data import faults as faulty
+    from controller.simulator.orb import PRESETS
+    from models.data import test_sessions
     from models.data.test_sessions import EVALUATE_SEED, People
 
     count, grid = arguments.sessions, (loaded.rows, loaded.columns)
@@ -147,8 +146,8 @@ def _simulated(
         "other orbs. Simulated recordings say nothing about a physical orb. "
         "This card is written by `models evaluate --card`."
     )
-    every = [*faulty.taxels(*grid), *faulty.electrodes(*grid), *faulty.others(*grid)]
-    return sets, every, note
+    kinds = test_sessions.taxels, test_sessions.electrodes, test_sessions.others
+    return sets, [fault for kind in kinds for fault in kind(*grid)], note
 
 
 def _quiet(line: str) -> None:

@@ -45,8 +45,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="images in a window, for both models (default: those of one second)",
     )
     options.take_labels(
-        parser,
-        "source of the labels (default: auto: the first of these that names a gesture)",
+        parser, "source of the labels (default: auto: the first of these that names a gesture)"
     )
     options.take_all(parser)
     add(
@@ -54,12 +53,6 @@ def add(parser: argparse.ArgumentParser) -> None:
         dest="given",
         action="store_true",
         help="take labels as people gave them; else they are moved to where the touch was",
-    )
-    add(
-        "--choose",
-        action="store_true",
-        help="let each fold choose, by short trainings on some of its own people, how far examples "
-        "are shifted and how hot probabilities are; takes twice as long",
     )
     add(
         "--sound",
@@ -73,12 +66,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
     options.require("training in folds", "torch", "sklearn")
-    from models.studies import fold_card
+    from models.studies import fold_statistics
     from models.studies.cross_validation import Request, cross
 
     chosen = options.chosen(arguments, Request)
     request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
     found = cross(request, options.say)
-    print(fold_card.text(found))
+    print(fold_statistics.text(found))
     options.say(f"wrote {request.out}")
     return 0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from models.cli import _options as options
 
 if TYPE_CHECKING:
-    from models.studies.information.games import Session
+    from models.studies.information.channel import Session
     from models.studies.information.study import RecordingSet
 
 SUMMARY: Final = "estimate the information in an orb's signals: entropies, bounds, capacity"
@@ -19,7 +19,7 @@ DESCRIPTION: Final = (
     "(docs/information.md). Without recordings, both presets of the virtual orb are simulated."
 )
 EXAMPLE: Final = "Try it (a minute): models information --quick --only histogram classifier"
-PARTS: Final = ("histogram", "neighbours", "classifier", "places", "vocabulary", "none")
+PARTS: Final = ("histogram", "neighbours", "classifier", "vocabulary", "none")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -47,8 +47,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help="folder for the report, its figures (PNG and SVG), and the results, which are not "
-        "measured again",
+        help="folder for the tables, the drawings, and the results, which are not measured again",
     )
     add("--paper", type=Path, metavar="FILE", help="Markdown file whose tables are updated")
 
@@ -58,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.reports import markdown
 
     options.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
-    from models.studies.information import games, report, results, study, tables
+    from models.studies.information import channel, report, study, tables
 
     out = arguments.out
     arguments.resumes = out is not None
@@ -69,12 +68,12 @@ def run(arguments: argparse.Namespace) -> int:
             raise ValueError(f"there is no part {name!r}; there are {', '.join(PARTS)}")
     if arguments.paper:
         markdown.check(arguments.paper, tables.COMMAND)
-    kept = out / results.MEASURED if out else None
+    kept = out / tables.MEASURED if out else None
     sets, players = _sets(arguments), _players(arguments.games)
     found = study.measure(sets, arguments.only, arguments.workers, kept, options.say)
     for name, played in players.items():
-        found["games"][name] = games.figures(games.gather(played))
-    results.keep(kept, found)
+        found["games"][name] = channel.figures(channel.gather(played))
+    tables.keep(kept, found)
     print(tables.text(found))
     if out:
         for path in report.write(out, found):
@@ -99,13 +98,13 @@ def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
 
 def _players(paths: list[Path]) -> "dict[str, list[Session]]":
     """Return the games of each folder, and of all single files."""
-    from models.studies.information import games
+    from models.studies.information import channel
 
     made: dict[str, list[Session]] = {}
     for path in paths:
         files = sorted(path.rglob("[!.]*.json")) if path.is_dir() else [path]
         if not files:
-            raise ValueError(f"there are no games in {path}; make one with: {games.HOW_TO_PLAY}")
+            raise ValueError(f"there are no games in {path}; make one with: {channel.HOW_TO_PLAY}")
         name = path.name if path.is_dir() else "games"
-        made.setdefault(name, []).extend(games.read(file) for file in files)
+        made.setdefault(name, []).extend(channel.read(file) for file in files)
     return made

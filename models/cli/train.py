@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from models.cli import _options as options
-from models.training.request import Request
+from models.training.train import Request
 
 SUMMARY: Final = "make a bundle from recordings"
 DESCRIPTION: Final = (
@@ -62,11 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(request: Request) -> None:
-    """Refuse options of another task.
-
-    Raises:
-        ValueError: There is one.
-    """
+    """Raise ValueError for options of another task."""
     if request.task != "user":
         if request.others or request.gestures or request.mapping:
             raise ValueError("--others, --gestures and --mapping are for people; add --task user")
@@ -83,7 +79,7 @@ def _command(request: Request) -> str:
     words = ["models", "train", *map(str, request.paths)]
     for field in fields(Request):
         value = getattr(request, field.name)
-        if not field.metadata or value == field.default or field.name == "advised":
+        if not field.metadata or value == field.default:
             continue
         words.append(f"--{field.metadata.get('flag', field.name)}")
         if field.name == "gestures":

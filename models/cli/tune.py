@@ -19,14 +19,6 @@ EXAMPLE: Final = (
     "models/orbtouch.orb data --out tuned.orb"
 )
 
-# Option, default, greatest value, metavar and meaning of each part of the goal, in order.
-GOAL: Final = (
-    ("lost", 1.0, 1e6, "W", "cost of each per cent of F1 that is missing"),
-    ("alarm", 5.0, 1e6, "W", "cost of one false alarm in an idle minute"),
-    ("wait", 1.0, 1e6, "W", "cost of a second of latency"),
-    ("latest", 0.42, 60.0, "S", "greatest median latency, seconds"),
-    ("alarms", 0.02, 1000.0, "N", "most false alarms in an idle minute"),
-)
 SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 
 
@@ -37,17 +29,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
     options.take_labels(
-        parser,
-        "source of the labels (default: auto: the truth, else people's labels)",
+        parser, "source of the labels (default: auto: the truth, else people's labels)"
     )
-    for name, default, most, metavar, meaning in GOAL:
-        add(
-            f"--{name}",
-            type=options.number(0.0, most),
-            default=default,
-            metavar=metavar,
-            help=f"{meaning} (default: {default:g})",
-        )
+    latest = "greatest median latency, seconds (default: 0.42)"
+    add("--latest", type=options.number(0.0, 60.0), default=0.42, metavar="S", help=latest)
     add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
     add(
         "--html",
@@ -69,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
     from models.evaluation.tune import Goal, spread, tune, write
-    from models.reports import markdown, tables, terminal_plot
+    from models.reports import markdown, tables
     from models.results import storage
 
     if arguments.out:
@@ -92,13 +77,12 @@ def run(arguments: argparse.Namespace) -> int:
             play(replace(loaded, spread=position_error.BARE), networks, recording, truth)
         )
         options.say(f"{survey.path.stem}: {count(len(truth.events), 'event')}")
-    goal = Goal(*(getattr(arguments, name) for name, *_ in GOAL))
+    goal = Goal(latest_s=arguments.latest)
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
     idle = count(round(found.idle_minutes), "idle minute")
     print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
-    print(terminal_plot.draw(found))
     print(markdown.table(tables.thresholds(found)))
     print(found.goal)
     if (far := spread(streams)) is not None:

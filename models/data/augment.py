@@ -26,16 +26,13 @@ DEAD_TAXELS: Final = 0.06  # of an example that has some
 
 @dataclass(frozen=True, slots=True)
 class Symmetry:
-    """Permitted transformations of the examples of each class.
+    """Permitted transformations of the examples of each class."""
 
-    Attributes:
-        turns: Quarter turns counterclockwise that leave it the same gesture, for each class.
-        mirror: Number of the class that its mirror image is, for each; -1 where that is none.
-        shifts: Whether it is the same gesture elsewhere on the sensor, for each; (): none is.
-    """
-
+    # quarter turns counterclockwise that leave it the same gesture, for each class
     turns: tuple[tuple[int, ...], ...]
+    # number of the class that its mirror image is, for each; -1 where that is none
     mirror: tuple[int, ...]
+    # whether it is the same gesture elsewhere on the sensor, for each; (): none is
     shifts: tuple[bool, ...] = ()
 
     @classmethod
@@ -64,23 +61,19 @@ class Symmetry:
 
     def sentences(self, labels: Sequence[str]) -> list[str]:
         """Return the transformations, a sentence for each kind."""
-        lines = []
-        for words, turns in (
-            ("turned by quarters", QUARTERS["all"]),
-            ("turned by halves", QUARTERS["half"]),
-            ("never turned", QUARTERS["none"]),
-        ):
-            if names := [labels[i] for i, own in enumerate(self.turns) if own == turns]:
-                lines.append(f"{words}: {', '.join(names)}")
         same = [labels[i] for i, image in enumerate(self.mirror) if image == i]
         other = [f"{labels[i]} into {labels[j]}" for i, j in enumerate(self.mirror) if 0 <= j != i]
-        never = [labels[i] for i, image in enumerate(self.mirror) if image < 0]
-        for words, names in (("mirrored", same + other), ("never mirrored", never)):
-            if names:
-                lines.append(f"{words}: {', '.join(names)}")
-        if moved := [label for label, may in zip(labels, self.shifts, strict=False) if may]:
-            lines.append(f"shifted: {', '.join(moved)}")
-        return lines
+        words = {"quarters": "all", "halves": "half"}
+        kinds = {
+            f"turned by {word}": [
+                label for label, own in zip(labels, self.turns, strict=True)
+                if own == QUARTERS[kind]
+            ]
+            for word, kind in words.items()
+        }  # fmt: skip
+        kinds["mirrored"] = same + other
+        kinds["shifted"] = [label for label, may in zip(labels, self.shifts, strict=False) if may]
+        return [f"{kind}: {', '.join(names)}" for kind, names in kinds.items() if names]
 
 
 PLAIN: Final = Symmetry(((0,),), (-1,))
@@ -115,15 +108,7 @@ def vary_images(
     symmetry: Symmetry,
     generator: torch.Generator,
 ) -> tuple[Tensor, Tensor]:
-    """Return varied z images (batch, rows, columns) and their touches (batch, 2), grid units.
-
-    Args:
-        how: Amounts of augmentation.
-        images: z.
-        touches: Their positions, grid units, (batch, 2).
-        symmetry: Of the one class that they are of.
-        generator: Draws.
-    """
+    """Return varied z images (batch, rows, columns) of one class and touches (batch, 2)."""
     columns, rows = images.shape[-1], images.shape[-2]
     images = images.unsqueeze(1)
     if how.symmetric:
@@ -141,14 +126,7 @@ def vary_images(
 def vary_user_windows(
     how: UserAugmentation, windows: Tensor, images: int, generator: torch.Generator
 ) -> Tensor:
-    """Return varied z windows (batch, images, rows, columns), of one user on another day.
-
-    Args:
-        how: Amounts of augmentation.
-        windows: z, (batch, images or more, rows, columns).
-        images: In a window.
-        generator: Draws.
-    """
+    """Return varied z windows (batch, images, rows, columns), of one user on another day."""
     signal = _played(how, windows - 1.0, images, generator)
     if how.turned or how.moved or how.wider:
         signal = _placed(how, signal, generator)
@@ -178,10 +156,7 @@ def _symmetries(
 
 
 def _disturb(how: Augmentation, windows: Tensor, generator: torch.Generator) -> Tensor:
-    """Vary strength, rest and noise, and kill taxels, each example on its own.
-
-    Takes and returns z windows (batch, window, rows, columns).
-    """
+    """Vary strength, rest and noise of z windows (batch, window, rows, columns); kill taxels."""
     batch, _, rows, columns = windows.shape
     device = windows.device
 

@@ -31,12 +31,9 @@ Mask = NDArray[np.bool_]  # (n,)
 
 
 def run_starts(frame: NDArray[np.integer], *keys: NDArray[np.integer], gap: int = 0) -> Mask:
-    """Return which entries begin a run, (n,): a key changes, or a frame is far from the last one.
+    """Return which entries begin a run, (n,): a key (n,) changes, or frames (n,) are far apart.
 
-    Args:
-        frame: Rising number of each entry, (n,).
-        keys: Values that are equal in a run, such as class and session, (n,) each.
-        gap: Frames from one to the next in a run, at most; 0: any number.
+    `gap` is the most frames from one to the next in a run; 0: any number.
     """
     found = np.zeros(len(frame), dtype=np.bool_)
     found[:1] = True
@@ -68,25 +65,16 @@ def renumbered(label: NDArray[np.integer], own: Sequence[str], names: Sequence[s
 
 @dataclass(frozen=True, slots=True)
 class Examples:
-    """Images of several sessions in a row, and which windows may be cut from them.
+    """Images of several sessions in a row, and which windows may be cut from them."""
 
-    Attributes:
-        images: z images, float32 (frames, rows, columns).
-        label: Class of each frame, -1 unknown, (frames,).
-        touch: True position of a press, grid units, NaN elsewhere, (frames, 2).
-        ends: Last frame of every whole window whose class is known, (windows,).
-        session: Session number of each frame, (frames,).
-        idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
-        window: Images in a window.
-    """
-
-    images: NDArray[np.float32]
-    label: NDArray[np.int64]
-    touch: NDArray[np.float32]
-    ends: NDArray[np.int64]
-    session: NDArray[np.int32]
+    images: NDArray[np.float32]  # z images, float32 (frames, rows, columns)
+    label: NDArray[np.int64]  # class of each frame, -1 unknown, (frames,)
+    touch: NDArray[np.float32]  # true position of a press, grid units, NaN elsewhere, (frames, 2)
+    ends: NDArray[np.int64]  # last frame of every whole window whose class is known, (windows,)
+    session: NDArray[np.int32]  # session number of each frame, (frames,)
+    # mean of |z - 1| while nothing touched, as the device knew it then, (frames,)
     idle: NDArray[np.float32]
-    window: int
+    window: int  # images in a window
 
     @classmethod
     def joined(cls, parts: "Sequence[Examples]") -> "Examples":
@@ -96,12 +84,7 @@ class Examples:
         return cls(**arrays, window=parts[0].window)
 
     def begins(self, ends: NDArray[np.int64], gap: int = 0) -> NDArray[np.bool_]:
-        """Return which windows begin a run of one class in one session, (windows,).
-
-        Args:
-            ends: Last frame of each window, in order, (windows,).
-            gap: Frames from one to the next in a run, at most; 0: any number.
-        """
+        """Return which windows, by their last frames, begin a run of one class and session."""
         return run_starts(ends, self.label[ends], self.session[ends], gap=gap)
 
     def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
@@ -112,20 +95,13 @@ class Examples:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One recorded or simulated session, as training needs it.
+    """One recorded or simulated session, as training needs it."""
 
-    Attributes:
-        frames: As they were read, (n, rows, columns).
-        label: Class of each frame, -1 unknown, (n,).
-        touch: True position of a press, grid units, NaN elsewhere, (n, 2).
-        sequence: Number of each frame; None: none is missing, (n,).
-        excluded: Frames that are not learned from; None: there are none, (n,).
-    """
-
-    frames: NDArray[np.float32]
-    label: NDArray[np.integer]
-    touch: NDArray[np.float32]
-    sequence: NDArray[np.int64] | None = None
+    frames: NDArray[np.float32]  # as they were read, (n, rows, columns)
+    label: NDArray[np.integer]  # class of each frame, -1 unknown, (n,)
+    touch: NDArray[np.float32]  # true position of a press, grid units, NaN elsewhere, (n, 2)
+    sequence: NDArray[np.int64] | None = None  # number of each frame; None: none is missing, (n,)
+    # frames that are not learned from; None: there are none, (n,)
     excluded: NDArray[np.bool_] | None = None
 
     @classmethod
@@ -136,16 +112,9 @@ class Source:
         names: Sequence[str] = (),
         label: Column | None = None,
     ) -> "Source":
-        """Return a recording as training needs it.
+        """Return a recording as training needs it, by names of classes or its own labels.
 
-        Args:
-            recorded: From a simulation or from the world; only the first knows true touches.
-            labels: Source of the labels.
-            names: Names of the classes; by default the recording's own labels.
-            label: These labels in place of the source's, (frames,), such as repaired ones.
-
-        Raises:
-            ValueError: It has no such labels at all.
+        `label` (frames,) replaces the source's, such as repaired ones; ValueError if it is unknown.
         """
         label = column(recorded, labels) if label is None else label
         if (label == UNKNOWN).all():
@@ -162,11 +131,7 @@ class Source:
 
 
 def refuse_test_seed(seed: int | None, what: str) -> None:
-    """Keep the seeds that are for tests out of training and tuning.
-
-    Raises:
-        ValueError: This is one of them.
-    """
+    """Raise ValueError if a seed of training or tuning is one for tests only."""
     if seed in TEST_SEEDS:
         raise ValueError(
             f"{what} has seed {seed}, and seeds {TEST_SEEDS.start} to {TEST_SEEDS.stop - 1} are "
@@ -176,13 +141,9 @@ def refuse_test_seed(seed: int | None, what: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """Recordings of one kind, in files; each is loaded on access, and not kept.
+    """Recordings of one kind, in files; each is loaded on access, and not kept."""
 
-    Attributes:
-        surveys: Header of each.
-    """
-
-    surveys: tuple[Survey, ...]
+    surveys: tuple[Survey, ...]  # header of each
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -196,11 +157,7 @@ class Recordings:
         return (self[number] for number in range(len(self)))
 
     def __getitem__(self, number: int) -> Recording:
-        """Load one.
-
-        Raises:
-            RecordingError: It cannot be read, or has changed since it was surveyed.
-        """
+        """Load one; RecordingError if it cannot be read, or has changed since it was surveyed."""
         survey = self.surveys[number]
         loaded = reader.load(survey.path)
         if (loaded.origin, len(loaded.frames)) != (survey.origin, survey.frames):
@@ -209,11 +166,7 @@ class Recordings:
 
 
 def recording_files(paths: Iterable[Path]) -> list[Path]:
-    """Return recordings: files, and all in folders, in order of their names.
-
-    Raises:
-        ValueError: There are none.
-    """
+    """Return recordings: files, and all in folders by name; ValueError if there are none."""
     named = list(paths)
     found = [
         file
@@ -229,12 +182,7 @@ def recording_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def recording_sets(paths: Iterable[Path]) -> dict[str, list[Path]]:
-    """Return the recordings of each folder by its name, and all single files as "recordings".
-
-    Raises:
-        RecordingError: One cannot be read.
-        ValueError: A folder has none.
-    """
+    """Return the recordings of each folder by its name, and all single files as "recordings"."""
     named = list(paths)
     folders = [path for path in named if path.is_dir()]
     names = [path.name or str(path) for path in folders]
@@ -249,11 +197,7 @@ def recording_sets(paths: Iterable[Path]) -> dict[str, list[Path]]:
 
 
 def digest(recordings: Iterable[Path]) -> str:
-    """Return the SHA-256 over recordings, in order.
-
-    Raises:
-        OSError: One cannot be read.
-    """
+    """Return the SHA-256 over recordings, in order."""
     whole = hashlib.sha256()
     for path in recordings:
         whole.update(hashlib.sha256(files.read_bytes(path, reader.MAX_BYTES)).digest())
@@ -263,11 +207,8 @@ def digest(recordings: Iterable[Path]) -> str:
 def read_training(paths: Iterable[Path]) -> Recordings:
     """Return recordings to train or tune on: files, and all in folders, in order of their names.
 
-    One may know fewer labels than another, as where places only were recorded.
-
-    Raises:
-        RecordingError: One cannot be read.
-        ValueError: There are none, one is for tests only, or they are not of one kind.
+    One may know fewer labels than another, as where places only were recorded. ValueError if there
+    are none, one is for tests only, or they are not of one kind.
     """
     found = recording_files(paths)
     surveys: list[Survey] = []
@@ -298,14 +239,8 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
 
     Every frame goes through, as on the device; those before the rest image exists and those that
     are excluded are then left out. No window spans two sessions, a missing frame or an excluded
-    one, and none ends at a frame whose class is unknown.
-
-    Args:
-        sources: One after the other; none is kept.
-        settings: Preprocessing settings.
-
-    Raises:
-        ValueError: No session has frames enough for one window, or grids differ.
+    one, and none ends at a frame whose class is unknown. ValueError if there is no window, or grids
+    differ.
     """
     parts: list[Examples] = []
     frames = 0

@@ -21,43 +21,23 @@ _PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's ma
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundTruth:
-    """Ground truth of a recording's n frames.
+    """Ground truth of a recording's n frames."""
 
-    Attributes:
-        name: Of the recording.
-        user: Identity of the user; "" unknown.
-        t: End of each scan, seconds, (n,).
-        label: Class of each frame, -1 unknown, (n,).
-        events: True gestures, in order.
-        contact_s: When something first touched for each of them, to a frame; NaN: unknown.
-        place: Position of the touch, grid units, NaN elsewhere, (n, 2).
-        excluded: Frames that do not count, (n,).
-    """
-
-    name: str
-    user: str
-    t: NDArray[np.float64]
-    label: NDArray[np.int64]
-    events: tuple[Event, ...]
+    name: str  # of the recording
+    user: str  # identity of the user; "" unknown
+    t: NDArray[np.float64]  # end of each scan, seconds, (n,)
+    label: NDArray[np.int64]  # class of each frame, -1 unknown, (n,)
+    events: tuple[Event, ...]  # true gestures, in order
+    # when something first touched for each of them, to a frame; NaN: unknown
     contact_s: tuple[float, ...]
-    place: NDArray[np.float32]
-    excluded: NDArray[np.bool_]
+    place: NDArray[np.float32]  # position of the touch, grid units, NaN elsewhere, (n, 2)
+    excluded: NDArray[np.bool_]  # frames that do not count, (n,)
 
     @classmethod
     def of(
         cls, recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
     ) -> "GroundTruth":
-        """Return the ground truth of a recording.
-
-        Args:
-            recording: With truth, or with labels of people, which are moved to the touches.
-            labels: The bundle's, "null" first.
-            name: Of the recording.
-            choice: Source of the labels; "auto": the truth, else button, keys, cues.
-
-        Raises:
-            ValueError: There are no labels, or one is of a gesture that the bundle lacks.
-        """
+        """Return a recording's ground truth by a bundle's labels; ValueError if it has others."""
         label = classes_of(recording, labels, name, choice)
         events = events_of(recording, choice)
         events = tuple(event for event in events if not _excluded(recording, event))
@@ -77,11 +57,7 @@ class GroundTruth:
 def classes_of(
     recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
 ) -> NDArray[np.int64]:
-    """Return the class of each frame by a bundle's labels, -1 unknown, (n,).
-
-    Raises:
-        ValueError: There are no labels, or one is of a gesture that the bundle does not have.
-    """
+    """Return the class of each frame by a bundle's labels, -1 unknown, (n,); or ValueError."""
     own, column = recording.origin.labels, labels_of(recording, choice)
     odd = [i for i in np.unique(column[column != UNKNOWN]).tolist() if own[i] not in labels]
     if odd:
@@ -93,11 +69,7 @@ def classes_of(
 
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
-    """Return the label of each frame, -1 unknown, (n,); people's are moved to the touches.
-
-    Raises:
-        ValueError: There are no labels.
-    """
+    """Return the label of each frame, -1 unknown, (n,), people's moved to the touches."""
     listed: tuple[Labels, ...] = tuple(COLUMNS) if choice == "auto" else (choice,)
     for least in (1, 0):  # labels with a gesture, else labels of null alone
         if named := labellers(recording, listed, least):
@@ -133,12 +105,7 @@ def true_places(
 ) -> NDArray[np.float32]:
     """Return the places of located gestures, grid units, NaN elsewhere, (n, 2).
 
-    They are the simulation's, else those that cues asked for.
-
-    Args:
-        recording: Of n frames.
-        label: Class of each frame, by the vocabulary, (n,).
-        vocabulary: Names the gestures that are located.
+    They are the simulation's, else those that cues asked for; classes (n,) by the vocabulary.
     """
     located = [vocabulary.labels.index(name) for name in vocabulary.located]
     if recording.truth is not None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recordings.quality.labels import spans
-from controller.recordings.quality.response import Response, respond
+from controller.recordings.quality.taxels import Response, respond
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data.examples import Column, Labels, column, run_starts
 from models.results.training import Lateness
@@ -35,54 +35,31 @@ ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Frames of the gesture that a label names.
+    """Frames of the gesture that a label names."""
 
-    Attributes:
-        first: Its first frame.
-        end: The frame after its last.
-        begin_s: When it begins, seconds of the recording.
-        end_s: When it ends.
-        strength: Its response: norm of the mean image, z - 1.
-        noise: Deviation of the response without a touch, relative.
-    """
-
-    first: int
-    end: int
-    begin_s: float
-    end_s: float
-    strength: float
-    noise: float
+    first: int  # its first frame
+    end: int  # the frame after its last
+    begin_s: float  # when it begins, seconds of the recording
+    end_s: float  # when it ends
+    strength: float  # its response: norm of the mean image, z - 1
+    noise: float  # deviation of the response without a touch, relative
 
 
 @dataclass(frozen=True, slots=True)
 class _Label:
-    """One label as it was given, and the gesture that it names.
+    """One label as it was given, and the gesture that it names."""
 
-    Attributes:
-        name: Class.
-        first: Its first frame.
-        end: The frame after its last.
-        found: The gesture; None: there is no response.
-    """
-
-    name: int
-    first: int
-    end: int
-    found: Found | None = None
+    name: int  # class
+    first: int  # its first frame
+    end: int  # the frame after its last
+    found: Found | None = None  # the gesture; None: there is no response
 
 
 def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
-    """Return a labeller's labels moved to where the touches were, and how late they were.
+    """Return labels (n,) moved to where the touches were, -1 if unclear, and how late they were.
 
     The frames of each label show its gesture's image, and the frames around them with such an
     image are the gesture.
-
-    Args:
-        recording: Frames and labels; its noise is estimated from the frames.
-        labeller: Source of the labels.
-
-    Returns:
-        The label of each frame, -1 where it is unknown or unclear, (n,); and what was done.
     """
     given = column(recording, labeller)
     response, t = respond(recording), recording.t
@@ -135,11 +112,7 @@ def _search(
 ) -> list[_Label]:
     """Return labels with their gestures; without those far weaker than the label's usually are.
 
-    Args:
-        t: Time of each frame, (n,).
-        response: Of the sensor.
-        labels: In order.
-        lags: Usual lateness of the labels' begins and ends, seconds.
+    Times are of each frame, (n,); `lags` is the usual lateness of begins and ends, seconds.
     """
     change = response.change.reshape(len(t), -1).astype(np.float64)
     idle = change[response.idle]
@@ -171,14 +144,10 @@ def _made(
     idle: NDArray[np.float64],
     offset: int,
 ) -> Found | None:
-    """Return the gesture in some frames; None if there is none.
+    """Return the gesture in some frames, times (n,) and taxels (n, taxels); None if there is none.
 
-    Args:
-        t: Times, (n,).
-        change: Difference of each taxel from rest, (n, taxels).
-        inner: First frame, and frame after the last, in which it is thought to be made.
-        idle: Frames in which nothing touches, (m, taxels).
-        offset: Number of the first frame.
+    `inner` is its first frame and the one after its last, as thought; nothing touches in `idle`,
+    (m, taxels); `offset` is the number of the first frame.
     """
     first, end = max(0, inner[0]), min(len(t), inner[1])
     for _ in range(ROUNDS):

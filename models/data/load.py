@@ -15,8 +15,8 @@ from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.errors import count
 from controller.recognition.frames import PreprocessSettings
 from controller.recordings.quality import check
-from controller.recordings.quality.duplicates import FrameIndex
-from controller.recordings.quality.response import respond
+from controller.recordings.quality.check import FrameIndex
+from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
 from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, Recording
 from models.data import label_repair
@@ -52,31 +52,18 @@ SAID: Final = 3  # recordings left out that an error names
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Examples of a data set, with the facts on its recordings.
+    """Examples of a data set, with the facts on its recordings."""
 
-    Attributes:
-        examples: Of all sessions; `examples.session` counts `rows`.
-        rows: Facts on each recording, held out or not.
-        session: Group of each recording: parts of one session are one.
-        user: Group of each recording: those of one user are one.
-        vocabulary: Its gestures.
-        settings: Preprocessing settings.
-        pitch_mm: Of the sensor.
-        unit: Of the frames.
-        digest: SHA-256 over all files, in order.
-        notes: Recordings left out, in sentences.
-    """
-
-    examples: Examples
-    rows: tuple[SessionRow, ...]
-    session: NDArray[np.int64]
-    user: NDArray[np.int64]
-    vocabulary: Vocabulary
-    settings: PreprocessSettings
-    pitch_mm: float
-    unit: str
-    digest: str
-    notes: tuple[str, ...] = ()
+    examples: Examples  # of all sessions; `examples.session` counts `rows`
+    rows: tuple[SessionRow, ...]  # facts on each recording, held out or not
+    session: NDArray[np.int64]  # group of each recording: parts of one session are one
+    user: NDArray[np.int64]  # group of each recording: those of one user are one
+    vocabulary: Vocabulary  # its gestures
+    settings: PreprocessSettings  # preprocessing settings
+    pitch_mm: float  # of the sensor
+    unit: str  # of the frames
+    digest: str  # SHA-256 over all files, in order
+    notes: tuple[str, ...] = ()  # recordings left out, in sentences
 
 
 def read(
@@ -88,18 +75,9 @@ def read(
     window: int = 0,
     every: bool = False,
 ) -> Data:
-    """Read data sets, and make examples of them.
+    """Read data sets, and make examples of them; ValueError if there is nothing to learn from.
 
-    Args:
-        paths: Folders and files.
-        recipe: Training recipe.
-        choice: Source of the labels.
-        say: Takes lines of progress.
-        window: Images in a window; 0: those of a second.
-        every: Recordings that fail the check are taken too.
-
-    Raises:
-        ValueError: There is nothing to learn from; one sentence.
+    A window of 0 images is that of a second; `every` takes recordings that fail the check.
     """
     recordings = read_training(paths)
     origin = recordings.surveys[0].origin
@@ -168,11 +146,7 @@ class _Reader:
         return "; ".join([error, *self.notes[:SAID], *rest])
 
     def _source(self, survey: Survey, recording: Recording) -> Source:
-        """Return a recording as training uses it, and note the facts on it.
-
-        Raises:
-            _LeftOutError: It is left out.
-        """
+        """Return a recording as training uses it, and note the facts on it; or _LeftOutError."""
         report = check.examine(survey.path, recording)
         labeller = self._labeller(recording)
         if why := _failed(report, recording):
@@ -204,11 +178,7 @@ class _Reader:
         return source
 
     def _labeller(self, recording: Recording) -> Labels:
-        """Return the source of the labels.
-
-        Raises:
-            _LeftOutError: None of them names a gesture.
-        """
+        """Return the source of the labels; _LeftOutError if none of them names a gesture."""
         listed: tuple[Labels, ...] = ("button", "key", "cue", "true")
         if self.choice != "auto":
             listed = (self.choice,)
@@ -222,11 +192,7 @@ class _Reader:
         raise _LeftOutError(f"no {kind}label names a gesture{other}")
 
     def _labels(self, recording: Recording, labeller: Labels) -> tuple[Column, Lateness | None]:
-        """Return the labels to learn, (frames,), and the lateness of those that people gave.
-
-        Raises:
-            _LeftOutError: Nothing is left of the labels after their repair.
-        """
+        """Return the labels to learn, (frames,), and the lateness of those that people gave."""
         labels = column(recording, labeller)
         if labeller == "true":
             return labels, None
@@ -242,22 +208,13 @@ class _Reader:
 
 
 def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
-    """Return a hash of all data of a training: recordings and their vocabulary.
-
-    Args:
-        digest: SHA-256 over the recordings.
-        vocabulary: Their gestures; where the files of gestures lie does not count.
-    """
+    """Return a hash of all data of a training: the recordings' SHA-256, and their gestures."""
     entries = [replace(entry, file=None) for entry in vocabulary.entries]
     return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
 
 
 def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
-
-    Raises:
-        ValueError: It is of other gestures, or there are several that differ.
-    """
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels."""
     folders = [path if path.is_dir() else path.parent for path in paths]
     files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:

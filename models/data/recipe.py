@@ -11,28 +11,20 @@ NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
 @dataclass(frozen=True, slots=True)
 class Augmentation:
-    """Amounts of augmentation of the training examples.
+    """Amounts of augmentation of the training examples."""
 
-    Attributes:
-        turned: Share of examples that are turned by quarters, as far as their gestures declare.
-        mirrored: Share of examples that are mirrored, as far as their gestures declare.
-        shifted: Greatest distance that windows are shifted in each direction, taxels, as
-            far as their gestures declare.
-        gain: Deviation of the signal's strength, relative.
-        offset: Deviation of a constant error of each taxel (rest that is not quite true).
-        noise: Deviation of white noise of each reading.
-        dropout: Probability that an example has dead taxels.
-        electrode: Probability that an example has a dead row or column.
-    """
-
+    # share of examples that are turned by quarters, as far as their gestures declare
     turned: float = 0.2
-    mirrored: float = 0.5
+    mirrored: float = 0.5  # share of examples that are mirrored, as far as their gestures declare
+    # greatest distance that windows are shifted in each direction, taxels, as far as their gestures
+    # declare
     shifted: int = 1
-    gain: float = 0.15
+    gain: float = 0.15  # deviation of the signal's strength, relative
+    # deviation of a constant error of each taxel (rest that is not quite true)
     offset: float = 0.004
-    noise: float = 0.003
-    dropout: float = 0.15
-    electrode: float = 0.2
+    noise: float = 0.003  # deviation of white noise of each reading
+    dropout: float = 0.15  # probability that an example has dead taxels
+    electrode: float = 0.2  # probability that an example has a dead row or column
 
     @property
     def symmetric(self) -> bool:
@@ -60,24 +52,15 @@ class UserAugmentation:
     Symmetries are left out: which hand a user has, and from where it comes, identifies the
     user. What differs from day to day in one user is varied instead, so that the network cannot
     learn one day's values by heart.
-
-    Attributes:
-        turned: Of the dome under the hand, radians.
-        moved: Of the dome under the hand, grid units along each axis.
-        wider: Of the hand's or the dome's size, relative.
-        tempo: Of the speed of a gesture, relative.
-        firm: Of the signal's strength, relative.
-        offset: Of a constant error of each taxel (rest that is not quite true).
-        noise: Of each reading.
     """
 
-    turned: float = 0.14
-    moved: float = 0.15
-    wider: float = 0.03
-    tempo: float = 0.06
-    firm: float = 0.08
-    offset: float = 0.004
-    noise: float = 0.003
+    turned: float = 0.14  # of the dome under the hand, radians
+    moved: float = 0.15  # of the dome under the hand, grid units along each axis
+    wider: float = 0.03  # of the hand's or the dome's size, relative
+    tempo: float = 0.06  # of the speed of a gesture, relative
+    firm: float = 0.08  # of the signal's strength, relative
+    offset: float = 0.004  # of a constant error of each taxel (rest that is not quite true)
+    noise: float = 0.003  # of each reading
 
 
 VARIED_USER: Final = UserAugmentation()
@@ -86,54 +69,36 @@ UNVARIED_USER: Final = UserAugmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class NetworkRecipe:
-    """Hyperparameters of the training of one network.
+    """Hyperparameters of the training of one network."""
 
-    Attributes:
-        epochs: Passes over the examples; 0: as many as `steps` takes, within `limits`.
-        steps: Batches that are enough.
-        limits: Fewest and most epochs that `steps` may come to.
-        batch: Examples per step.
-        nesterov: Nesterov's accelerated gradient, momentum 0.9, in place of Adam.
-        rate: Highest learning rate.
-        falling: It warms up and falls to zero along a cosine; else it stays.
-        l2: Penalty on squared weights of convolutions and dense layers.
-        clip: Greatest norm of a gradient; 0: any.
-        patience: Epochs without a better one, as a share of all, before training stops; 0: never.
-        keep_best: The best epoch on held-out sessions is kept, else the last.
-        null_share: Share of the null windows that each epoch draws; idling teaches little.
-        balance: Weight of a class in the loss: its share of the examples to this negative power.
-        label_noise: Deviation of what is added to each true place, grid units.
-        robust: Errors beyond this count by their size, not by its square, grid units; 0: none do.
-        channels: Maps of the convolutions.
-        hidden: Widths of the dense layers.
-        strides: Convolutions take longer steps in space and time than the paper's.
-        normalised: Layers are normalised over each batch while they learn.
-        coarse: While it learns, factors of matrix products are rounded to 8 bits on processors that
-            are faster then (bfloat16); sums are not.
-        augmentation: Augmentation of the examples.
-    """
-
-    epochs: int = 0
-    steps: int = 0
-    limits: tuple[int, int] = (1, 1)
-    batch: int = 150
-    nesterov: bool = False
-    rate: float = 2e-3
-    falling: bool = True
+    epochs: int = 0  # passes over the examples; 0: as many as `steps` takes, within `limits`
+    steps: int = 0  # batches that are enough
+    limits: tuple[int, int] = (1, 1)  # fewest and most epochs that `steps` may come to
+    batch: int = 150  # examples per step
+    nesterov: bool = False  # Nesterov's accelerated gradient, momentum 0.9, in place of Adam
+    rate: float = 2e-3  # highest learning rate
+    falling: bool = True  # it warms up and falls to zero along a cosine; else it stays
+    # penalty on squared weights of convolutions and dense layers
     l2: tuple[float, float] = (5e-4, 1e-5)
-    clip: float = 0.0
+    clip: float = 0.0  # greatest norm of a gradient; 0: any
+    # epochs without a better one, as a share of all, before training stops; 0: never
     patience: float = 0.5
-    keep_best: bool = True
+    keep_best: bool = True  # the best epoch on held-out sessions is kept, else the last
+    # share of the null windows that each epoch draws; idling teaches little
     null_share: float = 0.5
+    # weight of a class in the loss: its share of the examples to this negative power
     balance: float = 0.5
-    label_noise: float = 0.0
+    label_noise: float = 0.0  # deviation of what is added to each true place, grid units
+    # errors beyond this count by their size, not by its square, grid units; 0: none do
     robust: float = 0.0
-    channels: tuple[int, int] = (12, 24)
-    hidden: tuple[int, ...] = (64, 32)
-    strides: bool = True
-    normalised: bool = False
+    channels: tuple[int, int] = (12, 24)  # maps of the convolutions
+    hidden: tuple[int, ...] = (64, 32)  # widths of the dense layers
+    strides: bool = True  # convolutions take longer steps in space and time than the paper's
+    normalised: bool = False  # layers are normalised over each batch while they learn
+    # while it learns, factors of matrix products are rounded to 8 bits on processors that are
+    # faster then (bfloat16); sums are not
     coarse: bool = False
-    augmentation: Augmentation = VARIED
+    augmentation: Augmentation = VARIED  # augmentation of the examples
 
     def passes(self, examples: int) -> int:
         """Return how many epochs so many examples get."""
@@ -149,8 +114,7 @@ class NetworkRecipe:
     def of_people(self, count: int) -> "NetworkRecipe":
         """Return the recipe for recordings of so many people.
 
-        One person's recordings do not show from where others' hands come, so every example is
-        turned: others' gestures are recognised better then, and on a noisy orb one's own as well.
+        One person's do not show from where others' hands come, so all examples are turned.
         """
         varied = self.augmentation
         if count > 1 or not varied.symmetric:
@@ -160,27 +124,18 @@ class NetworkRecipe:
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """Training recipe of both networks.
+    """Training recipe of both networks."""
 
-    Attributes:
-        name: Name of the recipe.
-        gesture: CNN-3D.
-        location: CNN-2D.
-        averaged: CNN-2D sees the image of a touch so far
-            (controller/recognition/touch_position.py), not each frame's.
-        repair: Labels that people gave are moved to where the touch was.
-        truth: The truth is learned from where it is known; else the label button's.
-        scaled: Probabilities are calibrated on held-out sessions.
-        tracked: Rest is followed while nothing touches; else it is the first ten seconds' mean.
-    """
-
-    name: str
-    gesture: NetworkRecipe
-    location: NetworkRecipe
+    name: str  # name of the recipe
+    gesture: NetworkRecipe  # CNN-3D
+    location: NetworkRecipe  # CNN-2D
+    # CNN-2D sees the image of a touch so far (controller/recognition/touch_position.py), not each
+    # frame's
     averaged: bool = True
-    repair: bool = True
-    truth: bool = True
-    scaled: bool = True
+    repair: bool = True  # labels that people gave are moved to where the touch was
+    truth: bool = True  # the truth is learned from where it is known; else the label button's
+    scaled: bool = True  # probabilities are calibrated on held-out sessions
+    # rest is followed while nothing touches; else it is the first ten seconds' mean
     tracked: bool = True
 
     def settings(self, rate_hz: float, window: int) -> PreprocessSettings:

@@ -20,8 +20,7 @@ from controller.recordings import recording, writer
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, load
 from controller.simulator.hand import GESTURES
-from controller.simulator.orb import OrbModel
-from controller.simulator.presets import preset
+from controller.simulator.orb import OrbModel, preset
 from controller.simulator.session import DATA, Protocol, Session, simulate
 from controller.simulator.user_style import UserStyle, person
 from models import formatting, processes

@@ -5,7 +5,7 @@ of the test set has its twin in the training set, and the score is that of memor
 no split (docs/paper.md); `random_windows` measures what that is worth, and nothing else uses it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from models.data.load import Data
 Index = NDArray[np.int64]  # (n,)
 Mask = NDArray[np.bool_]  # (n,)
 
-SPLITS: Final = ("session", "user", "time", "site")
+SPLITS: Final = ("session", "user", "time")
 RANDOM: Final = ("windows", "random")  # refused, with the reason
 SHARE: Final = 1 / 6  # of sessions, users or sites, held out
 MOST: Final = 16  # sessions held out
@@ -37,67 +37,39 @@ class LeakError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """One way to train on some windows and test on others.
+    """One way to train on some windows and test on others."""
 
-    Attributes:
-        name: Name of the tested part.
-        train: Positions of the training windows in `ends`.
-        test: Positions of the test windows.
-    """
-
-    name: str
-    train: Index
-    test: Index
+    name: str  # name of the tested part
+    train: Index  # positions of the training windows in `ends`
+    test: Index  # positions of the test windows
 
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The parts of a training's examples, by their positions.
+    """The parts of a training's examples, by their positions."""
 
-    Attributes:
-        train: To learn from.
-        check: Held out.
-        random: Taken from among those to learn from, as the paper does.
-        words: The rule, if it is another one than the whole split's.
-    """
-
-    train: Index
-    check: Index
-    random: Index
-    words: str = ""
+    train: Index  # to learn from
+    check: Index  # held out
+    random: Index  # taken from among those to learn from, as the paper does
+    words: str = ""  # the rule, if it is another one than the whole split's
 
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Split of a training's examples.
+    """Split of a training's examples."""
 
-    Attributes:
-        words: The rule, a sentence.
-        held: Recordings held out as a whole, (recordings,).
-        windows: Positions in `ends`.
-        sites: Touches are held out by the taxel that is nearest, not with their recordings.
-    """
-
-    words: str
-    held: Mask
-    windows: Parts
-    sites: bool = False
+    words: str  # the rule, a sentence
+    held: Mask  # recordings held out as a whole, (recordings,)
+    windows: Parts  # positions in `ends`
 
 
 # --- folds of windows -----------------------------------------------------------------------------
 
 
 def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 0) -> list[Fold]:
-    """Test on whole groups, sessions or users, each once.
+    """Test on whole groups of frames (frames,), sessions or users, each once; ValueError if one.
 
-    Args:
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Session or user of each frame, (frames,).
-        folds: Number of folds; 0: one for each group.
-
-    Raises:
-        ValueError: There are fewer than two groups.
+    Windows are given by their last frames; folds 0: one for each group.
     """
     of = group[ends]
     names = np.unique(of)
@@ -109,31 +81,14 @@ def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 
     ]
 
 
-def by_time(
-    ends: Index, window: int, session: NDArray[np.integer], blocks: int = 5, gap: int = 0
-) -> list[Fold]:
-    """Cut every session into blocks of equal length, and test on each block once.
-
-    Args:
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        session: Session of each frame, (frames,).
-        blocks: Of a session; 2 or more.
-        gap: Frames between the last one trained on and the first one tested on.
-    """
-    if blocks < 2:
-        raise ValueError(f"{blocks} block is no split; cut sessions into 2 or more")
-    block = np.empty(len(session), dtype=np.int64)
+def last_blocks(ends: Index, window: int, session: NDArray[np.integer]) -> Fold:
+    """Test on the last of `BLOCKS` blocks of each session (frames,), a window after training."""
+    last = np.zeros(len(session), dtype=np.bool_)
     for name in np.unique(session):
         frames = np.flatnonzero(session == name)
-        block[frames] = np.arange(len(frames)) * blocks // len(frames)
-    made = []
-    for tested in range(blocks):
-        inside = block == tested
-        train = ~_windows_near(inside, ends, window, gap)
-        test = ~_windows_near(~inside, ends, window)
-        made.append(_fold(f"block {tested + 1}", ends, window, train, test))
-    return made
+        last[frames[-(len(frames) // BLOCKS) :]] = len(frames) >= BLOCKS
+    train = ~_windows_near(last, ends, window, gap=window)
+    return _fold("time", ends, window, train, ~_windows_near(~last, ends, window))
 
 
 def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
@@ -144,12 +99,7 @@ def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
 
 
 def require(name: str) -> str:
-    """Return the name of a split.
-
-    Raises:
-        LeakError: It would leak.
-        ValueError: There is no such split.
-    """
+    """Return the name of a split; LeakError if it would leak, ValueError if there is none."""
     if name in RANDOM:
         raise LeakError(
             "windows at random share frames between training and test, and the score would be "
@@ -161,11 +111,7 @@ def require(name: str) -> str:
 
 
 def check(fold: Fold, ends: Index, window: int) -> None:
-    """Refuse a fold of windows by their last frames, (windows,), that leaks.
-
-    Raises:
-        LeakError: A frame is in a training window and in a test window.
-    """
+    """Raise LeakError if a frame is in a training window and in a test window of a fold."""
     size = int(ends.max(initial=0)) + 1
     both = covered(ends[fold.train], window, size) & covered(ends[fold.test], window, size)
     if both.any():
@@ -179,28 +125,17 @@ def check(fold: Fold, ends: Index, window: int) -> None:
 
 
 def split_windows(data: Data, by: str, seed: int) -> Split:
-    """Hold sessions, users or the ends of sessions out.
+    """Hold sessions, users or the ends of sessions out; "": sessions if there are enough.
 
-    Args:
-        data: Examples.
-        by: "session", "user" or "time"; "" is sessions if there are enough, else time. "site" is
-            the same for gestures, and holds out touches by their place.
-        seed: Of the windows at random.
-
-    Raises:
-        LeakError: It would leak.
-        ValueError: There is no such split, or too little to split.
+    LeakError if it would leak, ValueError if there is no such split, or too little to split.
     """
-    if by == "site":
-        return replace(split_windows(data, "", seed), sites=True)
     examples = data.examples
     present = np.unique(examples.session)  # recordings that have a window
     many = len(np.unique(data.session[present])) >= FEW
     chosen = require(by) if by else "session" if many else "time"
     held = np.zeros(len(data.rows), dtype=np.bool_)
     if chosen == "time":
-        window, session = examples.window, examples.session
-        fold = by_time(examples.ends, window, session, BLOCKS, gap=window)[-1]
+        fold = last_blocks(examples.ends, examples.window, examples.session)
         words = (
             f"the last of {BLOCKS} blocks of every session is held out, a window's length apart; "
             f"{FEW} sessions or more would say more about another day"
@@ -226,32 +161,17 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
 
 @dataclass(frozen=True, slots=True)
 class HoldOut:
-    """Hold-out of whole users or sessions.
+    """Hold-out of whole users or sessions."""
 
-    Attributes:
-        by: "user" or "session".
-        folds: Number of folds, each group being held out in one of them; 0: `hold` counts.
-        fold: Number of the fold held out, from 0.
-        hold: Number of groups held out, evenly spread; or of each user the last sessions.
-        enrolled: Sessions of every user are held out, so that all users are learned from.
-    """
-
-    by: str
-    folds: int = 0
-    fold: int = 0
-    hold: int = 0
+    by: str  # "user" or "session"
+    folds: int = 0  # number of folds, each group being held out in one of them; 0: `hold` counts
+    fold: int = 0  # number of the fold held out, from 0
+    hold: int = 0  # number of groups held out, evenly spread; or of each user the last sessions
+    # sessions of every user are held out, so that all users are learned from
     enrolled: bool = False
 
     def held(self, user: Index, session: Index) -> Mask:
-        """Return which recordings are held out, (recordings,).
-
-        Args:
-            user: User of each recording, (recordings,).
-            session: Session of each recording, rising in the order of recording, (recordings,).
-
-        Raises:
-            ValueError: There are too few groups, or a user has too few sessions.
-        """
+        """Return which recordings are held out, (recordings,), by user and session of each."""
         if self.enrolled:
             return self._sessions_of_each(user, session)
         group = user if self.by == "user" else session
@@ -279,16 +199,8 @@ class HoldOut:
 def learned(user: Index, session: Index, held: Mask, users: int, sessions: int, seed: int) -> Mask:
     """Return which recordings are learned from, (recordings,): first sessions of drawn users.
 
-    Args:
-        user: User of each recording, (recordings,).
-        session: Session of each recording, rising in the order of recording, (recordings,).
-        held: Recordings held out, (recordings,).
-        users: Number of users; 0: all. Fewer users are a subset of more.
-        sessions: Number of sessions of each; 0: all.
-        seed: Draws the users.
-
-    Raises:
-        ValueError: There are fewer.
+    User and rising session are of each recording; 0 users or sessions: all. Fewer users are a
+    subset of more. ValueError if there are fewer.
     """
     left = np.unique(user[~held])
     advice = "beside the held-out ones; record more, or learn from fewer"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.touch_position import TouchImage
 from models.data.examples import Examples, run_starts
-from models.data.splits import BLOCKS, SHARE, Index, Mask, Parts, Split, covered, parts_of, spread
+from models.data.splits import BLOCKS, SHARE, Index, Mask, Parts, Split, covered, parts_of
 
 # Frames until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAGS: Final = (0, 1, 2)
@@ -20,32 +20,20 @@ WINDOWS: Final = 3  # of a touch's images are remembered, as in controller/recog
 
 @dataclass(frozen=True, slots=True)
 class Touches:
-    """Touches whose place is known.
+    """Touches whose place is known."""
 
-    Attributes:
-        images: z of the touch so far, float32 (images, rows, columns).
-        place: Position of the touch, grid units, (images, 2).
-        frame: Frame of the examples that each ends at, (images,).
-        touch: Number of its touch, (images,).
-        last: It is the last of its touch, (images,).
-        blur: Noise of each image over its strength; NaN: unknown, (images,).
-    """
-
-    images: NDArray[np.float32]
-    place: NDArray[np.float32]
-    frame: NDArray[np.int64]
-    touch: NDArray[np.int64]
-    last: NDArray[np.bool_]
-    blur: NDArray[np.float64]
+    images: NDArray[np.float32]  # z of the touch so far, float32 (images, rows, columns)
+    place: NDArray[np.float32]  # position of the touch, grid units, (images, 2)
+    frame: NDArray[np.int64]  # frame of the examples that each ends at, (images,)
+    touch: NDArray[np.int64]  # number of its touch, (images,)
+    last: NDArray[np.bool_]  # it is the last of its touch, (images,)
+    blur: NDArray[np.float64]  # noise of each image over its strength; NaN: unknown, (images,)
 
 
 def find(examples: Examples, averaged: bool, seed: int) -> Touches:
-    """Return the images of every touch whose place is known.
+    """Return the images of every touch whose place is known; the seed draws when it is noticed.
 
-    Args:
-        examples: Frames, and where they are touched.
-        averaged: The touch so far, as on the device; else each image alone, as in the paper.
-        seed: Of how late the networks notice.
+    Images are of the touch so far, averaged as on the device, or each alone as in the paper.
     """
     frames = np.flatnonzero(np.isfinite(examples.touch[:, 0]))
     images = examples.images[frames]
@@ -66,7 +54,7 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
 def _laid(
     examples: Examples, wanted: NDArray[np.int64], seed: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.float64]]:
-    """Return which wanted frames show a touch, (wanted,), and its images and their blur there.
+    """Return which wanted frames show a touch, (wanted,), and their images and blur.
 
     Images are (images, rows, columns), blur is (images,).
     """
@@ -101,68 +89,37 @@ def _unnoticed(label: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np
 
 
 def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -> Parts:
-    """Return the same split of images of touches, by whole touches, or by sites if `split.sites`.
+    """Return the same split of images of touches, by whole touches.
 
     A touch is learned from if none of its frames is in a window held out, and held out if all
     of them are. Where one side would have none, as where places were recorded in one session
     only, the last touches of each session are held out.
     """
     count = int(found.touch.max(initial=-1)) + 1
-    if split.sites:
-        held, words = _sites(found, count)
+    ends = examples.ends[split.windows.check]
+    tested = covered(ends, examples.window, len(examples.label))
+    tested |= split.held[examples.session]
+    frames = np.bincount(found.touch, minlength=count)
+    inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
+    learned, held, words = inside == 0, inside == frames, ""
+    if not (learned.any() and held.any()):
+        recording = np.zeros(count, dtype=np.int64)
+        recording[found.touch] = examples.session[found.frame]
+        held = last_events(recording)
         learned = ~held
-    else:
-        ends = examples.ends[split.windows.check]
-        tested = covered(ends, examples.window, len(examples.label))
-        tested |= split.held[examples.session]
-        frames = np.bincount(found.touch, minlength=count)
-        inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
-        learned, held, words = inside == 0, inside == frames, ""
-        if not (learned.any() and held.any()):
-            recording = np.zeros(count, dtype=np.int64)
-            recording[found.touch] = examples.session[found.frame]
-            held = last_events(recording)
-            learned = ~held
-            words = (
-                f"places are known in too few sessions to hold one out: of each, the last "
-                f"{1 / SHARE:.0f}th of the touches is held out"
-            )
+        words = (
+            f"places are known in too few sessions to hold one out: of each, the last "
+            f"{1 / SHARE:.0f}th of the touches is held out"
+        )
     train, test = np.flatnonzero(learned[found.touch]), np.flatnonzero(held[found.touch])
     return replace(parts_of(train, test, seed), words=words)
 
 
 def last_events(recording: Index) -> Mask:
-    """Return which events are in the last block of their recording, (events,).
-
-    The only event of a recording is not.
-
-    Args:
-        recording: Recording of each event, (events,).
-    """
+    """Return the last part of each recording's events, (events,), by the recording of each."""
     held = np.zeros(len(recording), dtype=np.bool_)
     for number in np.unique(recording):
         events = np.flatnonzero(recording == number)
         if len(events) > 1:
             held[events[-max(1, len(events) // BLOCKS) :]] = True
     return held
-
-
-def _sites(found: Touches, count: int) -> tuple[Mask, str]:
-    """Return which touches are held out, being nearest to a site held out, (touches,); in words.
-
-    Raises:
-        ValueError: All touches are at one site.
-    """
-    place = np.zeros((count, 2))
-    place[found.touch] = found.place  # of its last image, where they differ
-    sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
-    if len(sites) < 2:
-        raise ValueError(
-            "all touches are at one site; record others with: controller teach --protocol locations"
-        )
-    taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
-    listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
-    return np.isin(own.reshape(-1), taken), (
-        f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
-        f"{listed}"
-    )

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 
 LEVEL: Final = 0.95
 DRAWS: Final = 2000
@@ -23,17 +23,10 @@ _SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0
 
 Values = NDArray[np.float64]  # (n,), or (draws,) of resamplings
 Index = NDArray[np.int64]  # (n,)
-Picks = NDArray[np.int64]  # (draws, sessions): numbers of the sessions of each resampling
 
 
 def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
-    """Return events per amount, such as false alarms per idle minute.
-
-    Args:
-        count: Events of each session, (sessions,).
-        amount: Of each session, (sessions,).
-        seed: Of the resampling.
-    """
+    """Return events per amount, (sessions,) each, such as false alarms per idle minute."""
     hits, of = np.asarray(count, dtype=np.float64), np.asarray(amount, dtype=np.float64)
     if not hits.any():
         return Figure(_ratio(0.0, of.sum()), 0.0, _ratio(_SILENT, of.sum()))
@@ -41,13 +34,7 @@ def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
 
 
 def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
-    """Return a share, such as the events that were recognised.
-
-    Args:
-        right: Hits in each session, (sessions,).
-        total: Of how many, (sessions,).
-        seed: Of the resampling.
-    """
+    """Return hits of how many, (sessions,) each, such as the events that were recognised."""
     hits, of = np.asarray(right, dtype=np.float64), np.asarray(total, dtype=np.float64)
     value, silent = _ratio(hits.sum(), of.sum()), _ratio(_SILENT, of.sum())
     if (hits == of).all():
@@ -74,30 +61,17 @@ def mean(values: Sequence[NDArray[np.floating]], seed: int = 0) -> Figure:
     return _pooled(values, np.mean, seed)
 
 
-def event_mean(part: Values, event: Index, seed: int = 0) -> Figure:
-    """Return the mean of a measurement of windows, NaN left out, resampled by event.
-
-    Args:
-        part: Of each window, (windows,).
-        event: Number of the event that each is of, (windows,).
-        seed: Of the resampling.
-    """
+def event_mean(part: Values, event: Index) -> Figure:
+    """Return the mean of a measurement of windows, NaN left out, by their events, (windows,)."""
     known = np.isfinite(part)
-    if not known.any():
-        return Figure(np.nan, np.nan, np.nan)
-    sums, counts = group_sums(part[known], event[known])
-    drawn = weights(len(sums), seed, EVENT_DRAWS)
-    return Figure(float(part[known].mean()), *middle((drawn @ sums) / (drawn @ counts)))
+    return _ratio_figure(*group_sums(part[known], event[known]), draws=EVENT_DRAWS)
 
 
-def event_gain(log_p: Values, y: Index, event: Index, seed: int = 0) -> Figure:
+def event_gain(log_p: Values, y: Index, event: Index) -> Figure:
     """Return H(y) - cross-entropy, nats, both of the same windows, resampled by event.
 
-    Args:
-        log_p: Logarithm of the probability given to the true class, (windows,).
-        y: The true class, (windows,).
-        event: Number of the event that each is of, (windows,).
-        seed: Of the resampling.
+    Of each window, (windows,): the logarithm of the probability given to the true class, NaN left
+    out; that class; and the number of its event.
     """
     known = np.isfinite(log_p)
     log_p, y, event = log_p[known], y[known], event[known]
@@ -115,7 +89,7 @@ def event_gain(log_p: Values, y: Index, event: Index, seed: int = 0) -> Figure:
         return np.asarray((drawn @ sums) / total + entropy)
 
     whole = gain(np.ones((1, len(sums))))
-    return Figure(float(whole[0]), *middle(gain(weights(len(sums), seed, EVENT_DRAWS))))
+    return Figure(float(whole[0]), *middle(gain(weights(len(sums), draws=EVENT_DRAWS))))
 
 
 def group_sums(values: ArrayLike, group: NDArray[np.integer]) -> tuple[Values, Values]:
@@ -144,30 +118,24 @@ def _pooled(
     lists = [np.asarray(v, dtype=np.float64) for v in values if len(v)]
     if not lists:
         return Figure(np.nan, np.nan, np.nan)
-
-    def of(picks: Picks) -> Values:
-        return np.array([how(np.concatenate([lists[i] for i in pick])) for pick in picks])
-
-    return Figure(float(how(np.concatenate(lists))), *_bounds(of, len(lists), seed, DRAWS // 4))
+    picks = np.random.default_rng(seed).integers(0, len(lists), (DRAWS // 4, len(lists)))
+    drawn = [how(np.concatenate([lists[i] for i in pick])) for pick in picks]
+    return _figure(how(np.concatenate(lists)), np.array(drawn), len(lists))
 
 
-def _bounds(
-    of: Callable[[Picks], Values], sessions: int, seed: int, draws: int = DRAWS
-) -> tuple[float, float]:
-    """Return the interval of a figure, (draws,), over resampled sessions; NaN of a single one."""
-    if sessions < 2:
-        return np.nan, np.nan
-    return middle(of(np.random.default_rng(seed).integers(0, sessions, (draws, sessions))))
-
-
-def _ratio_figure(top: Values, bottom: Values, seed: int) -> Figure:
+def _ratio_figure(top: Values, bottom: Values, seed: int = 0, draws: int = DRAWS) -> Figure:
     """Return the ratio of two sums over sessions, (sessions,) each, and its interval."""
+    if not len(top):
+        return Figure(np.nan, np.nan, np.nan)
+    drawn = weights(len(top), seed, draws)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = (drawn @ top) / (drawn @ bottom)
+    return _figure(_ratio(top.sum(), bottom.sum()), ratios, len(top))
 
-    def of(picks: Picks) -> Values:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(top[picks].sum(axis=1) / bottom[picks].sum(axis=1))
 
-    return Figure(_ratio(top.sum(), bottom.sum()), *_bounds(of, len(top), seed))
+def _figure(value: float | np.floating, drawn: Values, sessions: int) -> Figure:
+    """Return a figure with the interval of its resamplings, (draws,); NaN of a single session."""
+    return Figure(float(value), *(middle(drawn) if sessions > 1 else (np.nan, np.nan)))
 
 
 def _ratio(top: float, bottom: float) -> float:

@@ -1,6 +1,9 @@
 """Figures with 95 % intervals of many sessions that were played through a bundle."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,13 +11,16 @@ from numpy.typing import NDArray
 from controller.bundles.bundle import Bundle
 from controller.errors import count
 from controller.recognition.debounce import NULL
+from controller.recordings import reader
 from controller.recordings.recording import Recording
-from models.data import faults
+from models.data import test_sessions
 from models.data.examples import Choice
 from models.data.ground_truth import GroundTruth
+from models.data.load import Data
+from models.data.splits import Split
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
-from models.evaluation.replay import Batched, run
+from models.evaluation.replay import Batched, debounced_stream, network_inputs, run
 from models.results.evaluation import (
     Broken,
     Calibration,
@@ -32,39 +38,27 @@ def evaluate(
     recordings: Iterable[tuple[str, Recording]],
     say: Say,
     choice: Choice = "auto",
-    *,
-    located: bool = True,
 ) -> list[Tally]:
-    """Replay named recordings through a bundle, and count.
+    """Replay named recordings through a bundle, one after the other, and count.
 
     Args:
         bundle: The bundle.
-        recordings: One after the other; none is kept.
+        recordings: Of its sensor, with labels; else a ValueError is raised.
         say: Takes a line for each.
         choice: Source of the labels that count.
-        located: Touch positions are estimated as well, which takes longer.
-
-    Raises:
-        ValueError: A recording is of another sensor, or has no labels.
     """
     networks, labels = Batched(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
         truth = GroundTruth.of(recording, labels, name, choice)
-        stream = run(bundle, networks, recording, truth, located=located)
+        stream = run(bundle, networks, recording, truth)
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies
 
 
 def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Result:
-    """Return the figures of a set of sessions, resampled by session.
-
-    Args:
-        name: Of the set.
-        labels: The bundle's, "null" first.
-        tallies: One a session; at least one.
-    """
+    """Return the figures of a named set of sessions, one tally each, resampled by session."""
     events, hits = [t.events for t in tallies], [t.hits for t in tallies]
     answers = [int(t.answers.sum()) for t in tallies]
     idle = [t.idle_minutes for t in tallies]
@@ -111,18 +105,11 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
 def summarise_broken(
     on: str, fault: str, labels: Sequence[str], tallies: Sequence[Tally]
 ) -> Broken:
-    """Return the figures of a set of sessions on which something is broken.
-
-    Args:
-        on: Name of the set.
-        fault: The fault, such as "dead:2,3".
-        labels: The bundle's, "null" first.
-        tallies: One a session; at least one.
-    """
+    """Return the figures of a named set of sessions under a fault, such as "dead:2,3"."""
     found = summarise(on, labels, tallies)
     error = found.location.error.value if found.location else np.nan
     return Broken(
-        on, fault, faults.meaning(fault), found.events, found.event_accuracy, found.f1,
+        on, fault, test_sessions.meaning(fault), found.events, found.event_accuracy, found.f1,
         found.false_alarms_per_min, error,
     )  # fmt: skip
 
@@ -201,3 +188,41 @@ def _total(matrices: Sequence[Counts]) -> tuple[tuple[int, ...], ...]:
 
 def _ratio(top: float, bottom: float) -> float:
     return float(top / bottom) if bottom else np.nan
+
+
+def replay_held_out(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], ...]:
+    """Return the gestures held out of a training by what its bundle answers, (classes, classes).
+
+    A network may name every gesture rightly while the device misses some: it answers only where the
+    probability rises high enough, and soon enough. Row and column 0 are nothing. Recordings with
+    gestures that the bundle does not answer are left out.
+    """
+    networks, labels = Batched(loaded), loaded.labels
+    total = np.zeros((len(labels), len(labels)), dtype=np.int64)
+    for number, recording in _held(data, split):
+        row = data.rows[number]
+        if any(count for label, count in row.examples.items() if label not in labels):
+            continue
+        truth = GroundTruth.of(recording, labels, row.path, cast(Choice, row.labeller))
+        inputs = network_inputs(recording.frames, loaded.preprocess)
+        outputs = networks.probabilities(inputs.windows)
+        total += tally(
+            debounced_stream(truth, inputs, outputs, labels, loaded.debounce), labels
+        ).answered
+    return tuple(tuple(counts) for counts in total.tolist())
+
+
+def _held(data: Data, split: Split) -> Iterator[tuple[int, Recording]]:
+    """Yield number and recording of what is held out; of an end, all before it is excluded."""
+    examples = data.examples
+    ends = examples.ends[split.windows.check]
+    for number in np.unique(examples.session[ends]).tolist():
+        recording = reader.load(Path(data.rows[number].path))
+        if not split.held[number]:
+            own = np.flatnonzero(examples.session == number)
+            first = ends[examples.session[ends] == number].min() - examples.window + 1
+            # Examples lack some of the frames, so as many of the last ones are none too early.
+            excluded = recording.excluded.copy()
+            excluded[: -int((own >= first).sum())] = True
+            recording = replace(recording, excluded=excluded)
+        yield number, recording

@@ -22,42 +22,25 @@ Index = NDArray[np.int64]  # (n,)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tally:
-    """Counts of one session.
+    """Counts of one session."""
 
-    Attributes:
-        name: Of the session.
-        user: Identity of the user.
-        minutes: Its length.
-        idle_minutes: Time in which no gesture lasts or may still be answered.
-        answered: Events (rows; 0: nothing) by answer (columns; 0: nothing).
-        named: Events by class of the mean probability.
-        answers: Answers of each gesture, (classes,).
-        wrong: Answers with another name than the event's.
-        duplicates: Right answers again.
-        latencies_s: From onset, of each right answer.
-        contact_latencies_s: The same from first contact, where it is known.
-        frames: (right, all) frames.
-        turns: The same inside twists.
-        sure: Probabilities of the frames whose class is known, and that class.
-        places: x, y, error in x, error in y of each press.
-        sigmas: Standard deviation given with each of them, grid units, NaN where none was.
-    """
-
-    name: str
-    user: str
-    minutes: float
-    idle_minutes: float
-    answered: Counts
-    named: Counts
-    answers: Index
-    wrong: int
-    duplicates: int
-    latencies_s: NDArray[np.float64]
-    contact_latencies_s: NDArray[np.float64]
-    frames: tuple[int, int]
-    turns: tuple[int, int]
+    name: str  # of the session
+    user: str  # identity of the user
+    minutes: float  # its length
+    idle_minutes: float  # time in which no gesture lasts or may still be answered
+    answered: Counts  # events (rows; 0: nothing) by answer (columns; 0: nothing)
+    named: Counts  # events by class of the mean probability
+    answers: Index  # answers of each gesture, (classes,)
+    wrong: int  # answers with another name than the event's
+    duplicates: int  # right answers again
+    latencies_s: NDArray[np.float64]  # from onset, of each right answer
+    contact_latencies_s: NDArray[np.float64]  # the same from first contact, where it is known
+    frames: tuple[int, int]  # (right, all) frames
+    turns: tuple[int, int]  # the same inside twists
+    # probabilities of the frames whose class is known, and that class
     sure: tuple[NDArray[np.float32], Index]
-    places: NDArray[np.float64]
+    places: NDArray[np.float64]  # x, y, error in x, error in y of each press
+    # standard deviation given with each of them, grid units, NaN where none was
     sigmas: NDArray[np.float64]
 
     @property
@@ -180,10 +163,7 @@ def _inside_turns(truth: GroundTruth) -> NDArray[np.bool_]:
 
 
 def position_errors(stream: Stream) -> NDArray[np.float64]:
-    """Return the errors of positions in every frame of every press, (frames, 3).
-
-    The standard deviation given, and the errors in x and in y, grid units.
-    """
+    """Return sigma, error in x and in y of each frame of every press, grid units, (frames, 3)."""
     rows = [
         np.column_stack([stream.sigmas[frames], stream.touches[frames] - place])
         for place, frames in _presses(stream)

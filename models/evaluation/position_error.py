@@ -22,12 +22,7 @@ Values = NDArray[np.float64]  # (n,) of images, or (n, 2) of their errors
 
 
 def measure(blur: Values, errors: Values) -> PositionSpread | None:
-    """Return the error of positions; None: there are too few for an estimate.
-
-    Args:
-        blur: `TouchImage.blur` of each image, (n,).
-        errors: Error of its position, grid units, (n, 2).
-    """
+    """Return the error of positions from blur (n,) and errors (n, 2), grid units; None: too few."""
     known = np.isfinite(blur) & np.isfinite(errors).all(axis=1)
     if known.sum() < FEWEST:
         return None
@@ -42,12 +37,7 @@ def measure(blur: Values, errors: Values) -> PositionSpread | None:
 
 
 def within(sigma: Values, errors: Values) -> tuple[float, float]:
-    """Return the shares of errors within one and two deviations, over both axes; NaN: none.
-
-    Args:
-        sigma: Standard deviation reported with each position, grid units, (n,).
-        errors: Its error, (n, 2).
-    """
+    """Return the shares of errors (n, 2) within one and two sigma (n,), grid units; NaN: none."""
     known = np.isfinite(sigma)
     if not known.any():
         return float("nan"), float("nan")

@@ -29,36 +29,24 @@ Windows = NDArray[np.float32]  # (windows, images, rows, columns)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetworkInputs:
-    """Windows that the device's preprocessing makes of a recording.
+    """Windows that the device's preprocessing makes of a recording."""
 
-    Attributes:
-        windows: Every whole window, oldest first.
-        last: Last frame of each, (windows,).
-    """
-
-    windows: Windows
-    last: NDArray[np.int64]
+    windows: Windows  # every whole window, oldest first
+    last: NDArray[np.int64]  # last frame of each, (windows,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """Output of the pipeline for a recording, frame by frame.
+    """Output of the pipeline for a recording, frame by frame."""
 
-    Attributes:
-        truth: Ground truth of the recording.
-        ready: The frame ends a whole window, (n,).
-        probabilities: One per class, (n, classes); 1 for null where no window ends.
-        touches: Position of the present touch, grid units, NaN at rest, (n, 2).
-        sigmas: Standard deviation of it, grid units, NaN where the bundle gives none, (n,).
-        answers: Gestures that fired, in order.
-    """
-
-    truth: GroundTruth
-    ready: NDArray[np.bool_]
+    truth: GroundTruth  # ground truth of the recording
+    ready: NDArray[np.bool_]  # the frame ends a whole window, (n,)
+    # one per class, (n, classes); 1 for null where no window ends
     probabilities: NDArray[np.float32]
-    touches: NDArray[np.float64]
+    touches: NDArray[np.float64]  # position of the present touch, grid units, NaN at rest, (n, 2)
+    # standard deviation of it, grid units, NaN where the bundle gives none, (n,)
     sigmas: NDArray[np.float64]
-    answers: tuple[Answer, ...]
+    answers: tuple[Answer, ...]  # gestures that fired, in order
 
 
 class Batched:
@@ -79,32 +67,11 @@ class Batched:
         return None if self._location is None else _outputs(self._location, images)
 
 
-def run(
-    bundle: Bundle,
-    networks: Batched,
-    recording: Recording,
-    truth: GroundTruth,
-    *,
-    located: bool = True,
-) -> Stream:
-    """Replay a recording through a bundle's stages.
-
-    Args:
-        bundle: Settings of the stages.
-        networks: Its own, or others in their place.
-        recording: Its frames.
-        truth: Ground truth of the recording.
-        located: Touch positions are estimated as well, which takes longer.
-
-    Raises:
-        RecordingError: The bundle is for another sensor or rate.
-    """
+def run(bundle: Bundle, networks: Batched, recording: Recording, truth: GroundTruth) -> Stream:
+    """Replay a recording through a bundle's stages; raise RecordingError if it does not fit."""
     refuse(recording, bundle)
     inputs = network_inputs(recording.frames, bundle.preprocess)
-    if located:
-        return replay(bundle, networks, recording, truth, inputs)
-    outputs = networks.probabilities(inputs.windows)
-    return debounced_stream(truth, inputs, outputs, bundle.labels, bundle.debounce)
+    return replay(bundle, networks, recording, truth, inputs)
 
 
 def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
@@ -155,15 +122,7 @@ def debounced_stream(
     labels: Sequence[str],
     settings: DebounceSettings,
 ) -> Stream:
-    """Return the stream of a recording without touch positions: debouncing only.
-
-    Args:
-        truth: Ground truth of the recording.
-        inputs: Its windows.
-        outputs: Probabilities of each window, (windows, classes).
-        labels: The classes, "null" first.
-        settings: When a gesture counts.
-    """
+    """Return the stream of window probabilities, (windows, classes), without touch positions."""
     ready, probabilities = spread(outputs, inputs, len(truth.t), len(labels))
     nowhere = np.full((len(truth.t), 3), np.nan)
     fired = fire(smooth(probabilities, settings.smoothing), settings)
@@ -184,11 +143,7 @@ def spread(
 
 
 def refuse(recording: Recording, bundle: Bundle) -> None:
-    """Refuse a recording of another sensor or rate than the bundle's.
-
-    Raises:
-        RecordingError: It is.
-    """
+    """Raise RecordingError for a recording of another sensor or rate than the bundle's."""
     if bundle.preprocess.normalise != "ratio":  # then the unit is the sensor's own
         recording = replace(recording, origin=replace(recording.origin, unit=PICOFARAD))
     refuse_misfit(recording, bundle.settings)

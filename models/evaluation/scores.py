@@ -28,10 +28,7 @@ def softmax(logits: NDArray[np.floating], temperature: float = 1.0) -> Probabili
 
 
 def temperature(logits: NDArray[np.floating], label: NDArray[np.integer]) -> float:
-    """Return the temperature that calibrates logits, (n, classes), for labels, (n,).
-
-    It minimises the cross-entropy; 1 where there are no labels.
-    """
+    """Return the temperature with the least cross-entropy for logits (n, classes), labels (n,)."""
     if not len(label):
         return 1.0
 
@@ -66,25 +63,14 @@ def confusion(named: NDArray[np.integer], label: NDArray[np.integer], classes: i
 
 @dataclass(frozen=True, slots=True)
 class Events:
-    """Runs of windows of one gesture.
+    """Runs of windows of one gesture."""
 
-    Attributes:
-        label: Class of each, (events,).
-        named: Class that its mean probability names, null aside, (events,).
-    """
-
-    label: NDArray[np.int64]
-    named: NDArray[np.int64]
+    label: NDArray[np.int64]  # class of each, (events,)
+    named: NDArray[np.int64]  # class that its mean probability names, null aside, (events,)
 
 
 def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabilities) -> Events:
-    """Return the events among windows, and the classes that they are named.
-
-    Args:
-        examples: Source of the windows.
-        ends: Their last frames, in order.
-        probabilities: Of each window, (windows, classes).
-    """
+    """Return the events among windows that end at `ends`, named by (windows, classes)."""
     label = examples.label[ends]
     # A frame of unknown class at an edge parts nothing; a longer silence does.
     begins = examples.begins(ends, gap=2)
@@ -102,14 +88,7 @@ def score_windows(
     random: tuple[NDArray[np.int64], NDArray[np.integer]],
     classes: int,
 ) -> HeldOutScore:
-    """Return the share of windows named rightly, held out and at random.
-
-    Args:
-        examples: Source of the windows.
-        check: Last frames of the windows held out, (n,), and the classes named, (n,).
-        random: The same of the windows at random.
-        classes: Number of classes.
-    """
+    """Return the share of (last frames, classes named) that are right, held out and at random."""
     right = [named == examples.label[ends] for ends, named in (check, random)]
     figure = bootstrap.share(*bootstrap.group_sums(right[0], examples.session[check[0]]))
     shares = [float(r.mean()) if len(r) else math.nan for r in right]
@@ -129,13 +108,7 @@ def score_windows(
 def score_errors(
     session: NDArray[np.integer], check: NDArray[np.floating], random: NDArray[np.floating]
 ) -> HeldOutScore:
-    """Return the mean error, held out and at random.
-
-    Args:
-        session: Of each image held out, (n,).
-        check: Error of each of them, (n, 2).
-        random: Error of each image at random, (m, 2).
-    """
+    """Return the mean error of images, (n, 2) held out by session (n,), and (m, 2) at random."""
     each = np.abs(check).mean(axis=1)
     figure = bootstrap.mean([each[session == group] for group in np.unique(session)])
     other = float(np.abs(random).mean()) if len(random) else math.nan

@@ -36,21 +36,13 @@ GRID: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Costs of a choice, and its limits.
+    """Costs of a choice, and its limits."""
 
-    Attributes:
-        lost: Cost of each per cent of F1 that is missing.
-        alarm: Of one false alarm in an idle minute.
-        wait: Of a second of latency.
-        latest_s: Greatest median latency.
-        alarms_per_min: Most false alarms in an idle minute.
-    """
-
-    lost: float = 1.0
-    alarm: float = 5.0
-    wait: float = 1.0
-    latest_s: float = 0.42
-    alarms_per_min: float = 0.02
+    lost: float = 1.0  # cost of each per cent of F1 that is missing
+    alarm: float = 5.0  # of one false alarm in an idle minute
+    wait: float = 1.0  # of a second of latency
+    latest_s: float = 0.42  # greatest median latency
+    alarms_per_min: float = 0.02  # most false alarms in an idle minute
 
     def cost(self, point: Point) -> float:
         """Return the cost of a point."""
@@ -74,18 +66,15 @@ def tune(
     goal: Goal,
     command: str = "",
 ) -> Tuning:
-    """Replay streams over the grid, and choose.
+    """Replay development streams over the grid, and choose; raise ValueError without gestures.
 
     Args:
         name: File name of the bundle.
         labels: Its labels, "null" first.
         now: Its present thresholds, which are tried as well.
-        streams: Development streams; nothing that is reported is measured on them.
+        streams: Nothing that is reported is measured on them.
         goal: Costs and limits.
         command: Command line.
-
-    Raises:
-        ValueError: There are no gestures in the streams.
     """
     events = sum(len(stream.truth.events) for stream in streams)
     if not events:
@@ -115,10 +104,7 @@ def tune(
 
 
 def front(points: Sequence[Point]) -> list[Point]:
-    """Return the points that no other beats, the fastest first; of equals the first.
-
-    A point without a right answer has no latency and is on no front.
-    """
+    """Return the points with a latency that no other beats, the fastest first."""
     ranked = sorted(
         (p for p in points if np.isfinite(p.latency_s)),
         key=lambda p: (p.latency_s, -p.recall, p.false_alarms_per_min, -p.f1),
@@ -134,17 +120,11 @@ def front(points: Sequence[Point]) -> list[Point]:
 
 
 def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: int) -> Point:
-    """Return the cheapest point within the goal's limits.
+    """Return the cheapest point of the front within the limits, given the grid and its events.
 
     If none is fast and quiet enough, the cheapest that is fast enough; if none is, the fastest.
     Points that one event more or less would make equal count as equal; of these, the one whose
     neighbours in the grid are the cheapest on average is taken.
-
-    Args:
-        edge: The front, the fastest first.
-        points: The whole grid.
-        goal: Costs and limits.
-        events: Number of gestures behind the points.
     """
     fast = [point for point in edge if point.latency_s <= goal.latest_s + 1e-9]
     quiet = [point for point in fast if point.false_alarms_per_min <= goal.alarms_per_min]
@@ -159,11 +139,7 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
 
 
 def spread(streams: Sequence[Stream]) -> PositionSpread | None:
-    """Return the error of positions in every frame of a press; None: there are too few presses.
-
-    Args:
-        streams: Of a bundle whose `spread` is `position_error.BARE`.
-    """
+    """Return the position error over all frames of presses, for a `BARE` bundle; None: too few."""
     found = np.concatenate([position_errors(stream) for stream in streams])
     return position_error.measure(found[:, 0], found[:, 1:])
 
@@ -175,19 +151,7 @@ def write(
     entry: str,
     far: PositionSpread | None = None,
 ) -> Bundle:
-    """Write a bundle that differs from another in what was measured here only, and return it.
-
-    Args:
-        path: Path of the new file.
-        loaded: The other bundle's file.
-        settings: The thresholds.
-        entry: Line of its card about them.
-        far: Error of its positions; None: as in the other.
-
-    Raises:
-        BundleError: The other bundle cannot be used.
-        OSError: The file cannot be written.
-    """
+    """Write a bundle with other thresholds, card entry and position error (None: as it was)."""
     import tomli_w
 
     bundle.read(loaded)  # every byte of it is checked

@@ -20,8 +20,8 @@ from controller.recognition.user_id import (
 )
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
-from models.results.figure import Figure
-from models.results.users import OpenSetFigures
+from models.results.evaluation import Figure
+from models.results.training import OpenSetFigures
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
@@ -36,10 +36,7 @@ Index = NDArray[np.intp]  # (events,)
 
 
 def beliefs(evidence: Evidence, session: Index, users: Users, seen: int) -> tuple[Belief, Index]:
-    """Return the belief after each row of gestures, (rows, users), and its first gesture, (rows,).
-
-    A row has `seen` gestures of one recording; each gesture is in one row.
-    """
+    """Return the belief after rows of `seen` gestures, (rows, users), and their first, (rows,)."""
     made, first = [], []
     for number in np.unique(session):
         own = np.flatnonzero(session == number)
@@ -54,17 +51,7 @@ def beliefs(evidence: Evidence, session: Index, users: Users, seen: int) -> tupl
 
 
 def share(evidence: Evidence, user: Index, session: Index, users: Users, seen: int = 1) -> Figure:
-    """Return the share of rows of gestures whose most probable user is the right one.
-
-    Among enrolled users only. The interval is by whole sessions.
-
-    Args:
-        evidence: Evidence, (events, outputs).
-        user: User of each event, (events,).
-        session: Recording of each event, (events,).
-        users: Temperature and acceptance.
-        seen: Gestures in a row.
-    """
+    """Return the share of rows of `seen` gestures whose most probable enrolled user is right."""
     belief, first = beliefs(evidence, session, users, seen)
     if not len(first):
         return Figure(math.nan, math.nan, math.nan)
@@ -75,14 +62,7 @@ def share(evidence: Evidence, user: Index, session: Index, users: Users, seen: i
 def open_set(
     own: tuple[Evidence, Index, Index], others: tuple[Evidence, Index], users: Users, seen: int
 ) -> OpenSetFigures:
-    """Return the figures of identification against strangers.
-
-    Args:
-        own: Evidence of enrolled users' gestures, (events, outputs), the users, the recordings.
-        others: Evidence of strangers' gestures, (events, outputs), and the recordings.
-        users: Temperature and acceptance.
-        seen: Gestures in a row.
-    """
+    """Return the figures of own evidence, users and recordings against strangers' evidence."""
     belief, first = beliefs(own[0], own[2], users, seen)
     strange, _ = beliefs(others[0], others[1], users, seen)
     sure, unsure = belief[:, 1:].max(axis=1), strange[:, 1:].max(axis=1)
@@ -131,14 +111,7 @@ def tuned(
     session: Index,
     count: int,
 ) -> Users:
-    """Return users with the temperature and the acceptance that fit the gestures held out.
-
-    Args:
-        evidence: Evidence of enrolled users' gestures, and of strangers', (events, outputs) each.
-        user: Users of the first, (events,).
-        session: Recordings of the second, (events,).
-        count: Number of users.
-    """
+    """Return users whose temperature and acceptance fit own and strangers' evidence."""
     both = np.concatenate(evidence)
     label = np.concatenate([user, np.zeros(len(evidence[1]), dtype=np.int64)])
     users = users_of(count, float(np.clip(scores.temperature(both, label), 0.05, 20.0)))

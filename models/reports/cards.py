@@ -8,8 +8,7 @@ from models.reports import markdown, tables
 from models.reports.tables import Table
 from models.results import missed_gestures
 from models.results.evaluation import Evaluation
-from models.results.training import Training
-from models.results.users import UserResult
+from models.results.training import Training, UserResult
 
 USERS_WARNING = (
     "User identification is a convenience: a person with similar touches is taken for another. It "
@@ -35,9 +34,8 @@ def evaluation(found: Evaluation) -> str:
             parts.append(markdown.table(tables.sessions("user", result.by_user)))
         if result.sessions > 1:
             parts.append(markdown.table(tables.sessions("session", result.by_session)))
-    for name in dict.fromkeys(one.on for one in found.broken):
-        rows = [one for one in found.broken if one.on == name]
-        parts += [f"## {name}, with a fault", markdown.table(tables.broken(rows))]
+    if found.broken:
+        parts += ["## With a fault", markdown.table(tables.broken(found.broken))]
     return "\n\n".join(parts)
 
 

@@ -63,8 +63,6 @@ PIXELS_PER_INCH: Final = 72  # one pixel of the page is one point of the drawing
 PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
 PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
 
-DOTS_PER_INCH: Final = 130  # of PNG files
-
 Panels = NDArray[Any]  # (rows, columns) of Axes
 
 styled: Final = mpl.rc_context(STYLE)  # decorator of functions that draw
@@ -79,15 +77,7 @@ def new(width: float, height: float) -> tuple[Figure, Axes]:
 def panels(
     width: float, height: float, columns: int, rows: int = 1, **options: Any
 ) -> tuple[Figure, Panels]:
-    """Return an empty drawing of a size in pixels, and its panels, (rows, columns).
-
-    Args:
-        width: Of the drawing.
-        height: Of the drawing.
-        columns: Panels side by side.
-        rows: Panels one below the other.
-        options: Of `Figure.subplots`.
-    """
+    """Return an empty drawing of a size in pixels, and its panels, (rows, columns)."""
     size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
     figure = Figure(figsize=size, dpi=PIXELS_PER_INCH, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
@@ -98,18 +88,13 @@ def save(figure: Figure, path: Path) -> Path:
     """Write a drawing, complete or not at all, in the format of the path's suffix."""
     drawn, kind = io.BytesIO(), path.suffix.removeprefix(".")
     metadata = {"Date": None} if kind == "svg" else None
-    figure.savefig(drawn, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=metadata)
+    figure.savefig(drawn, format=kind, facecolor="white", metadata=metadata)
     files.atomic_write(path, drawn.getvalue())
     return path
 
 
 def svg(figure: Figure, alternative: str) -> Markup:
-    """Return a drawing as an SVG element.
-
-    Args:
-        figure: Drawn in `COLOURS`.
-        alternative: Its content, for screen readers.
-    """
+    """Return a drawing in `COLOURS` as an SVG element, with its content in words."""
     buffer = io.StringIO()
     with warnings.catch_warnings():
         warnings.filterwarnings(
@@ -132,13 +117,7 @@ def svg(figure: Figure, alternative: str) -> Markup:
 def limits(
     values: Iterable[float], *, least: float = 0.0, room: float = 0.06
 ) -> tuple[float, float]:
-    """Return the limits of an axis around all finite values.
-
-    Args:
-        values: Values to show.
-        least: Smallest length of the axis.
-        room: Left at either end, as a share of the length.
-    """
+    """Return the limits of an axis of a least length around finite values, with room beside."""
     known = [value for value in values if math.isfinite(value)] or [0.0, 1.0]
     low, high = min(known), max(known)
     spare = max(least - (high - low), 0.0) / 2.0 + room * max(high - low, least)

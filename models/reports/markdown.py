@@ -17,31 +17,17 @@ def _cell(text: str) -> str:
 
 
 def check(path: Path, command: str) -> None:
-    """Check that a page has the two marks of a command.
-
-    Raises:
-        UserFileError: It cannot be read.
-        ValueError: The marks are not in it.
-    """
+    """Raise ValueError if a page lacks the two marks of a command."""
     between(storage.read_text(path), command, "")
 
 
 def update(path: Path, command: str, content: str) -> None:
-    """Replace the text between the two marks of a command in a page.
-
-    Raises:
-        UserFileError: It cannot be read.
-        ValueError: The marks are not in it.
-    """
+    """Replace the text between the two marks of a command in a page that has them."""
     storage.write_text(path, between(storage.read_text(path), command, content))
 
 
 def between(page: str, command: str, content: str) -> str:
-    """Return a page with other content between the two marks of a command.
-
-    Raises:
-        ValueError: The marks are not in it.
-    """
+    """Return a page with other content between a command's marks; raise ValueError without."""
     begin, end = f"<!-- {command} -->", f"<!-- so far {command} -->"
     before, first, rest = page.partition(begin)
     _, last, after = rest.partition(end)

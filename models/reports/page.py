@@ -1,13 +1,11 @@
 """Page writer: reports as one HTML file that needs no network, light and dark, on paper too.
 
-Pages are Jinja2 templates in `templates/`, with autoescape. `render` fills one of them; `study` is
-the page of any experiment. A report page of trainings and evaluations keeps its data inside, so
-that a later command can add to it.
+Pages are Jinja2 templates in `templates/`, with autoescape. A page keeps its data inside, so that a
+later command can add to it.
 """
 
 import json
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib import resources
@@ -21,12 +19,9 @@ from controller import config
 from controller.bundles.bundle import Bundle
 from models import formatting
 from models.reports import cards, figures, sections, tables
-from models.reports.sections import Matrix
-from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Evaluation, Tuning
-from models.results.training import Training
-from models.results.users import UserResult
+from models.results.training import Training, UserResult
 
 OPENING: Final = '<script type="application/json" id="data">'
 CLOSING: Final = "</script>"
@@ -35,17 +30,12 @@ MOST_TOUCHES: Final = 1000  # of a position map; more would make the page heavy,
 
 @dataclass(frozen=True, slots=True)
 class ReportData:
-    """Content of a report page.
+    """Content of a report page."""
 
-    Attributes:
-        training: Results of `models train`; None: nothing was trained.
-        tuning: Results of `models tune`; None: the debounce settings were not chosen.
-        evaluation: Results of `models evaluate`; None: nothing was judged.
-    """
-
-    training: Training | None = None
+    training: Training | None = None  # results of `models train`; None: nothing was trained
+    # results of `models tune`; None: the debounce settings were not chosen
     tuning: Tuning | None = None
-    evaluation: Evaluation | None = None
+    evaluation: Evaluation | None = None  # results of `models evaluate`; None: nothing was judged
 
     @property
     def name(self) -> str:
@@ -57,77 +47,18 @@ class ReportData:
         return self.evaluation.bundle if self.evaluation is not None else ""
 
 
-@dataclass(frozen=True, slots=True)
-class Drawing:
-    """A figure of a study's page: an SVG element of `figures.svg`, and its caption."""
-
-    svg: Markup
-    caption: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A section of a study's page.
-
-    Attributes:
-        title: Its heading.
-        parts: Its content: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
-    """
-
-    title: str
-    parts: Sequence[str | Table | Matrix | Drawing | Sequence[str]]
-
-
-def render(template: str, **values: Any) -> str:
-    """Return a page.
-
-    Args:
-        template: A file in `templates/`.
-        values: Its variables.
-    """
-    return _environment().get_template(template).render(values)
-
-
-def study(
-    title: str,
-    content: Sequence[Section],
-    *,
-    lead: str = "",
-    headlines: Sequence[tuple[str, str, str]] = (),
-    command: str = "",
-) -> str:
-    """Return the page of an experiment.
-
-    Args:
-        title: Heading of the page.
-        content: Its sections; those without parts are left out.
-        lead: A sentence below the title.
-        headlines: The most important figures: value, meaning, and a remark.
-        command: Command line.
-    """
-    return render(
-        "study.html", title=title, content=content, lead=lead, headlines=headlines, command=command
-    )
-
-
 def html(data: ReportData) -> str:
-    """Return the report page of what was trained, tuned and judged.
-
-    Raises:
-        ValueError: There is nothing to show.
-    """
+    """Return the report page of what was trained, tuned and judged; ValueError: nothing was."""
     if data == ReportData():
         raise ValueError("there is nothing to report; train, tune or evaluate first")
-    return render("report.html", data=data, packed=Markup(pack(data)))
+    template = _environment().get_template("report.html")
+    return template.render(data=data, packed=Markup(pack(data)))
 
 
 def write(path: Path, data: ReportData) -> None:
     """Write the report page; parts that `data` lacks are kept from the page that is there.
 
-    A new training begins a new page, since no figure of an older bundle holds for it.
-
-    Raises:
-        ValueError: The file is there, and is no report of this version; or there is nothing.
+    A new training begins a new page. Raises ValueError for a file that is no such page.
     """
     there = read(path)
     if there is not None and data.training is None:
@@ -144,22 +75,13 @@ def write_training(out: Path, loaded: Bundle, found: Training) -> None:
 
 
 def write_users(out: Path, found: UserResult) -> None:
-    """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb of identified users."""
+    """Write NAME.md and NAME.json beside the bundle NAME.orb of identified users."""
     storage.write_text(out.with_suffix(".md"), f"{cards.users(found)}\n")
     storage.write_json(out.with_suffix(".json"), found)
-    about = f"Identified by {', '.join(found.gestures)}. {found.split}"
-    people = Section("People", [about, *found.notes, cards.USERS_WARNING, *tables.users(found)])
-    made = Section("How it was made", [Markup("<code>{}</code>").format(found.command)])
-    title = f"{found.name}: user identification"
-    storage.write_text(out.with_suffix(".html"), study(title, [people, made]))
 
 
 def read(path: Path) -> ReportData | None:
-    """Return the content of a report page; None: there is none.
-
-    Raises:
-        ValueError: The file cannot be read or written, or is no report of this version.
-    """
+    """Return the content of a report page (None: no file); raise ValueError if it is none."""
     if not storage.target(path).exists():
         return None
     page = storage.read_text(path)
@@ -176,11 +98,7 @@ def pack(data: ReportData) -> str:
 
 
 def unpack(page: str) -> ReportData:
-    """Return the data of a page.
-
-    Raises:
-        ValueError: It holds none, or that of another version.
-    """
+    """Return the data of a page; raise ValueError if it holds none, or that of another version."""
     found = re.search(re.escape(OPENING) + "(.*?)" + re.escape(CLOSING), page, re.DOTALL)
     if found is None:
         raise ValueError("it is no report of this program")

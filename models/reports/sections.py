@@ -1,46 +1,34 @@
 """Content of a report's sections that is computed: warnings, summaries, maps and matrices."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from markupsafe import Markup
 
 from models.formatting import count, duration, label, percent, several
-from models.reports import figures, tables
+from models.reports import tables
 from models.reports.tables import Table
 from models.results import missed_gestures
-from models.results.evaluation import Broken, Evaluation
-from models.results.training import ENOUGH, ClassRow, SessionRow, Training
-
-DEAD: Final = "dead:"  # a fault of one taxel: "dead:ROW,COLUMN"
+from models.results.evaluation import Evaluation
+from models.results.training import ENOUGH, SessionRow, Training
 
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """A confusion matrix: rows are what was done, columns what it was taken for.
+    """A confusion matrix: rows are what was done, columns what it was taken for."""
 
-    Attributes:
-        columns: Names of the columns.
-        rows: Name of each row, its counts, and their sum; 0 where the row has no shares.
-    """
-
-    columns: Sequence[str]
+    columns: Sequence[str]  # names of the columns
+    # name of each row, its counts, and their sum; 0 where the row has no shares
     rows: Sequence[tuple[str, Sequence[int], int]]
 
 
 def matrix(
     names: Sequence[str], counts: Sequence[Sequence[int]], first: tuple[str, str] = ("", "")
 ) -> Matrix:
-    """Return a confusion matrix.
-
-    Args:
-        names: Of the classes.
-        counts: Events or windows, (classes, classes).
-        first: Other names of the first row and the first column, which are of no class then.
-    """
+    """Return a confusion matrix (classes, classes); `first` renames its first row and column."""
     titles, columns = ([first[i] or label(names[0]), *map(label, names[1:])] for i in (0, 1))
     totals = [sum(row) for row in counts]
     if first[0]:
@@ -56,13 +44,7 @@ def without_null(counts: Sequence[Sequence[int]]) -> list[Sequence[int]]:
 def answered_rightly(
     labels: Sequence[str], counts: missed_gestures.Table, on: str
 ) -> tuple[str, str, str]:
-    """Return the headline of gestures answered rightly: value, meaning, and those that fail.
-
-    Args:
-        labels: "null" first.
-        counts: Events by answer, (classes, classes).
-        on: Data that it was measured on.
-    """
+    """Return a headline of events by answer, (classes, classes): value, meaning, and who fails."""
     right, events = missed_gestures.right(counts)
     failing = [
         missed_gestures.counts(labels, counts, one) for one in missed_gestures.failing(counts)
@@ -78,43 +60,9 @@ def advice(trained: Training, judged: Evaluation | None) -> list[str]:
     return [*advised, *(() if advised and trained.advice == (ENOUGH,) else trained.advice)]
 
 
-def class_table(found: Training) -> Table:
-    """Return the table of classes, with a mark of enough examples in place of the advice."""
-    made = tables.classes(found)
-    rows = [
-        [cells[0], _enough(row), *cells[1:-1]]
-        for row, cells in zip(found.classes, made.rows, strict=True)
-    ]
-    return Table([made.head[0], "enough?", *made.head[1:-1]], rows, words=2)
-
-
-def _enough(row: ClassRow) -> str:
-    if row.label == "null":
-        return ""
-    if row.more:
-        return chip("doubtful", f"{row.more} more")
-    enough = row.advice.startswith("enough")
-    return chip("good", "enough") if enough else chip("doubtful", "make it clearer")
-
-
 def chip(kind: str, text: str) -> Markup:
     """Return a short text with a border, in the colour of "good", "doubtful" or "failed"."""
     return Markup('<span class="chip {}">{}</span>').format(kind, text)
-
-
-def most_confused(found: Training) -> str:
-    """Return the two gestures that are confused most, a sentence."""
-    assert found.gesture is not None
-    counts, names = found.gesture.event_confusion, found.labels
-    pairs = [
-        (counts[i][j] + counts[j][i], sum(counts[i]) + sum(counts[j]), names[i], names[j])
-        for i in range(1, len(names))
-        for j in range(i + 1, len(names))
-    ]
-    swapped, both, one, other = max(pairs, default=(0, 0, "", ""))
-    if not swapped:
-        return "No gesture was taken for another."
-    return f"Most often confused: {label(one)} and {label(other)}, in {swapped} of {both} events."
 
 
 def label_summary(found: Training) -> dict[str, Any] | None:
@@ -166,41 +114,4 @@ def flattered(found: Evaluation, trained: Training | None) -> str:
         f"{known} of the {several(len(judged), 'session')} judged here "
         f"{'is' if known == 1 else 'are'} called like those that it learned from. If they are the "
         "same, these figures flatter: judge it on others."
-    )
-
-
-def taxel(one: Broken) -> tuple[int, int] | None:
-    """Return the row and column of a dead taxel; None: something else is broken."""
-    if not one.fault.startswith(DEAD):
-        return None
-    row, _, column = one.fault.removeprefix(DEAD).partition("=")[0].partition(",")
-    return int(row), int(column)
-
-
-def faults(
-    found: Evaluation, size: tuple[int, int]
-) -> Iterator[tuple[str, Markup | None, str, Table]]:
-    """Yield for each set of sessions its name and its figures under faults.
-
-    These are a map of event accuracy with each taxel dead, the worst of them in a sentence, and the
-    table of all other faults.
-    """
-    usual = {result.name: result.event_accuracy.value for result in found.results}
-    for name in dict.fromkeys(one.on for one in found.broken):
-        here = [one for one in found.broken if one.on == name]
-        dead = {place: one.event_accuracy.value for one in here if (place := taxel(one))}
-        whole = usual.get(name, math.nan)
-        drawn = figures.dead_taxels(dead, whole, size) if dead else None
-        others = tables.broken(one for one in here if not taxel(one))
-        yield name, drawn, _cost(dead, whole), others
-
-
-def _cost(dead: Mapping[tuple[int, int], float], usual: float) -> str:
-    """Return the dead taxel that costs most, a sentence."""
-    worst = min(dead, key=lambda place: dead[place], default=None)
-    if worst is None or dead[worst] >= usual:
-        return "None of them costs a gesture."
-    return (
-        f"The worst is row {worst[0]}, column {worst[1]}: {percent(dead[worst])}; unbroken, "
-        f"{percent(usual)}."
     )

@@ -20,25 +20,18 @@ from models.formatting import (
 )
 from models.results import missed_gestures
 from models.results.evaluation import Broken, LocationFigures, Result, Row, Tuning
-from models.results.training import ClassRow, Training
-from models.results.users import UserResult
+from models.results.training import ClassRow, Training, UserResult
 
 Column = tuple[str, Callable[[Any], str]]  # its title, and its cell of a row
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of texts.
+    """A table of texts."""
 
-    Attributes:
-        head: Titles of the columns.
-        rows: Their cells.
-        words: Number of columns on the left that hold words; the others hold numbers.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: int = 1
+    head: Sequence[str]  # titles of the columns
+    rows: Sequence[Sequence[str]]  # their cells
+    words: int = 1  # number of columns on the left that hold words; the others hold numbers
 
 
 def table(columns: Sequence[Column], rows: Iterable[Any], words: int = 1) -> Table:
@@ -104,6 +97,7 @@ _ROWS: Final[tuple[Column, ...]] = (
     ("position error", lambda r: number(r.location_error)),
 )
 _BROKEN: Final[tuple[Column, ...]] = (
+    ("on", lambda b: b.on),
     ("fault", lambda b: b.fault),
     ("meaning", lambda b: b.meaning),
     ("event accuracy", lambda b: share_interval(b.event_accuracy)),
@@ -142,7 +136,7 @@ def sessions(what: str, rows: Iterable[Row]) -> Table:
 
 def broken(rows: Iterable[Broken]) -> Table:
     """Return the figures under each fault, the worst first."""
-    return table(_BROKEN, sorted(rows, key=lambda one: one.event_accuracy.value), words=2)
+    return table(_BROKEN, sorted(rows, key=lambda one: one.event_accuracy.value), words=3)
 
 
 def thresholds(found: Tuning) -> Table:
@@ -172,7 +166,6 @@ def classes(found: Training) -> Table:
         ("window precision", lambda row: percent(row.precision)),
         ("event recall", lambda row: percent(row.event_recall) if row.label != "null" else ""),
         ("answered", lambda row: _answered(found, row)),
-        ("missed with more", _curve),
         ("advice", lambda row: row.advice),
     )
     return table(columns, found.classes)
@@ -185,11 +178,6 @@ def _answered(found: Training, row: ClassRow) -> str:
         return ""
     counts = found.gesture.answered[number_of]
     return f"{count(counts[number_of])} of {count(sum(counts))}"
-
-
-def _curve(row: ClassRow) -> str:
-    """Return the share of events missed after training on ever more examples: "9 % → 4 %"."""
-    return " → ".join(percent(error) for _, error in row.curve)
 
 
 def honesty(found: Training) -> Table:

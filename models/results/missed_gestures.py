@@ -32,18 +32,10 @@ def counts(labels: Sequence[str], table: Table, number: int) -> str:
     return f"{labels[number]}: {table[number][number]} of {sum(table[number])}"
 
 
-def advice(
-    labels: Sequence[str], table: Table, number: int, *, more: int = 0, little: bool = False
-) -> str:
+def advice(labels: Sequence[str], table: Table, number: int, *, more: int = 0) -> str:
     """Return the advice on a class that is missed too often, a sentence with its figures.
 
-    Args:
-        labels: "null" first.
-        table: Events by answer.
-        number: The class.
-        more: Further examples that would help; 0: it is unknown. Fewer than were missed are
-            not named: one more example would not mend six misses.
-        little: More examples are known to help little.
+    With `more`, so many further examples would help; fewer than were missed are not named.
     """
     row, label = table[number], labels[number]
     others = [
@@ -52,11 +44,8 @@ def advice(
         if count and other != number
     ]
     how = ", ".join(words for _, words in sorted(others, reverse=True))
-    if little:
-        first = "more of it would help little: "
-    else:
-        named = more >= sum(row) - row[number]
-        first = f"record {more} more, " if named else "record more of it, "
+    named = more >= sum(row) - row[number]
+    first = f"record {more} more, " if named else "record more of it, "
     unlike = f"from {labels[worst]}" if (worst := _taken_for(row, number)) else "from rest"
     return (
         f"{label} is answered rightly in {row[number]} of {sum(row)} ({how}): {first}make it "

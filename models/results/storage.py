@@ -23,11 +23,7 @@ class UserFileError(UserError, ValueError):
 
 
 def read_text(path: Path, limit_bytes: int = MAX_BYTES) -> str:
-    """Return the text in a file.
-
-    Raises:
-        UserFileError: It cannot be read, is no regular file, too large, or no text in UTF-8.
-    """
+    """Return the text in a regular file in UTF-8; raise UserFileError for any other."""
     try:
         return files.read_text(path, limit_bytes)
     except OSError as error:
@@ -35,11 +31,7 @@ def read_text(path: Path, limit_bytes: int = MAX_BYTES) -> str:
 
 
 def read_json(path: Path, limit_bytes: int = MAX_BYTES) -> Any:
-    """Return the value in a JSON file.
-
-    Raises:
-        UserFileError: As `read_text`, or it is no JSON; the message has the line.
-    """
+    """Return the value in a JSON file; raise UserFileError, with the line, for any other."""
     try:
         return config.parse_json(read_text(path, limit_bytes), limit_bytes)
     except config.ConfigError as error:
@@ -47,12 +39,7 @@ def read_json(path: Path, limit_bytes: int = MAX_BYTES) -> Any:
 
 
 def target(path: Path) -> Path:
-    """Return the path of a file that is going to be written.
-
-    Raises:
-        UserFileError: No file can be written there: its folder is missing, or it is a folder or a
-            device itself.
-    """
+    """Return the path of a file to write; raise UserFileError if none can be written there."""
     try:
         files.check_target(path)
     except OSError as error:
@@ -63,22 +50,14 @@ def target(path: Path) -> Path:
 
 
 def bundle_target(path: Path) -> Path:
-    """Return the path of a bundle that is going to be written.
-
-    Raises:
-        UserFileError: As `target`, or the name does not end in .orb.
-    """
+    """Return the path of a bundle to write; raise UserFileError if it cannot be, or is not .orb."""
     if path.suffix != ".orb":
         raise UserFileError(f"{str(path)!r} is no name of a bundle; name one that ends in .orb")
     return target(path)
 
 
 def folder_target(path: Path) -> Path:
-    """Return the path of a folder that is going to be written into; it is made if need be.
-
-    Raises:
-        UserFileError: It cannot be made, or is something else.
-    """
+    """Return the path of a folder to write into, made if need be, or raise UserFileError."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -89,33 +68,17 @@ def folder_target(path: Path) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, complete or not at all.
-
-    Raises:
-        OSError: It cannot be written; an older file is as it was.
-    """
+    """Write a text file, complete or not at all; an OSError leaves the older file."""
     files.atomic_write(path, text.encode())
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write dataclasses, mappings and sequences as a JSON file; NaN and infinities become null.
-
-    Raises:
-        OSError: It cannot be written; an older file is as it was.
-    """
+    """Write a value as a JSON file; NaN and infinities become null."""
     write_text(path, f"{json_text(value)}\n")
 
 
 def read_tables(path: Path, *names: str) -> dict[str, Any] | None:
-    """Return the results of a study that `write_json` wrote; None if there are none.
-
-    Args:
-        path: The file.
-        names: Entries that hold tables of results.
-
-    Raises:
-        UserFileError: The file cannot be read or written, or holds something else.
-    """
+    """Return results that `write_json` wrote, with some tables by name; None if there are none."""
     if not target(path).exists():  # refused now, not when the first result is written
         return None
     found = read_json(path)
@@ -176,7 +139,5 @@ def _dataclass(kind: type[Any], value: Any) -> Any:
     hints, given = get_type_hints(kind), {}
     for field in fields(kind):
         if field.name in value or field.default in (MISSING, None):
-            # Older files have the fields of some dataclasses in the one that holds them.
-            flat = is_dataclass(hints[field.name]) and field.name not in value
-            given[field.name] = from_plain(hints[field.name], value if flat else value[field.name])
+            given[field.name] = from_plain(hints[field.name], value[field.name])
     return kind(**given)

@@ -9,146 +9,90 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from controller.recognition.touch_position import PositionSpread
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 
 ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
 
 
 @dataclass(frozen=True, slots=True)
 class Lateness:
-    """Lateness of the labels of one session, seconds; below zero is early.
+    """Lateness of the labels of one session, seconds; below zero is early."""
 
-    Attributes:
-        begin_s: The median over the labels' beginnings; NaN: there was nothing to compare.
-        begin_spread_s: The middle half of them lies in a range as long as this.
-        end_s: The same of their ends.
-        end_spread_s: The same of their ends.
-        edges: Number of edges compared.
-        moved: Labels whose edges were moved to where the touch was.
-        masked: Frames too close to an edge to be labelled; they are left out of training.
-        unfelt: Labels without a touch; they are left out of training.
-        unlabelled: Touches that no label names: taken for what is no gesture, and so for null.
-        true_begin_s: True lateness of the beginnings, from a simulation; NaN: not known.
-        true_end_s: Of the ends.
-        wrong: Share of labelled frames that were wrong before the repair; NaN: not known.
-        wrong_after: The same after the repair, of the frames that are left.
-    """
-
+    # the median over the labels' beginnings; NaN: there was nothing to compare
     begin_s: float = math.nan
-    begin_spread_s: float = math.nan
-    end_s: float = math.nan
-    end_spread_s: float = math.nan
-    edges: int = 0
-    moved: int = 0
-    masked: int = 0
-    unfelt: int = 0
+    begin_spread_s: float = math.nan  # the middle half of them lies in a range as long as this
+    end_s: float = math.nan  # the same of their ends
+    end_spread_s: float = math.nan  # the same of their ends
+    edges: int = 0  # number of edges compared
+    moved: int = 0  # labels whose edges were moved to where the touch was
+    masked: int = 0  # frames too close to an edge to be labelled; they are left out of training
+    unfelt: int = 0  # labels without a touch; they are left out of training
+    # touches that no label names: taken for what is no gesture, and so for null
     unlabelled: int = 0
+    # true lateness of the beginnings, from a simulation; NaN: not known
     true_begin_s: float = math.nan
-    true_end_s: float = math.nan
+    true_end_s: float = math.nan  # of the ends
+    # share of labelled frames that were wrong before the repair; NaN: not known
     wrong: float = math.nan
-    wrong_after: float = math.nan
+    wrong_after: float = math.nan  # the same after the repair, of the frames that are left
 
 
 @dataclass(frozen=True, slots=True)
 class SessionRow:
-    """One recording that was learned from, or held out.
+    """One recording that was learned from, or held out."""
 
-    Attributes:
-        path: The file.
-        user: Identity of the user; "" unknown.
-        session: Name of the user's session.
-        seconds: Its length.
-        verdict: "good", "doubtful" or "failed": `controller recordings check`.
-        findings: Findings of the check, in sentences.
-        labeller: Source of the labels: "true", "button", "key" or "cue".
-        held_out: Nothing was learned from it.
-        examples: Times that each gesture was made, by label.
-        lateness: Of its labels; None where they are the truth.
-    """
-
-    path: str
-    user: str
-    session: str
-    seconds: float
-    verdict: str
-    findings: tuple[str, ...]
-    labeller: str
-    held_out: bool
-    examples: dict[str, int]
-    lateness: Lateness | None = None
+    path: str  # the file
+    user: str  # identity of the user; "" unknown
+    session: str  # name of the user's session
+    seconds: float  # its length
+    verdict: str  # "good", "doubtful" or "failed": `controller recordings check`
+    findings: tuple[str, ...]  # findings of the check, in sentences
+    labeller: str  # source of the labels: "true", "button", "key" or "cue"
+    held_out: bool  # nothing was learned from it
+    examples: dict[str, int]  # times that each gesture was made, by label
+    lateness: Lateness | None = None  # of its labels; None where they are the truth
 
 
 @dataclass(frozen=True, slots=True)
 class ClassRow:
-    """Figures of one class.
+    """Figures of one class."""
 
-    Attributes:
-        label: Its name.
-        examples: Times that it was made, in the sessions that were learned from; 0 for null.
-        seconds: Their length.
-        recall: Share of its windows that are recognised, in sessions held out.
-        precision: Share of the windows so named that are it, in sessions held out.
-        event_recall: Share of its events recognised, in sessions held out; NaN for null.
-        curve: (examples, errors): share of its events that are not recognised after so many.
-        more: Further examples worth recording; 0: enough.
-        advice: The same in words.
-    """
-
-    label: str
-    examples: int
-    seconds: float
-    recall: float
-    precision: float
+    label: str  # its name
+    examples: int  # times that it was made, in the sessions that were learned from; 0 for null
+    seconds: float  # their length
+    recall: float  # share of its windows that are recognised, in sessions held out
+    precision: float  # share of the windows so named that are it, in sessions held out
+    # share of its events recognised, in sessions held out; NaN for null
     event_recall: float = math.nan
-    curve: tuple[tuple[float, float], ...] = ()
-    more: int = 0
-    advice: str = ""
+    more: int = 0  # further examples worth recording; 0: enough
+    advice: str = ""  # the same in words
 
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """One pass over the examples.
+    """One pass over the examples."""
 
-    Attributes:
-        number: From 1.
-        loss: Mean over its batches, without penalties.
-        train: Of these examples: share of right windows, or mean error in grid units.
-        check_loss: On the sessions held out.
-        check: On the sessions held out: the same as `train`; NaN: none are.
-        random: On windows drawn at random from the training sessions: the paper's protocol.
-    """
-
-    number: int
-    loss: float
-    train: float
-    check_loss: float
-    check: float
-    random: float
+    number: int  # from 1
+    loss: float  # mean over its batches, without penalties
+    train: float  # of these examples: share of right windows, or mean error in grid units
+    check_loss: float  # on the sessions held out
+    check: float  # on the sessions held out: the same as `train`; NaN: none are
+    random: float  # on windows drawn at random from the training sessions: the paper's protocol
 
 
 @dataclass(frozen=True, slots=True)
 class HeldOutScore:
-    """Score of a network on unseen sessions, and by the paper's protocol.
+    """Score of a network on unseen sessions, and by the paper's protocol."""
 
-    Attributes:
-        unseen: Score on sessions (users, or blocks of time) that nothing was learned from.
-        low: Lower bound of its 95 % interval; NaN where there is but one session.
-        high: Upper bound.
-        random: Score on windows at random, whose neighbours were learned from.
-        unseen_binary: Per-output ("binary") accuracy, which the paper may mean; NaN: no classes.
-        random_binary: The same on windows at random.
-        unseen_windows: Number of them.
-        random_windows: Number of them.
-    """
-
-    unseen: float
-    low: float
-    high: float
-    random: float
+    unseen: float  # score on sessions (users, or blocks of time) that nothing was learned from
+    low: float  # lower bound of its 95 % interval; NaN where there is but one session
+    high: float  # upper bound
+    random: float  # score on windows at random, whose neighbours were learned from
+    # per-output ("binary") accuracy, which the paper may mean; NaN: no classes
     unseen_binary: float
-    random_binary: float
-    unseen_windows: int
-    random_windows: int
+    random_binary: float  # the same on windows at random
+    unseen_windows: int  # number of them
+    random_windows: int  # number of them
 
     @property
     def gap(self) -> float:
@@ -163,126 +107,116 @@ class HeldOutScore:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Calibration of probabilities.
+    """Calibration of probabilities."""
 
-    Attributes:
-        temperature: Divisor of the logits; folded into the last layer.
-        error: Expected calibration error as trained.
-        error_after: The same after that.
-        bins: (confidence, accuracy, windows) of ten equal ranges of confidence, afterwards.
-    """
-
-    temperature: float
-    error: float
-    error_after: float
+    temperature: float  # divisor of the logits; folded into the last layer
+    error: float  # expected calibration error as trained
+    error_after: float  # the same after that
+    # (confidence, accuracy, windows) of ten equal ranges of confidence, afterwards
     bins: tuple[tuple[float, float, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class GestureResult:
-    """Results of CNN-3D.
+    """Results of CNN-3D."""
 
-    Attributes:
-        epochs: Its curve.
-        best: Number of the epoch that was kept.
-        stopped: Why it ended before its last epoch; "" where it did not.
-        honesty: Share of windows named rightly.
-        event_accuracy: Share of events in sessions held out that the mean probability names.
-        confusion: Windows of sessions held out: true class by named class.
-        event_confusion: The same of events; the first row and column, of null, are empty.
-        calibration: Of its probabilities.
-        weights: Number of weights.
-        answered: Events of sessions held out by what the device would answer; row 0: nothing
-            happened, column 0: no answer. (): not measured.
-    """
-
-    epochs: tuple[Epoch, ...]
-    best: int
-    stopped: str
-    honesty: HeldOutScore
-    event_accuracy: float
+    epochs: tuple[Epoch, ...]  # its curve
+    best: int  # number of the epoch that was kept
+    stopped: str  # why it ended before its last epoch; "" where it did not
+    honesty: HeldOutScore  # share of windows named rightly
+    event_accuracy: float  # share of events in sessions held out that the mean probability names
+    # windows of sessions held out: true class by named class
     confusion: tuple[tuple[int, ...], ...]
+    # the same of events; the first row and column, of null, are empty
     event_confusion: tuple[tuple[int, ...], ...]
-    calibration: Calibration
-    weights: int
+    calibration: Calibration  # of its probabilities
+    weights: int  # number of weights
+    # events of sessions held out by what the device would answer; row 0: nothing happened, column
+    # 0: no answer. (): not measured.
     answered: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class LocationResult:
-    """Results of CNN-2D; errors are means over the axes, grid units.
+    """Results of CNN-2D; errors are means over the axes, grid units."""
 
-    Attributes:
-        epochs: Its curve.
-        best: Number of the epoch that was kept.
-        stopped: Why it ended before its last epoch; "" where it did not.
-        honesty: Mean error of an image (for once less is better).
-        touches: x, y, error in x, error in y of every touch in sessions held out.
-        on_site: Mean error of touches within a quarter pitch of a taxel.
-        off_site: Of all others.
-        weights: Number of weights.
-        unseen: The hold-out rule, if it differs from the training's.
-        spread: Calibrated position error; None: too few touches are held out.
-    """
-
-    epochs: tuple[Epoch, ...]
-    best: int
-    stopped: str
-    honesty: HeldOutScore
+    epochs: tuple[Epoch, ...]  # its curve
+    best: int  # number of the epoch that was kept
+    stopped: str  # why it ended before its last epoch; "" where it did not
+    honesty: HeldOutScore  # mean error of an image (for once less is better)
+    # x, y, error in x, error in y of every touch in sessions held out
     touches: tuple[tuple[float, float, float, float], ...]
-    on_site: float
-    off_site: float
-    weights: int
-    unseen: str = ""
+    on_site: float  # mean error of touches within a quarter pitch of a taxel
+    off_site: float  # of all others
+    weights: int  # number of weights
+    unseen: str = ""  # the hold-out rule, if it differs from the training's
+    # calibrated position error; None: too few touches are held out
     spread: PositionSpread | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """Results of a training.
+    """Results of a training."""
 
-    Attributes:
-        name: File name of the bundle.
-        command: Command line.
-        software: Version of this program.
-        recipe: "default" or "paper".
-        how: The recipe, in sentences.
-        rows: Of the sensor.
-        columns: Of the sensor.
-        pitch_mm: Of the sensor.
-        rate_hz: Of the recordings.
-        unit: Of their frames.
-        labels: Classes, "null" first.
-        vocabulary: Its name.
-        split: The hold-out rule, a sentence.
-        symmetries: Symmetries in use, a sentence each.
-        sessions: Every recording.
-        classes: Every class.
-        gesture: CNN-3D; None where it was not trained.
-        location: CNN-2D; None where it was not trained.
-        advice: Next steps, in sentences, the most urgent first.
-        debounce: Debounce settings by name.
-        notes: Further remarks, in sentences.
-    """
+    name: str  # file name of the bundle
+    command: str  # command line
+    software: str  # version of this program
+    recipe: str  # "default" or "paper"
+    how: tuple[str, ...]  # the recipe, in sentences
+    rows: int  # of the sensor
+    columns: int  # of the sensor
+    pitch_mm: float  # of the sensor
+    rate_hz: float  # of the recordings
+    unit: str  # of their frames
+    labels: tuple[str, ...]  # classes, "null" first
+    vocabulary: str  # its name
+    split: str  # the hold-out rule, a sentence
+    symmetries: tuple[str, ...]  # symmetries in use, a sentence each
+    sessions: tuple[SessionRow, ...]  # every recording
+    classes: tuple[ClassRow, ...]  # every class
+    gesture: GestureResult | None  # CNN-3D; None where it was not trained
+    location: LocationResult | None  # CNN-2D; None where it was not trained
+    advice: tuple[str, ...] = ()  # next steps, in sentences, the most urgent first
+    debounce: dict[str, float] = field(default_factory=dict)  # debounce settings by name
+    notes: tuple[str, ...] = ()  # further remarks, in sentences
 
-    name: str
-    command: str
-    software: str
-    recipe: str
-    how: tuple[str, ...]
-    rows: int
-    columns: int
-    pitch_mm: float
-    rate_hz: float
-    unit: str
-    labels: tuple[str, ...]
-    vocabulary: str
-    split: str
-    symmetries: tuple[str, ...]
-    sessions: tuple[SessionRow, ...]
-    classes: tuple[ClassRow, ...]
-    gesture: GestureResult | None
-    location: LocationResult | None
-    advice: tuple[str, ...] = ()
-    debounce: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+
+@dataclass(frozen=True, slots=True)
+class OpenSetFigures:
+    """Figures of enrolled users against strangers after a number of gestures."""
+
+    seen: int  # gestures in a row
+    auroc: float  # probability that an enrolled user scores above a stranger
+    false_accepts: float  # share of strangers taken for an enrolled user
+    right: float  # share of enrolled users named rightly
+    wrong: float  # share of enrolled users taken for another
+
+
+@dataclass(frozen=True, slots=True)
+class Enrolled:
+    """One person."""
+
+    name: str  # as in the recordings
+    sessions: int  # that were recorded
+    gestures: int  # that were made in them
+    right: float  # share of their gestures, in the session held out, that are theirs by far
+
+
+@dataclass(frozen=True, slots=True)
+class UserResult:
+    """Results of a user identification."""
+
+    name: str  # of the bundle
+    command: str  # command line
+    gestures: tuple[str, ...]  # labels that identify users
+    people: tuple[Enrolled, ...]  # enrolled users
+    split: str  # the hold-out rule, a sentence
+    random: float  # share of windows at random named rightly: the paper's protocol, which leaks
+    # share of rows of so many gestures that are named rightly, in what was held out
+    seen: dict[int, Figure]
+    events: int  # gestures held out
+    strangers: int  # number of people who are not enrolled and in no training
+    open: tuple[OpenSetFigures, ...]  # against them; empty where there are none
+    temperature: float  # of the evidence
+    accept: float  # probability from which a user is named
+    notes: tuple[str, ...] = ()  # further remarks, in sentences

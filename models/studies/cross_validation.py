@@ -1,9 +1,7 @@
 """Cross-validation over people or sessions: each window is named by networks that never saw them.
 
 In each fold CNN-3D is trained on all others by the default recipe, and the last step's network is
-kept, so nothing that is judged decides anything. With `choose`, each fold first chooses, by short
-trainings on part of its own people: how far examples are shifted, where gestures are declared to be
-the same anywhere (`shifts`), and the temperature of probabilities.
+kept, so nothing that is judged decides anything.
 """
 
 import shutil
@@ -11,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import torch
@@ -35,11 +33,9 @@ from models.training.loop import fit, prepare_torch
 
 Say = Callable[[str], None]
 Answers = dict[str, NDArray[np.float32]]  # of each model, (windows of the fold, classes)
-Done = tuple[Answers, dict[str, Any]]  # "cpu_s" of each model; "chosen", in words
+Done = tuple[Answers, dict[str, float]]  # and the CPU time of each model, seconds
 
 EDGES: Final = (1 / 1000, 1 / 2, 1.0)  # touched shares of a window: between two of `TOUCHED`
-DISTANCES: Final = (0, 1, 2)  # taxels by which examples may be shifted, to choose from
-SHORT: Final = 3  # steps of a full training over those of one to choose by
 MOST_EPOCHS: Final = 1000  # no limit in practice
 OURS: Final = "ours"
 NAMES: Final = {
@@ -51,51 +47,25 @@ NONE: Final = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Options of a cross-validation.
+    """Options of a cross-validation."""
 
-    Attributes:
-        paths: Folders and files of recordings.
-        out: JSON file of the results; finished parts are kept beside it until all are.
-        by: Group that is held out together: "user" or "session".
-        folds: Number of folds.
-        steps: Training batches of each network; 0: the recipe's.
-        window: Images in a window; 0: those of a second.
-        labels: Source of the labels.
-        all: Take recordings that fail the check.
-        given: Take labels as given; else they are moved to the touch.
-        choose: Each fold chooses settings among its own people.
-        sound: No taxel or electrode dies in training.
-        plain: Judge trees on the touch's trajectory, too.
-        seed: Of everything random.
-        command: Command line.
-    """
-
-    paths: tuple[Path, ...]
-    out: Path
-    by: str = "user"
-    folds: int = 5
-    steps: int = 0
-    window: int = 0
-    labels: Choice = "auto"
-    all: bool = False
-    given: bool = False
-    choose: bool = False
-    sound: bool = False
-    plain: bool = True
-    seed: int = 0
-    command: str = ""
+    paths: tuple[Path, ...]  # folders and files of recordings
+    out: Path  # JSON file of the results; finished parts are kept beside it until all are
+    by: str = "user"  # group that is held out together: "user" or "session"
+    folds: int = 5  # number of folds
+    steps: int = 0  # training batches of each network; 0: the recipe's
+    window: int = 0  # images in a window; 0: those of a second
+    labels: Choice = "auto"  # source of the labels
+    all: bool = False  # take recordings that fail the check
+    given: bool = False  # take labels as given; else they are moved to the touch
+    sound: bool = False  # no taxel or electrode dies in training
+    plain: bool = True  # judge trees on the touch's trajectory, too
+    seed: int = 0  # of everything random
+    command: str = ""  # command line
 
 
 def cross(request: Request, say: Say) -> CrossValidation:
-    """Train and judge every fold, and write the results.
-
-    Args:
-        request: Options.
-        say: Takes lines of progress.
-
-    Raises:
-        ValueError: It cannot be done; one sentence.
-    """
+    """Train and judge every fold, and write the results; or raise ValueError, one sentence."""
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
     storage.target(request.out)
@@ -123,12 +93,7 @@ class _Study:
     def __init__(
         self, request: Request, data: Data, course: NetworkRecipe, device: torch.device, say: Say
     ) -> None:
-        """Prepare the features, and claim a folder for finished parts.
-
-        Raises:
-            ValueError: There are fewer people than folds, or only one.
-            CheckpointError: The folder is of another cross-validation.
-        """
+        """Prepare features, claim a folder for finished parts; ValueError: too few people."""
         self.request, self.data, self.course, self.device = request, data, course, device
         self.say, examples = say, data.examples
         by_user = request.by == "user"
@@ -173,61 +138,27 @@ class _Study:
             f"{NAMES[key]} {(answers.argmax(axis=1) == label).mean():.4f}"
             for key, answers in done[0].items()
         ]
-        line = f"fold {number + 1} of {len(self.folds)}: {', '.join(right)} {done[1]['chosen']}"
-        self.say(line.rstrip())
+        self.say(f"fold {number + 1} of {len(self.folds)}: {', '.join(right)}")
         return done
 
     def _judge(self, number: int, fold: Fold) -> Done:
         """Train all models on a fold."""
         begun = time.process_time()
-        label, seed = self.windows.label[fold.train], self.request.seed
-        course, temperature, chosen = self.course, 1.0, ""
-        if self.request.choose:
-            course, temperature, chosen = self._choose(number, fold)
-        logits, _ = self._train(f"fold-{number}-last", fold, course)
-        answers = {OURS: scores.softmax(logits, temperature).astype(np.float32)}
+        label, seed, data = self.windows.label[fold.train], self.request.seed, self.data
+        classes = len(self.windows.labels)
+        torch.manual_seed(seed)
+        parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
+        task = GestureTask(data.examples, parts, classes, self.symmetry, self.course, self.device)
+        fit(task, seed, self.folder / f"fold-{number}-last.npz")
+        logits, _ = task.answers(data.examples.ends[fold.test])
+        answers = {OURS: scores.softmax(logits.cpu().numpy()).astype(np.float32)}
         cpu_s = {OURS: time.process_time() - begun}
         for name, rows in self.rows.items():
             begun = time.process_time()
             trees = trajectory_baseline.train(rows[fold.train], label, seed)
-            classes = len(self.windows.labels)
             answers[name] = trajectory_baseline.predict(trees, rows[fold.test], classes)
             cpu_s[name] = time.process_time() - begun
-        return answers, {"cpu_s": cpu_s, "chosen": chosen}
-
-    def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
-        """Return the recipe and temperature of a fold, and the choice in words."""
-        examples = self.data.examples
-        inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
-        least, most = self.course.limits
-        steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
-        tried = {}
-        for distance in DISTANCES if self.symmetry.shifts else (0,):
-            brief = replace(_shifting(self.course, distance), steps=steps, limits=limits)
-            logits, label = self._train(f"fold-{number}-by-{distance}", inner, brief)
-            temperature = scores.temperature(logits, label)
-            own = scores.softmax(logits, temperature)[np.arange(len(label)), label]
-            loss = float(-np.log(np.maximum(own, 1e-12)).mean())
-            tried[distance] = loss, temperature
-            self.say(f"  within fold {number + 1}, shifted by {distance}: loss {loss:.4f}")
-        best = min(tried, key=lambda distance: tried[distance][0])
-        temperature = tried[best][1]
-        shifted = f"shifted by {best} at most, " if self.symmetry.shifts else ""
-        words = f"({shifted}temperature {temperature:.2f})"
-        return _shifting(self.course, best), temperature, words
-
-    def _train(
-        self, name: str, fold: Fold, course: NetworkRecipe
-    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Train on a fold; return logits (windows, classes) and classes of its test part."""
-        seed, data = self.request.seed, self.data
-        torch.manual_seed(seed)
-        parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
-        classes = len(self.windows.labels)
-        task = GestureTask(data.examples, parts, classes, self.symmetry, course, self.device)
-        fit(task, seed, self.folder / f"{name}.npz")
-        logits, label = task.answers(data.examples.ends[fold.test])
-        return logits.cpu().numpy(), label.cpu().numpy()
+        return answers, cpu_s
 
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
@@ -241,27 +172,20 @@ def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
     return replace(plain, epochs=0, steps=request.steps, limits=(1, MOST_EPOCHS))
 
 
-def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
-    return replace(course, augmentation=replace(course.augmentation, shifted=distance))
-
-
 def _windows(data: Data) -> Windows:
     """Return the windows to judge."""
     examples = data.examples
     session = examples.session[examples.ends].astype(np.int64)
     label = examples.label[examples.ends]
     _, first, person = np.unique(data.user, return_index=True, return_inverse=True)
-    kinds, kind = np.unique([row.session for row in data.rows], return_inverse=True)
     rows = [data.rows[number] for number in first]
     return Windows(
         label,
         np.cumsum(examples.begins(examples.ends, gap=1)) - 1,
         person[session],
-        kind[session],
         np.digitize(trajectory_baseline.touched(examples), EDGES),
         data.vocabulary.labels,
         tuple(row.user or Path(row.path).stem for row in rows),
-        tuple(kinds.tolist()),
     )
 
 
@@ -275,7 +199,7 @@ def _results(
         whole = np.zeros((len(windows.label), len(windows.labels)), dtype=np.float32)
         for fold, (own, _) in zip(folds, done, strict=True):
             whole[fold.test] = own[key]
-        cpu_s = sum(float(words["cpu_s"][key]) for _, words in done)
+        cpu_s = sum(float(own[key]) for _, own in done)
         seed, name = request.seed, NAMES[key]
         models.append(fold_statistics.judge(windows, folds, name, whole, cpu_s, seed))
         answers[key] = whole
@@ -296,8 +220,6 @@ def _results(
         stretches=int(windows.stretch[-1]) + 1,
         people=windows.people,
         held=tuple(", ".join(windows.people[one] for one in some) for some in people),
-        chosen=tuple(str(words["chosen"]) for _, words in done) if request.choose else (),
-        kinds=windows.kinds if len(windows.kinds) > 1 else (),
         touched=tuple(np.bincount(windows.touched, minlength=len(TOUCHED)).tolist()),
         models=tuple(models),
         gains=tuple(gains),

@@ -1,4 +1,4 @@
-"""Statistics of a cross-validation: shares of windows and stretches, by fold, person and session.
+"""Statistics of a cross-validation, and their card: windows and stretches, by fold and person.
 
 Every window is judged once, by a model that learned from others only. Models are compared on the
 same windows, so the interval of a difference is over people who were judged by both.
@@ -11,10 +11,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
-from models.results.figure import Figure
+from models.reports import markdown
+from models.reports.tables import Table
+from models.results.evaluation import Figure
 
 TOUCHED: Final = ("none", "less than half", "half or more", "all")  # of a window's images
 
@@ -24,139 +25,60 @@ Probabilities = NDArray[np.floating]  # (windows, classes)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """All windows, in the order of the recordings.
+    """All windows, in the order of the recordings."""
 
-    Attributes:
-        label: Class, (windows,).
-        stretch: Number of the run of windows of one class, rising, (windows,).
-        person: Number of the person, (windows,).
-        kind: Number of the session's name, (windows,).
-        touched: Touched share of its images, a number of `TOUCHED`, (windows,).
-        labels: Names of the classes.
-        people: Names of the people.
-        kinds: Names of the sessions.
-    """
-
-    label: Index
-    stretch: Index
-    person: Index
-    kind: Index
-    touched: Index
-    labels: tuple[str, ...]
-    people: tuple[str, ...]
-    kinds: tuple[str, ...]
+    label: Index  # class, (windows,)
+    stretch: Index  # number of the run of windows of one class, rising, (windows,)
+    person: Index  # number of the person, (windows,)
+    touched: Index  # touched share of its images, a number of `TOUCHED`, (windows,)
+    labels: tuple[str, ...]  # names of the classes
+    people: tuple[str, ...]  # names of the people
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Scores of one model.
+    """Scores of one model."""
 
-    Attributes:
-        name: Name of the model.
-        windows: Share of windows named rightly, with its interval over people.
-        stretches: Share of stretches that their mean probability names rightly, with its interval.
-        confusion: Number of windows, true class by named class.
-        by_fold: Share of windows, for each fold.
-        by_person: Share of windows, for each person.
-        by_kind: Share of windows, for each session's name.
-        by_touched: Share of windows, for each of `TOUCHED`.
-        cpu_s: CPU time of training and answers, seconds.
-    """
-
-    name: str
-    windows: Figure
+    name: str  # name of the model
+    windows: Figure  # share of windows named rightly, with its interval over people
+    # share of stretches that their mean probability names rightly, with its interval
     stretches: Figure
-    confusion: tuple[tuple[int, ...], ...]
-    by_fold: tuple[float, ...]
-    by_person: tuple[float, ...]
-    by_kind: tuple[float, ...]
-    by_touched: tuple[float, ...]
-    cpu_s: float
+    confusion: tuple[tuple[int, ...], ...]  # number of windows, true class by named class
+    by_fold: tuple[float, ...]  # share of windows, for each fold
+    by_person: tuple[float, ...]  # share of windows, for each person
+    by_touched: tuple[float, ...]  # share of windows, for each of `TOUCHED`
+    cpu_s: float  # CPU time of training and answers, seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Lead of our model over another, with its interval over people.
+    """Lead of our model over another, with its interval over people."""
 
-    Attributes:
-        name: Name of the other model.
-        windows: Difference of the shares of windows.
-        stretches: Difference of the shares of stretches.
-        ahead: Number of people of whom ours names more windows rightly.
-    """
-
-    name: str
-    windows: Figure
-    stretches: Figure
-    ahead: int
+    name: str  # name of the other model
+    windows: Figure  # difference of the shares of windows
+    stretches: Figure  # difference of the shares of stretches
+    ahead: int  # number of people of whom ours names more windows rightly
 
 
 @dataclass(frozen=True, slots=True)
 class CrossValidation:
-    """All results of a cross-validation, as its JSON file has them.
+    """All results of a cross-validation, as its JSON file has them."""
 
-    Attributes:
-        command: Command line.
-        software: Version of this program.
-        data: The data set, a sentence.
-        how: The recipe, sentences.
-        labels: Names of the classes.
-        majority: Share of the commonest class.
-        windows: Number of windows.
-        stretches: Number of stretches.
-        people: Their names.
-        held: People judged in each fold.
-        chosen: Settings that each fold chose, in words; empty if they are given.
-        kinds: Names of the sessions; empty if there is one.
-        touched: Windows of each of `TOUCHED`.
-        models: Scores; ours first.
-        gains: Lead of ours over each of the others.
-        reading_cpu_s: CPU time of reading and preparing the recordings, seconds.
-        cpu_minutes: CPU time of everything, minutes.
-    """
-
-    command: str
-    software: str
-    data: str
-    how: tuple[str, ...]
-    labels: tuple[str, ...]
-    majority: float
-    windows: int
-    stretches: int
-    people: tuple[str, ...]
-    held: tuple[str, ...]
-    chosen: tuple[str, ...]
-    kinds: tuple[str, ...]
-    touched: tuple[int, ...]
-    models: tuple[Model, ...]
-    gains: tuple[Gain, ...]
-    reading_cpu_s: float
-    cpu_minutes: float
-
-
-def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
-    """Return a fold of a fold's training windows, whose test part is there to choose on.
-
-    Args:
-        fold: Of `by_group`.
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Session or user of each frame, (frames,).
-
-    Raises:
-        ValueError: It learns from fewer than two groups.
-    """
-    of = group[ends[fold.train]]
-    names = np.unique(of)
-    if len(names) < 2:
-        raise ValueError(
-            "a fold that learns from one person has nobody to choose on; record another, or ask "
-            "for more folds"
-        )
-    held = np.isin(of, splits.spread(names, max(1, round(splits.SHARE * len(names)))))
-    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
-    splits.check(inner, ends, window)
-    return inner
+    command: str  # command line
+    software: str  # version of this program
+    data: str  # the data set, a sentence
+    how: tuple[str, ...]  # the recipe, sentences
+    labels: tuple[str, ...]  # names of the classes
+    majority: float  # share of the commonest class
+    windows: int  # number of windows
+    stretches: int  # number of stretches
+    people: tuple[str, ...]  # their names
+    held: tuple[str, ...]  # people judged in each fold
+    touched: tuple[int, ...]  # windows of each of `TOUCHED`
+    models: tuple[Model, ...]  # scores; ours first
+    gains: tuple[Gain, ...]  # lead of ours over each of the others
+    reading_cpu_s: float  # CPU time of reading and preparing the recordings, seconds
+    cpu_minutes: float  # CPU time of everything, minutes
 
 
 def judge(
@@ -167,16 +89,7 @@ def judge(
     cpu_s: float,
     seed: int = 0,
 ) -> Model:
-    """Return a model's scores.
-
-    Args:
-        windows: Windows to judge.
-        folds: Their test parts hold each window once.
-        name: Name of the model.
-        answers: Probability of each class, (windows, classes).
-        cpu_s: CPU time of training and answers, seconds.
-        seed: Seed of the resampling.
-    """
+    """Return the scores of a model's answers, (windows, classes), to all folds' test windows."""
     named = answers.argmax(axis=1)
     right = named == windows.label
     person, whole = _by_stretch(windows, answers)
@@ -189,7 +102,6 @@ def judge(
         tuple(tuple(row) for row in confusion.tolist()),
         tuple(float(right[fold.test].mean()) for fold in folds),
         _shares(right, windows.person, len(windows.people)),
-        _shares(right, windows.kind, len(windows.kinds)),
         _shares(right, windows.touched, len(TOUCHED)),
         cpu_s,
     )
@@ -219,3 +131,60 @@ def _shares(right: NDArray[np.bool_], group: Index, groups: int) -> tuple[float,
     """Return the share of windows named rightly, (windows,), in each group."""
     hits, count = np.bincount(group, right, groups), np.bincount(group, minlength=groups)
     return tuple((hits / np.maximum(count, 1)).tolist())
+
+
+def text(found: CrossValidation) -> str:
+    """Return the card as Markdown."""
+    touched = [f"{name}: {n} windows" for name, n in zip(TOUCHED, found.touched, strict=True)]
+    tables = [
+        _shares_table("fold", found.held, found.models, "by_fold"),
+        _shares_table("person", found.people, found.models, "by_person"),
+        _shares_table("images of the window that are touched", touched, found.models, "by_touched"),
+        *(_confusion(found.labels, model) for model in found.models),
+    ]
+    parts = [
+        f"{found.data}; folds: {len(found.held)}. Always naming the commonest class gets "
+        f"{found.majority:.3f} of the windows right. Intervals are 95 %, by resampling people.",
+        markdown.table(_scores(found)),
+        f"CPU time of all, {found.reading_cpu_s:.0f} s of reading included: "
+        f"{found.cpu_minutes:.1f} minutes.",
+    ]
+    return "\n\n".join([*parts, *map(markdown.table, tables)])
+
+
+def _scores(found: CrossValidation) -> Table:
+    rows = [
+        [model.name, str(model.windows), str(model.stretches), f"{model.cpu_s / 60.0:.1f}"]
+        for model in found.models
+    ]
+    for gain in found.gains:
+        ahead = f"better for {gain.ahead} of {len(found.people)} people"
+        name = f"ours more than {gain.name}"
+        rows.append([name, _points(gain.windows), _points(gain.stretches), ahead])
+    return Table(["", "windows", "stretches", "CPU minutes"], rows)
+
+
+def _shares_table(what: str, names: Sequence[str], models: Sequence[Model], key: str) -> Table:
+    """Return a table of the share of windows named rightly, a row for each name."""
+    rows = [
+        [name, *(f"{getattr(model, key)[i]:.3f}" for model in models)]
+        for i, name in enumerate(names)
+    ]
+    return Table([what, *(model.name for model in models)], rows)
+
+
+def _confusion(labels: Sequence[str], model: Model) -> Table:
+    """Return the confusion matrix in per cent, without classes that do not occur."""
+    used = [number for number, row in enumerate(model.confusion) if sum(row)]
+    rows = []
+    for number in used:
+        row = model.confusion[number]
+        shares = [f"{100.0 * row[i] / sum(row):.1f} %" for i in used]
+        rows.append([f"**{labels[number]}**", *shares])
+    return Table([f"{model.name}: done \\ named", *(labels[i] for i in used)], rows)
+
+
+def _points(figure: Figure) -> str:
+    """Return a difference of shares in points."""
+    value, low, high = (100.0 * one for one in (figure.value, figure.low, figure.high))
+    return f"{value:+.1f} points ({low:+.1f} … {high:+.1f})"

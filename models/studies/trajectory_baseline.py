@@ -29,12 +29,7 @@ Rows = NDArray[np.float32]  # (n, features)
 
 
 def features(examples: Examples, *, mended: bool = False) -> Rows:
-    """Return the features of every window, (windows, features).
-
-    Args:
-        examples: Images and windows.
-        mended: Leave out misread taxels.
-    """
+    """Return the features of every window, (windows, features), with or without misread taxels."""
     touches = _touches(examples.images, mended=mended)
     index = examples.ends[:, None] + np.arange(1 - examples.window, 1)
     x, y, spread, total = (touches[:, i][index] for i in range(touches.shape[1]))
@@ -75,12 +70,7 @@ def predict(trees: Any, rows: Rows, classes: int) -> NDArray[np.float32]:
 
 
 def mend(signal: NDArray[np.float32], least: float) -> NDArray[np.float32]:
-    """Return the signal without signals of single taxels, (images, rows, columns).
-
-    Args:
-        signal: Signal of each taxel, 0 where untouched, (images, rows, columns).
-        least: A smaller signal may be of one taxel.
-    """
+    """Return signals (images, rows, columns), 0 untouched, without single taxels above `least`."""
     ring = np.ones((1, 3, 3), dtype=np.bool_)
     ring[0, 1, 1] = False
     near = ndimage.maximum_filter(signal, footprint=ring, mode="constant")
@@ -88,12 +78,7 @@ def mend(signal: NDArray[np.float32], least: float) -> NDArray[np.float32]:
 
 
 def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
-    """Return x, y, spread (grid units) and sum of the touch in each image, (images, 4).
-
-    Args:
-        images: Relative capacitance, (images, rows, columns).
-        mended: Leave out misread taxels.
-    """
+    """Return x, y, spread (grid units), sum, (n, 4), of touches in images (n, rows, columns)."""
     signal = np.maximum(images - 1.0, np.float32(0.0))
     peak = signal.reshape(len(signal), -1).max(axis=1)
     firm = float(np.quantile(peak, FIRM))

@@ -1,42 +1,23 @@
-"""Advice after a training: enough or more of each gesture, which are confused, which is safest.
-
-Whether more examples would help is read off a learning curve: CNN-3D is trained for a short while
-on a quarter, a half and all of the examples. If the errors of a gesture still fall as examples
-are added, more would help; how many more follows from how fast they fall.
-"""
+"""Advice after a training: enough or more of each gesture, which are confused, which is safest."""
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
 
-from models.data.augment import Symmetry
 from models.data.load import Data
-from models.data.recipe import NetworkRecipe
-from models.data.splits import Parts, Split
-from models.evaluation import scores
+from models.data.splits import Split
 from models.results import missed_gestures
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
-from models.training.gesture_task import GestureTask
-from models.training.loop import TrainingJob, fit
 
-SHARES: Final = (0.25, 0.5, 1.0)  # of the examples
-STEPS: Final = 300  # batches for each: the curve's shape is there long before its end
-PASSES: Final = (1, 60)
-JUDGED: Final = 12_000  # windows held out that a curve is measured on, at most
-FEW: Final = 20  # examples: of fewer, more help without any measurement
-GOOD: Final = 0.01  # share of events not recognised that is not worth more examples
-GAIN: Final = 0.005  # by which twice the examples must lower it, to be worth recording
+FEW: Final = 20  # examples: of fewer, more help
+GOOD: Final = 0.01  # share of events not recognised that needs no advice
 CONFUSED: Final = 0.02  # share of two gestures' events that are taken for the other
 SAFER: Final = 0.01  # by which another gesture must be more reliable
 RISKY: Final = ("drop",)  # commands that cannot be taken back
-
-Say = Callable[[str], None]
 
 
 def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
@@ -44,33 +25,24 @@ def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
     labels = data.vocabulary.labels
     kept = [row for row, held in zip(data.rows, split.held, strict=True) if not held]
     label = data.examples.label[data.examples.ends[split.windows.train]]
-    windows = np.bincount(label, minlength=len(labels))
+    seconds = np.bincount(label, minlength=len(labels)) / data.settings.rate_hz
     return tuple(
         ClassRow(
-            name,
-            examples=sum(row.examples.get(name, 0) for row in kept),
-            seconds=float(windows[i]) / data.settings.rate_hz,
-            recall=math.nan,
-            precision=math.nan,
+            name, sum(row.examples.get(name, 0) for row in kept), float(length), math.nan, math.nan
         )
-        for i, name in enumerate(labels)
+        for name, length in zip(labels, seconds, strict=True)
     )
 
 
-def advise(result: Training, job: TrainingJob, *, measured: bool, say: Say) -> Training:
+def advise(result: Training, commands: Mapping[str, object]) -> Training:
     """Return a result with what is known of every class, and what to do next."""
     assert result.gesture is not None
-    rows = [_scored(row, i, result.gesture) for i, row in enumerate(result.classes)]
-    held = np.array(result.gesture.event_confusion).sum(axis=1)
-    if measured and held.sum():
-        say("measuring how much more examples would help")
-        rows = _with_curves(rows, job)
-    table, commands = result.gesture.answered, job.data.vocabulary.table
+    null, *rows = (_scored(row, i, result.gesture) for i, row in enumerate(result.classes))
+    rows = [null, *map(_judged, rows)]
+    table = result.gesture.answered
     wrong = missed_gestures.failing(table)
-    rows = [rows[0], *(_judged(row, int(held[i])) for i, row in enumerate(rows) if i)]
     for i in wrong:  # what is named rightly may not be answered all the same
-        little = measured and not rows[i].more and 1.0 - rows[i].event_recall > GOOD
-        words = missed_gestures.advice(result.labels, table, i, more=rows[i].more, little=little)
+        words = missed_gestures.advice(result.labels, table, i, more=rows[i].more)
         rows[i] = replace(rows[i], advice=words)
     lines = [
         *(rows[i].advice for i in wrong),
@@ -78,37 +50,13 @@ def advise(result: Training, job: TrainingJob, *, measured: bool, say: Say) -> T
         *confused(result.labels, result.gesture.event_confusion),
         *safest(result.labels, table or result.gesture.event_confusion, commands),
     ]
-    if not lines:
-        lines = [ENOUGH]
-    return replace(result, classes=tuple(rows), advice=tuple(lines))
-
-
-def needed(examples: float, error: float, slope: float) -> int:
-    """Return how many more examples are worth recording; 0: no more.
-
-    Errors fall as examples to the power of `slope`, below 0.
-
-    Args:
-        examples: Number of examples.
-        error: Share of events that are not recognised.
-        slope: Of the logarithm of errors over that of examples.
-    """
-    if examples < FEW:
-        return math.ceil(FEW - examples)
-    doubled = error * 2.0**slope
-    if error <= GOOD or error - doubled < GAIN:
-        return 0
-    target = max(GOOD, error / 2.0)
-    more: float = examples * ((target / error) ** (1.0 / slope) - 1.0)
-    return math.ceil(min(more, examples))
+    return replace(result, classes=tuple(rows), advice=tuple(lines or [ENOUGH]))
 
 
 def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]:
     """Return a sentence for each two gestures that are taken for each other.
 
-    Args:
-        labels: "null" first.
-        table: Events: true class by named class.
+    `table` counts events: true class by named class, null first.
     """
     matrix = np.array(table)
     lines = []
@@ -128,13 +76,8 @@ def safest(
 ) -> list[str]:
     """Return the advice to map irrevocable commands to the most reliable gesture.
 
-    A gesture is as reliable as the worse of two: how many of its events are recognised, and how
-    many of the events that are taken for it are it.
-
-    Args:
-        labels: "null" first.
-        table: Events: true class by answered, or named, class.
-        commands: Command of each gesture.
+    A gesture is as reliable as the worse of its recall and its precision in a table of events: true
+    class by answered class.
     """
     matrix = np.array(table)
     sure = {
@@ -165,71 +108,15 @@ def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
     )
 
 
-def _judged(row: ClassRow, held: int) -> ClassRow:
-    """Return a class with the advice: enough of it, or more."""
-    slope = slope_of(row.curve, held)
-    more = needed(row.examples, 1.0 - row.event_recall if held else 0.0, slope)
+def _judged(row: ClassRow) -> ClassRow:
+    """Return a gesture with the advice: enough of it, or more."""
+    more = max(0, FEW - row.examples)
+    words = f"enough of {row.label}"
     if more:
         words = f"{more} more of {row.label} would help"
-    elif held and 1.0 - row.event_recall > GOOD:
-        words = f"more of {row.label} would help little: make it more distinct, or firmer"
-    else:
-        words = f"enough of {row.label}"
+    elif row.event_recall < 1.0 - GOOD:
+        words = f"make {row.label} firmer or more distinct, or record more of it"
     return replace(row, more=more, advice=words)
-
-
-def slope_of(curve: Sequence[tuple[float, float]], held: int) -> float:
-    """Return the slope of the logarithm of errors over that of the examples.
-
-    Args:
-        curve: (examples, errors).
-        held: Events on which errors were measured; half a one is the least there can be.
-    """
-    if len(curve) < 2 or not held:
-        return 0.0
-    examples, errors = np.array(curve).T
-    x, y = np.log(np.maximum(examples, 1.0)), np.log(np.maximum(errors, 0.5 / held))
-    return min(0.0, float(np.polyfit(x, y, 1)[0])) if np.ptp(x) else 0.0
-
-
-def _with_curves(rows: list[ClassRow], job: TrainingJob) -> list[ClassRow]:
-    """Return the classes with their learning curves."""
-    points: list[list[tuple[float, float]]] = [[] for _ in rows]
-    for share in SHARES:
-        wrong = _errors(job, share)
-        for number in range(1, len(rows)):
-            if math.isfinite(wrong[number]):
-                points[number].append((share * rows[number].examples, wrong[number]))
-    return [replace(row, curve=tuple(own)) for row, own in zip(rows, points, strict=True)]
-
-
-def _errors(job: TrainingJob, share: float) -> list[float]:
-    """Return the share of each class's events missed after a short training on some examples."""
-    data, examples = job.data, job.data.examples
-    classes = len(data.vocabulary.labels)
-    train = _some(job, share)
-    recipe: NetworkRecipe = replace(
-        job.recipe.gesture, epochs=0, steps=STEPS, limits=PASSES, patience=0.0, falling=True
-    )
-    none = np.empty(0, dtype=np.int64)
-    symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
-    torch.manual_seed(job.seed)
-    parts = Parts(train, none, none)
-    task = GestureTask(examples, parts, classes, symmetry, recipe, job.device)
-    fit(task, job.seed)
-    ends = examples.ends[job.split.windows.check][:JUDGED]
-    logits, _ = task.answers(ends)
-    events = scores.events(examples, ends, scores.softmax(logits.cpu().numpy()))
-    wrong = [(events.named != i)[events.label == i] for i in range(classes)]
-    return [float(of.mean()) if len(of) else math.nan for of in wrong]
-
-
-def _some(job: TrainingJob, share: float) -> NDArray[np.int64]:
-    """Return the windows of a share of the gestures, whole ones, (windows,)."""
-    examples, train = job.data.examples, job.split.windows.train
-    run = np.cumsum(examples.begins(examples.ends[train])) - 1
-    rank = np.random.default_rng((job.seed, 6)).permutation(int(run[-1]) + 1)
-    return np.asarray(train[rank[run] < share * len(rank)])
 
 
 def _share(part: int, whole: int) -> float:

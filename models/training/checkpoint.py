@@ -28,22 +28,14 @@ class CheckpointError(UserError, ValueError):
 
 
 def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
-    """Write a checkpoint of arrays of any shape, complete or not at all.
-
-    Raises:
-        OSError: It cannot be written; the one before it is as it was.
-    """
+    """Write a checkpoint of arrays of any shape, complete or not at all."""
     whole = io.BytesIO()
     np.savez(whole, allow_pickle=False, **{_WORDS: np.array(json.dumps(words))}, **arrays)
     files.atomic_write(path, whole.getvalue())
 
 
 def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
-    """Return a checkpoint's arrays of any shape and JSON values; None if there is none.
-
-    Raises:
-        CheckpointError: It cannot be read.
-    """
+    """Return a checkpoint's arrays and JSON values, None if there is none; or CheckpointError."""
     if not path.is_symlink() and not path.exists():
         return None
     try:
@@ -62,14 +54,8 @@ def damaged(path: Path) -> CheckpointError:
 def claim(folder: Path, name: str, of: object, what: str) -> Path:
     """Return a folder of checkpoints of one piece of work, made if it does not exist.
 
-    Args:
-        folder: Folder of the checkpoints.
-        name: File in it that identifies the work.
-        of: Everything that the work depends on; its representation identifies the work.
-        what: The work, in messages.
-
-    Raises:
-        CheckpointError: The folder holds checkpoints of other work.
+    The representation of `of` identifies the work, and is kept in the file `name`; CheckpointError
+    if the folder holds checkpoints of other work.
     """
     own = hashlib.sha256(repr(of).encode() + torch.__version__.encode()).hexdigest()
     mark = folder / name

@@ -37,28 +37,18 @@ class ExportError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class ExportedNetwork:
-    """One network as a bundle holds it.
+    """One network as a bundle holds it."""
 
-    Attributes:
-        onnx: The file; empty if the bundle lacks this network.
-        inputs: Golden inputs, (n, ...).
-        outputs: The network's outputs for them, (n, width).
-    """
-
-    onnx: bytes
-    inputs: Values
-    outputs: Values
+    onnx: bytes  # the file; empty if the bundle lacks this network
+    inputs: Values  # golden inputs, (n, ...)
+    outputs: Values  # the network's outputs for them, (n, width)
 
 
 def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, float]:
     """Return CNN-3D or the user network for a bundle, and how far the engines differ.
 
-    Args:
-        net: Trained and folded; its smallest weights become 0.
-        windows: Recorded windows to compare the engines on, (n, window, rows, columns).
-
-    Raises:
-        ExportError: The engines differ by more than `TOLERANCE`.
+    The network is folded; its smallest weights become 0. Windows are (n, window, rows, columns).
+    ExportError if the engines differ by more than `TOLERANCE`.
     """
     layers = OrderedDict(net.named_children(), softmax=nn.Softmax(dim=1))
     return _export(Network(layers), windows, "windows", "probabilities")
@@ -87,17 +77,7 @@ def no_location(rows: int, columns: int) -> ExportedNetwork:
 def write_bundle(
     path: Path, manifest: dict[str, Any], gesture: ExportedNetwork, location: ExportedNetwork
 ) -> None:
-    """Write a bundle.
-
-    Args:
-        path: Path of the new file.
-        manifest: Content of bundle.toml.
-        gesture: CNN-3D.
-        location: CNN-2D.
-
-    Raises:
-        BundleError: It would be refused when it is read.
-    """
+    """Write a bundle; BundleError if it would be refused when it is read."""
     golden = Golden(gesture.inputs, gesture.outputs, location.inputs, location.outputs)
     parts = {
         "gesture.onnx": gesture.onnx,
@@ -115,17 +95,7 @@ def flush(net: nn.Module) -> None:
 
 
 def onnx_file(net: Network, shape: tuple[int, ...], source: str, result: str) -> bytes:
-    """Return a network as an ONNX file.
-
-    Args:
-        net: Folded.
-        shape: Of one input.
-        source: Name of the input.
-        result: Name of the output.
-
-    Raises:
-        ExportError: A layer has no ONNX operator here.
-    """
+    """Return a folded network as an ONNX file, for inputs of a shape; ExportError if it cannot."""
     nodes: list[Node] = []
     weights: dict[str, Any] = {}
     x, width = source, 0

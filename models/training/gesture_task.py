@@ -18,12 +18,7 @@ from models.training.networks import Network, gesture_net
 
 
 class GestureTask(Task):
-    """Training task of CNN-3D.
-
-    Attributes:
-        examples: The windows.
-        ends: Last frames of the windows of each part: "train", "check" (held out), "random".
-    """
+    """Training task of CNN-3D; `ends` are last frames: "train", "check" (held out), "random"."""
 
     def __init__(
         self,
@@ -35,17 +30,10 @@ class GestureTask(Task):
         device: torch.device,
         answers: int = 0,
     ) -> None:
-        """Join them.
+        """Join them; parts are positions in `examples.ends`.
 
-        Args:
-            examples: The windows.
-            parts: Positions in `examples.ends`.
-            classes: Outputs of the network.
-            symmetry: Permitted transformations of the examples.
-            recipe: Training recipe.
-            device: Runs it.
-            answers: Classes from here on are auxiliary (0: none); the others count in the loss as
-                they would without them.
+        Classes from `answers` on are auxiliary (0: none); the others count in the loss as they do
+        without them.
         """
         self.examples, self.symmetry, self._device = examples, symmetry, device
         self._images = torch.from_numpy(examples.images).to(device)
@@ -106,11 +94,7 @@ class GestureTask(Task):
 
 
 def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
-    """Train CNN-3D; its probabilities are calibrated if the recipe has it.
-
-    Returns:
-        The scores, and the network as the device runs it.
-    """
+    """Return CNN-3D's scores and the network as the device runs it, calibrated by its recipe."""
     examples, labels = job.data.examples, job.data.vocabulary.labels
     classes = job.answers or len(labels)
     symmetry = Symmetry.of(job.data.vocabulary, *examples.images.shape[1:])

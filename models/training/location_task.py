@@ -81,11 +81,7 @@ class LocationTask(Task):
 
 
 def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, Network]:
-    """Train CNN-2D on images of touches.
-
-    Returns:
-        The scores, and the network as the device runs it.
-    """
+    """Return CNN-2D's scores on images of touches, and the network as the device runs it."""
     data = job.data
     # Only located gestures have a place; turned and mirrored as the strictest of them allows.
     located = [data.vocabulary.labels.index(name) for name in data.vocabulary.located]

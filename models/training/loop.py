@@ -18,49 +18,38 @@ from models.data.load import Data
 from models.data.recipe import NetworkRecipe, Recipe
 from models.data.splits import Split
 from models.results.training import Epoch
-from models.training import checkpoint, progress
+from models.training import checkpoint
 from models.training.networks import Network
-from models.training.progress import Describe, Watch
 
 WARM_UP: Final = 0.1  # share of the steps in which the learning rate rises
 FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
 MOMENTUM: Final = 0.9
 AT_ONCE: Final = 2000  # examples evaluated together
+CLEAR: Final = "\r\x1b[2K"
 
 Index = NDArray[np.int64]  # (n,)
+Watch = Callable[[Epoch], None]  # takes every epoch
 
 
 @dataclass(frozen=True, slots=True)
 class TrainingJob:
-    """Data and options that the trainings of one bundle share.
+    """Data and options that the trainings of one bundle share."""
 
-    Attributes:
-        data: Examples.
-        split: Split of the examples.
-        recipe: Training recipe.
-        seed: Of everything random.
-        device: Runs PyTorch.
-        folder: Holds the checkpoints; None: there are none.
-        answers: Classes that the gesture network answers, the first ones; 0: all. The others are
-            auxiliary: learned beside them, so that the embedding keeps more.
-    """
-
-    data: Data
-    split: Split
-    recipe: Recipe
-    seed: int
-    device: torch.device
-    folder: Path | None
+    data: Data  # examples
+    split: Split  # split of the examples
+    recipe: Recipe  # training recipe
+    seed: int  # of everything random
+    device: torch.device  # runs PyTorch
+    folder: Path | None  # holds the checkpoints; None: there are none
+    # classes that the gesture network answers, the first ones; 0: all. The others are auxiliary:
+    # learned beside them, so that the embedding keeps more
     answers: int = 0
 
 
 class Task(ABC):
     """Base class of the training tasks: a network, its examples, its loss and its scores.
 
-    Attributes:
-        net: Trained in place.
-        recipe: Training recipe.
-        train: Positions of the examples to learn from, (examples,).
+    `net` is trained in place on the examples at the positions `train`, (examples,).
     """
 
     def __init__(self, net: Network, recipe: NetworkRecipe, train: Index) -> None:
@@ -94,30 +83,17 @@ class Task(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """A trained network's history.
+    """A trained network's history."""
 
-    Attributes:
-        epochs: The curve.
-        best: Number of the epoch that was kept.
-        stopped: Why it ended early; "" where it did not.
-    """
-
-    epochs: tuple[Epoch, ...]
-    best: int
-    stopped: str
+    epochs: tuple[Epoch, ...]  # the curve
+    best: int  # number of the epoch that was kept
+    stopped: str  # why it ended early; "" where it did not
 
 
 def fit(task: Task, seed: int, keep: Path | None = None, watch: Watch | None = None) -> Fitted:
-    """Train a task's network in place; it ends with the weights of the epoch that is kept.
+    """Train a network in place; it ends with the weights of the epoch that is kept.
 
-    Args:
-        task: Network and examples.
-        seed: Of order and augmentation.
-        keep: The checkpoint, which an interrupted training resumes from; None: there is none.
-        watch: Takes the epochs and the share done of the present one, after every batch.
-
-    Raises:
-        CheckpointError: The checkpoint is damaged.
+    An interrupted training resumes from the checkpoint `keep`; CheckpointError if it is damaged.
     """
     run = _Run(task, seed)
     if keep is not None and (found := checkpoint.load(keep)) is not None:
@@ -126,30 +102,32 @@ def fit(task: Task, seed: int, keep: Path | None = None, watch: Watch | None = N
         except (KeyError, ValueError, TypeError, AttributeError, RuntimeError, IndexError):
             raise checkpoint.damaged(keep) from None
     while not run.over():
-        run.epoch(watch or (lambda epochs, share: None))
+        this = run.epoch()
         if keep is not None:
             checkpoint.save(keep, *run.state())
+        if watch is not None:
+            watch(this)
     task.net.load_state_dict(run.best)
     task.net.eval()
     return Fitted(tuple(run.epochs), run.best_epoch, run.stopped)
 
 
-def fit_shown(task: Task, name: str, describe: Describe, seed: int, folder: Path | None) -> Fitted:
-    """Train as `fit` does, and show the progress on standard error.
-
-    Args:
-        task: Network and examples.
-        name: Of the network.
-        describe: Returns an epoch's scores in words.
-        seed: Of order and augmentation.
-        folder: Holds the checkpoint; None: there is none.
-    """
+def fit_shown(
+    task: Task, name: str, describe: Callable[[Epoch], str], seed: int, folder: Path | None
+) -> Fitted:
+    """Train as `fit` does, its checkpoint in a folder, and show each epoch on standard error."""
     passes = task.recipe.passes(task.steps() * task.recipe.batch)
-    keep = None if folder is None else folder / f"{name.lower()}.npz"
-    fitted = fit(task, seed, keep, progress.watch(name, passes, describe, sys.stderr))
+    live = sys.stderr.isatty()  # on a terminal one line is redrawn
+
+    def show(epoch: Epoch) -> None:
+        line = f"{CLEAR * live}{name} epoch {epoch.number}/{passes}: {describe(epoch)}"
+        end = "" if live and epoch.number < passes else "\n"
+        print(line, end=end, file=sys.stderr, flush=True)
+
+    fitted = fit(task, seed, None if folder is None else folder / f"{name.lower()}.npz", show)
     if fitted.stopped:
-        end = "\n" if sys.stderr.isatty() else ""
-        print(f"{end}{name}: {fitted.stopped}; epoch {fitted.best} is kept", file=sys.stderr)
+        line = f"{name}: {fitted.stopped}; epoch {fitted.best} is kept"
+        print("\n" * live + line, file=sys.stderr)
     return fitted
 
 
@@ -173,7 +151,7 @@ class _Run:
         """Whether it has ended."""
         return bool(self.stopped) or len(self.epochs) >= self.passes
 
-    def epoch(self, watch: Watch) -> None:
+    def epoch(self) -> Epoch:
         """Go through the examples once."""
         self.net.train()
         losses = scores = 0.0
@@ -192,7 +170,6 @@ class _Run:
             losses += float(loss.detach()) * len(batch)
             scores += score * len(batch)
             examples += len(batch)
-            watch(self.epochs, (step + 1) / self.each)
         self.net.eval()
         number = len(self.epochs) + 1
         with torch.no_grad():
@@ -200,7 +177,7 @@ class _Run:
             this = Epoch(number, losses / examples, scores / examples, *check, self.task.random())
         self._note(this)
         self.epochs.append(this)
-        watch(self.epochs, 0.0)
+        return this
 
     def _note(self, this: Epoch) -> None:
         """Keep the epoch if it is to be kept, and end the training if it has been enough."""
@@ -246,10 +223,7 @@ class _Run:
 def batched(net: nn.Module, inputs: Callable[[Index], Tensor], index: Index) -> Tensor:
     """Return a network's outputs for many examples, (examples, outputs), without gradients.
 
-    Args:
-        net: The network.
-        inputs: Returns its inputs for some of the examples.
-        index: The examples.
+    `inputs` returns the network's inputs for some of them.
     """
     starts = range(0, max(1, len(index)), AT_ONCE)
     with torch.no_grad():

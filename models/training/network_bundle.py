@@ -10,10 +10,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from controller import files
 from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
+from controller.bundles.vocabulary import Vocabulary
 from controller.errors import count
 from controller.recognition.debounce import DebounceSettings
+from controller.recognition.mapping import NONE
 from controller.recordings.recording import software
 from models.data import splits, touch_images
 from models.data.augment import Symmetry
@@ -22,14 +25,14 @@ from models.data.load import Data
 from models.data.recipe import Recipe
 from models.data.splits import Split
 from models.data.touch_images import Touches
-from models.evaluation import held_out_replay
+from models.evaluation import evaluate
 from models.reports import page
 from models.results.training import Training
-from models.training import advice, base_bundle, export
+from models.training import advice, export
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
-from models.training.request import Request, Say
+from models.training.train import Request, Say
 
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
 LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
@@ -39,29 +42,17 @@ DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
 
 @dataclass(frozen=True, slots=True)
 class NetworkPlan:
-    """A training of CNN-3D, CNN-2D or both.
+    """A training of CNN-3D, CNN-2D or both."""
 
-    Attributes:
-        request: Its options.
-        data: Examples.
-        split: Split of the examples.
-        recipe: Training recipe.
-        touches: Images of touches.
-        gesture: CNN-3D is trained.
-        location: CNN-2D is trained.
-        lender: Bundle of the network that is not trained; None: there is none.
-        answers: Classes that the bundle answers; further ones are auxiliary.
-    """
-
-    request: Request
-    data: Data
-    split: Split
-    recipe: Recipe
-    touches: Touches
-    gesture: bool
-    location: bool
-    lender: Bundle | None
-    answers: int
+    request: Request  # its options
+    data: Data  # examples
+    split: Split  # split of the examples
+    recipe: Recipe  # training recipe
+    touches: Touches  # images of touches
+    gesture: bool  # CNN-3D is trained
+    location: bool  # CNN-2D is trained
+    lender: Bundle | None  # bundle of the network that is not trained; None: there is none
+    answers: int  # classes that the bundle answers; further ones are auxiliary
 
     @property
     def auxiliary(self) -> tuple[str, ...]:
@@ -70,17 +61,7 @@ class NetworkPlan:
 
     @classmethod
     def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "NetworkPlan":
-        """Check a training, and announce it.
-
-        Args:
-            request: Its options.
-            data: Examples.
-            base: Bundle of the network that is not trained, if it fits.
-            say: Takes lines of progress.
-
-        Raises:
-            ValueError: It cannot be done; one sentence.
-        """
+        """Check a training, and announce it; ValueError, one sentence, if it cannot be done."""
         answers = _answers(request, data)
         recipe = request.networks()
         users = len({row.user for row in data.rows})
@@ -92,11 +73,7 @@ class NetworkPlan:
             raise ValueError("--bare is for gestures alone; add --task gesture, leave --with out")
         if request.auxiliary and not alone:
             raise ValueError("--auxiliary is for gestures alone; add --task gesture")
-        lender = None
-        if not request.bare:
-            lender = base_bundle.choose(
-                base, data, gesture=gesture, location=location, named=request.base
-            )
+        lender = None if request.bare else _lender(request, base, data, gesture, location)
         split = splits.split_windows(data, request.split, request.seed)
         made = cls(request, data, split, recipe, found, gesture, location, lender, answers)
         for line in _announcement(made, _expected(made)):
@@ -126,10 +103,9 @@ class NetworkPlan:
         if result.gesture is not None:
             tried = folder / "tried.orb"
             export.write_bundle(tried, manifest, gesture, location)
-            answered = held_out_replay.replay(bundle.read(tried), data, split)
+            answered = evaluate.replay_held_out(bundle.read(tried), data, split)
             result = replace(result, gesture=replace(result.gesture, answered=answered))
-            measured = request.advised and not request.auxiliary
-            result = advice.advise(result, job, measured=measured, say=say)
+            result = advice.advise(result, data.vocabulary.table)
         export.write_bundle(request.out, manifest, gesture, location)
         result = replace(result, debounce=manifest["debounce"])
         page.write_training(request.out, bundle.read(request.out), result)
@@ -137,11 +113,7 @@ class NetworkPlan:
 
 
 def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
-    """Return whether CNN-3D is trained, and CNN-2D.
-
-    Raises:
-        ValueError: The data are not enough for it.
-    """
+    """Return whether CNN-3D is trained, and CNN-2D; ValueError if the data are not enough."""
     located = bool(len(found.images))
     if task in ("both", "location") and not located:
         raise ValueError(
@@ -154,12 +126,54 @@ def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
     return task != "location", task in ("both", "location") or (not task and located)
 
 
-def _answers(request: Request, data: Data) -> int:
-    """Return how many classes the bundle answers: all that are not auxiliary.
+def _lender(
+    request: Request, base: Bundle, data: Data, gesture: bool, location: bool
+) -> Bundle | None:
+    """Return the bundle of the network that is not trained; None if there is none."""
+    if gesture and location:
+        if request.base is not None:
+            raise ValueError("--with lends a network that is not trained, and here both are")
+        return None
+    why = _misfit(base, data, location=location)
+    if why and (location or request.base is not None):
+        raise ValueError(
+            f"{request.base or 'the bundle that ships'} cannot lend its network: {why}; name "
+            "another with --with, or train --task both"
+        )
+    return None if why else base
 
-    Raises:
-        ValueError: The auxiliary ones are not the last.
+
+def _misfit(lender: Bundle, data: Data, *, location: bool) -> str:
+    """Return why a bundle's other network does not fit; "": it does."""
+    own, new = lender.preprocess, data.settings
+    theirs = lender.rows, lender.columns, lender.pitch_mm, own.normalise, own.scale
+    ours = *data.examples.images.shape[1:], data.pitch_mm, new.normalise, new.scale
+    if theirs != ours or (location and own != new):
+        return "it is for another sensor than the recordings', or makes images in another way"
+    return "" if location or lender.locates else "it has none"
+
+
+def _mapping(vocabulary: Vocabulary, lent: dict[str, Any], *, located: bool) -> dict[str, Any]:
+    """Return the mapping of a new bundle: as the vocabulary has it, else as the base has it.
+
+    If the bundle does not locate touches, gestures whose command depends on the place do nothing.
     """
+    table = {label: lent[label] for label in vocabulary.labels if label in lent}
+    table |= vocabulary.table
+    return {
+        label: NONE if isinstance(rules, list) and len(rules) > 1 and not located else rules
+        for label, rules in table.items()
+    }
+
+
+def _lent_mapping(base: Path | None) -> dict[str, Any]:
+    """Return a bundle's mapping as its manifest has it; None is the bundle that ships."""
+    parts = bundle.unpack(files.read_bytes(base or bundle.default_path(), bundle.MAX_BYTES))
+    return dict(bundle.manifest(parts[bundle.MANIFEST])["mapping"])
+
+
+def _answers(request: Request, data: Data) -> int:
+    """Return how many classes the bundle answers: all but the auxiliary ones, the last."""
     labels = data.vocabulary.labels
     if not request.auxiliary:
         return len(labels)
@@ -260,12 +274,12 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
         made["with"] = lender.hash[:16]
     if plan.gesture or lender is None:
         labels, settings, debounce = result.labels, data.settings, DEBOUNCE
-        lent = base_bundle.mapping_of(plan.request.base) if lender is not None else {}
-        mapping = base_bundle.mapping(data.vocabulary, lent, located=located)
+        lent = _lent_mapping(plan.request.base) if lender is not None else {}
+        mapping = _mapping(data.vocabulary, lent, located=located)
         mapping = {label: rules for label, rules in mapping.items() if label in labels}
     else:
         labels, settings, debounce = lender.labels, lender.preprocess, lender.debounce
-        mapping = base_bundle.mapping_of(plan.request.base)
+        mapping = _lent_mapping(plan.request.base)
     spread = result.location.spread if result.location else lender and lender.spread
     accuracy = {} if spread is None else {"location": asdict(spread)}
     return {

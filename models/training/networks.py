@@ -62,13 +62,7 @@ class Network(nn.Sequential):
 
 
 def gesture_net(shape: tuple[int, int, int], classes: int, recipe: NetworkRecipe) -> Network:
-    """Return CNN-3D: z windows (batch, window, rows, columns) -> logits (batch, classes).
-
-    Args:
-        shape: Of a window: (window, rows, columns).
-        classes: Labels, null among them.
-        recipe: Widths and strides; `strides` False is the paper's network.
-    """
+    """Return CNN-3D: z windows (batch, window, rows, columns) -> logits (batch, classes)."""
     window, *grid = shape
     maps = recipe.channels
     convolutions: list[nn.Module]
@@ -93,12 +87,7 @@ def gesture_net(shape: tuple[int, int, int], classes: int, recipe: NetworkRecipe
 
 
 def location_net(shape: tuple[int, int], recipe: NetworkRecipe) -> Network:
-    """Return CNN-2D: z images (batch, rows, columns) -> (x, y) in grid units (batch, 2).
-
-    Args:
-        shape: Of an image: (rows, columns).
-        recipe: Widths and strides; `strides` False is the paper's network.
-    """
+    """Return CNN-2D: z images (batch, rows, columns) -> (x, y) in grid units (batch, 2)."""
     step = 2 if recipe.strides else 1
     maps = recipe.channels
     convolutions = [
@@ -120,12 +109,7 @@ def _network(
 ) -> Network:
     """Return a network of these convolutions and the recipe's dense layers.
 
-    Args:
-        convolutions: With their own weights, in order.
-        norm: Normalises what they return.
-        places: Of a map after the last convolution.
-        outputs: Of the last layer.
-        recipe: Widths of the dense layers, and whether layers are normalised.
+    `places` are those of a map after the last convolution, which `norm` normalises.
     """
     layers: OrderedDict[str, nn.Module] = OrderedDict(scale=Scale())
 
@@ -183,14 +167,9 @@ class GridConvolution(nn.Conv3d):
     """
 
     def __init__(self, inputs: int, maps: int, span: int, grid: list[int], stride: int) -> None:
-        """Build it with a kernel of (span, 3, 3).
+        """Build it with a kernel of (span, 3, 3) for a grid of (rows, columns).
 
-        Args:
-            inputs: Maps that it takes.
-            maps: Maps that it returns.
-            span: Images; its steps through time are 2, without padding.
-            grid: Rows and columns of its input.
-            stride: Its steps over the taxels, with *same* padding.
+        Its steps are 2 through time, without padding, and `stride` over the taxels, *same* padding.
         """
         kernel = (span, KERNEL, KERNEL)
         super().__init__(inputs, maps, kernel, stride=(2, stride, stride), padding=(0, 1, 1))

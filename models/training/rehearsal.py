@@ -29,17 +29,7 @@ REST: Final = 1.5  # as many stretches without a gesture as these times those wi
 def choose(
     bundle: Bundle, recordings: Iterable[Recording], frames: int = FRAMES, seed: int = 0
 ) -> Rehearsal:
-    """Return the rehearsal samples of a bundle.
-
-    Args:
-        bundle: Names the stages' settings and the classes.
-        recordings: Labelled; a few stretches are taken from each.
-        frames: Number of frames to keep, about.
-        seed: Of what is drawn.
-
-    Raises:
-        ValueError: A recording has no labels, or a gesture that the bundle does not know.
-    """
+    """Return about so many frames of labelled recordings to rehearse, some stretches of each."""
     rng = np.random.default_rng(seed)
     length = max(bundle.window + 2, round(STRETCH_S * bundle.rate_hz))
     lead = max(bundle.window, round(LEAD_S * bundle.rate_hz))
@@ -77,12 +67,7 @@ def choose(
 
 
 def write(out: Path, source: Path, chosen: Rehearsal) -> Bundle:
-    """Write a bundle with something to rehearse; all else stays as it was.
-
-    Raises:
-        BundleError: It would be refused.
-        OSError: It cannot be written.
-    """
+    """Write a bundle with something to rehearse; BundleError or OSError if it cannot be."""
     import tomli_w
 
     parts = bundles.unpack(files.read_bytes(source, bundles.MAX_BYTES))
@@ -95,12 +80,7 @@ def write(out: Path, source: Path, chosen: Rehearsal) -> Bundle:
 def _responses(bundle: Bundle, recording: Recording) -> tuple[
     NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]
 ]:  # fmt: skip
-    """Return a recording's images and what is known of its n frames.
-
-    Returns:
-        z images (n, rows, columns), classes (n,), if the baseline is known (n,), and if something
-        touches (n,).
-    """
+    """Return z images (n, rows, columns), classes, if rest is known, and if it is touched, (n,)."""
     stage = Preprocessor(bundle.preprocess, bundle.rows, bundle.columns)
     steps = [stage.step(frame) for frame in recording.frames]
     label = classes_of(recording, bundle.labels, "a recording")

@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller import config, files
-from controller.bundles import bundle, mapping_file, users_table
+from controller.bundles import bundle, users_table
 from controller.bundles.bundle import Bundle
 from controller.errors import count
 from controller.recognition.mapping import USERS
@@ -22,11 +22,10 @@ from models.data.recipe import USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
 from models.reports import page
-from models.results.training import SessionRow
-from models.results.users import Enrolled, UserResult
+from models.results.training import Enrolled, SessionRow, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
-from models.training.request import Request, Say
+from models.training.train import Request, Say
 from models.training.user_task import UserGestures
 
 SPLITS: Final = ("session", "time")
@@ -34,23 +33,14 @@ SPLITS: Final = ("session", "time")
 
 @dataclass(frozen=True, slots=True)
 class UserPlan:
-    """A training of a user network.
+    """A training of a user network."""
 
-    Attributes:
-        request: Its options.
-        data: Examples.
-        names: Enrolled users; the network's outputs 1 and on.
-        labels: Gestures that identify them.
-        gestures: Gestures of all people, strangers among them.
-        held: Gestures that are held out, (events,).
-    """
-
-    request: Request
-    data: Data
-    names: tuple[str, ...]
-    labels: tuple[str, ...]
-    gestures: UserGestures
-    held: NDArray[np.bool_]
+    request: Request  # its options
+    data: Data  # examples
+    names: tuple[str, ...]  # enrolled users; the network's outputs 1 and on
+    labels: tuple[str, ...]  # gestures that identify them
+    gestures: UserGestures  # gestures of all people, strangers among them
+    held: NDArray[np.bool_]  # gestures that are held out, (events,)
 
     @property
     def enrolled(self) -> str:
@@ -59,24 +49,14 @@ class UserPlan:
 
     @classmethod
     def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "UserPlan":
-        """Check a training, and announce it.
-
-        Args:
-            request: Its options.
-            data: Examples.
-            base: The bundle that users are added to.
-            say: Takes lines of progress.
-
-        Raises:
-            ValueError: It cannot be done; one sentence.
-        """
+        """Check a training, and announce it; ValueError, one sentence, if it cannot be done."""
         for note in data.notes:
             say(note)
         _check_windows(base, data)
         labels = _labels(request.gestures, data, base)
         names, gestures = _gestures(request, data, labels)
         if request.mapping is not None:
-            Users(names).overridden(*mapping_file.read(request.mapping, base.labels))
+            Users(names).overridden(*users_table.read_mapping(request.mapping, base.labels))
         made = cls(
             request, data, names, labels, gestures, _held(data, gestures, names, request.split)
         )
@@ -86,8 +66,8 @@ class UserPlan:
     def train(self, device: torch.device, folder: Path, say: Say) -> UserResult:
         """Train the networks; write the bundle, its card and its report.
 
-        The figures are of a network that learned nothing from the gestures held out. The bundle
-        gets a network that learned from all, unless time is split.
+        The figures are of a network that learned nothing from the gestures held out; unless time is
+        split, the bundle gets one that learned from all.
         """
         request, everything = self.request, self.gestures
         recipe = USER.lasting(request.epochs)
@@ -118,17 +98,7 @@ class UserPlan:
 
 
 def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
-    """Write the base bundle with its users; mappings and networks that it has for them stay.
-
-    Args:
-        request: Names the bundles, and a mapping file whose [users.NAME] are kept.
-        net: The user network.
-        known: The users.
-        entry: The card's entry on them.
-
-    Raises:
-        ValueError: It would be refused when it is read.
-    """
+    """Write the base bundle with its users; mappings and networks that it has for them stay."""
     data = files.read_bytes(request.base or bundle.default_path(), bundle.MAX_BYTES)
     base, parts = bundle.parse(data), bundle.unpack(data)
     table, content = bundle.manifest(parts[bundle.MANIFEST]), bundle.content(parts)
@@ -158,11 +128,7 @@ def write_users(request: Request, net: Network, known: Users, entry: str) -> Non
 
 
 def _check_windows(base: Bundle, data: Data) -> None:
-    """Refuse recordings whose windows are not the bundle's.
-
-    Raises:
-        ValueError: They are not.
-    """
+    """Raise ValueError if the recordings' windows are not the bundle's."""
     shape = data.examples.images.shape[1:]
     if shape != (base.rows, base.columns) or data.settings != base.preprocess:
         raise ValueError(
@@ -174,22 +140,16 @@ def _check_windows(base: Bundle, data: Data) -> None:
 
 
 def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
-    """Return the gestures that identify users.
-
-    Raises:
-        ValueError: One was not recorded, or the bundle would never answer it.
-    """
+    """Return the gestures that identify users; ValueError if one is not known."""
     known = data.vocabulary.labels[1:]
     for label in wanted:
         if label not in known:
             raise ValueError(f"there is no gesture {label!r}; there are {', '.join(known)}")
     labels = tuple(wanted) or known
     if strange := [label for label in labels if label not in base.labels]:
-        both = ",".join(label for label in known if label in base.labels)
         raise ValueError(
             f"the bundle does not know {' and '.join(strange)}; train its gestures on such "
-            "recordings first, and name that bundle with --with"
-            + (f", or leave some out: --gestures {both}" if both else "")
+            "recordings first, and name that bundle with --with, or choose others by --gestures"
         )
     return labels
 
@@ -197,11 +157,7 @@ def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
 def _gestures(
     request: Request, data: Data, labels: Sequence[str]
 ) -> tuple[tuple[str, ...], UserGestures]:
-    """Return the enrolled users' names, and all people's gestures.
-
-    Raises:
-        ValueError: A user has no name, shares recordings with another, or is alone.
-    """
+    """Return the enrolled users' names, and all people's gestures; ValueError if they are mixed."""
     strange = np.array([_within(row, request.others) for row in data.rows])
     for folder in request.others:
         if not any(_within(row, (folder,)) for row in data.rows):
@@ -239,11 +195,7 @@ def _within(row: SessionRow, folders: Sequence[Path]) -> bool:
 def _held(
     data: Data, gestures: UserGestures, names: Sequence[str], split: str
 ) -> NDArray[np.bool_]:
-    """Return which gestures are held out, (events,): each user's last session, half the strangers.
-
-    Raises:
-        ValueError: A user has one session only, or there is no such split.
-    """
+    """Return which gestures are held out, (events,): users' last sessions, half the strangers."""
     if (split or "session") not in SPLITS:
         splits.require(split)  # windows at random are refused with the reason
         raise ValueError(f"people are split by {' or '.join(SPLITS)}, not by {split}")
@@ -266,13 +218,7 @@ def _held(
 
 
 def _scored(plan: UserPlan, net: Network, random: float) -> UserResult:
-    """Return the scores of a network on the gestures held out.
-
-    Args:
-        plan: The gestures.
-        net: Learned nothing from those.
-        random: Its score on windows at random.
-    """
+    """Return the scores of a network on the gestures held out; `random` is by windows at random."""
     names, gestures, request = plan.names, plan.gestures, plan.request
     away = gestures.some(plan.held)
     found = user_task.gesture_evidence(net, away)

@@ -27,25 +27,15 @@ SPARE: Final = 3  # images before a window, for those that are made slower
 
 @dataclass(frozen=True, slots=True)
 class UserGestures:
-    """Gestures, the windows that show them, and the users who made them.
+    """Gestures, the windows that show them, and the users who made them."""
 
-    Attributes:
-        examples: Holds the windows.
-        ends: Last frame of each window, in order, (windows,).
-        event: Gesture that each window shows, from 0, (windows,).
-        label: Class of each gesture, (events,).
-        session: Recording of each gesture, (events,).
-        user: The network's output for the user of each gesture, 0 a stranger, (events,).
-        day: Number of that user's session, (events,).
-    """
-
-    examples: Examples
-    ends: Index
-    event: Index
-    label: Index
-    session: Index
-    user: Index
-    day: Index
+    examples: Examples  # holds the windows
+    ends: Index  # last frame of each window, in order, (windows,)
+    event: Index  # gesture that each window shows, from 0, (windows,)
+    label: Index  # class of each gesture, (events,)
+    session: Index  # recording of each gesture, (events,)
+    user: Index  # the network's output for the user of each gesture, 0 a stranger, (events,)
+    day: Index  # number of that user's session, (events,)
 
     @classmethod
     def of(
@@ -55,14 +45,7 @@ class UserGestures:
         user: Sequence[int] | Index = (),
         day: Sequence[int] | Index = (),
     ) -> "UserGestures":
-        """Return the gestures of some classes.
-
-        Args:
-            examples: Holds the windows.
-            labels: The classes.
-            user: Output for the user of each recording, (recordings,); (): strangers.
-            day: Session number of each recording, (recordings,); (): 0.
-        """
+        """Return the gestures of some classes; user and day of each recording are (recordings,)."""
         ends = examples.ends
         label = examples.label[ends]
         session = examples.session[ends].astype(np.int64)
@@ -120,16 +103,7 @@ class UserTask(Task):
         augmentation: UserAugmentation = VARIED_USER,
         random: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Join them.
-
-        Args:
-            taught: Gestures to learn from.
-            outputs: Users, and one for strangers.
-            recipe: Training recipe.
-            augmentation: Augmentation of the examples.
-            random: Windows that are judged by the paper's protocol, and not learned from,
-                (windows,).
-        """
+        """Learn from gestures; a mask (windows,) are judged at random, and not learned from."""
         examples = taught.examples
         out = np.zeros(len(taught.ends), dtype=np.bool_) if random is None else random
         shape = (examples.window, *examples.images.shape[1:])
@@ -171,20 +145,9 @@ def train_users(
     name: str = "",
     folder: Path | None = None,
 ) -> tuple[Network, float]:
-    """Train a user network.
+    """Return a user network as the device runs it, and its score on windows at random, (windows,).
 
-    Args:
-        taught: Gestures to learn from.
-        outputs: Users, and one for strangers.
-        seed: Of everything random.
-        recipe: Training recipe.
-        augmentation: Augmentation of the examples.
-        random: Windows that are judged by the paper's protocol, (windows,); None: none are.
-        name: Shown with the progress; "": nothing is shown.
-        folder: Holds the checkpoint; None: there is none.
-
-    Returns:
-        The network as the device runs it, and its score on windows at random.
+    With a name the progress is shown; with a folder there is a checkpoint.
     """
     torch.manual_seed(seed)
     task = UserTask(taught, outputs, recipe, augmentation, random)

@@ -19,8 +19,8 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final
 
-from tetris.bots import registry as bots
-from tetris.bots.features import DELLACHERIE, settled, surface
+from tetris.bots.beam_search import BOTS, STRONGEST
+from tetris.bots.greedy import DELLACHERIE, settled, surface
 from tetris.engine.board import empty_bits
 from tetris.engine.game import Config
 from tetris.engine.moves import landed
@@ -81,7 +81,7 @@ def small_game(seed: int) -> int:
 def paired_game(name: str, seed: int) -> int:
     """Return the lines that a bot clears in one game of the second experiment."""
     recorder = Recorder(seed, PAIRED)
-    play_bot(recorder, bots.BOTS[name], pieces=CAP)
+    play_bot(recorder, BOTS[name], pieces=CAP)
     return recorder.game.lines
 
 
@@ -122,13 +122,13 @@ def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
     if pairs:
         seeds = range(FIRST_SEED, FIRST_SEED + pairs)
         plain = kept.play("dellacherie", seeds)
-        strong = kept.play(bots.STRONGEST, seeds)
+        strong = kept.play(STRONGEST, seeds)
         won = sum(more > less for more, less in zip(strong, plain, strict=True))
         result["pairs"] = {
             "pairs": pairs,
             "pieces_at_most": CAP,
             "dellacherie": plain,
-            bots.STRONGEST: strong,
+            STRONGEST: strong,
             "stronger_clears_more": won,
         }
     return result

@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from controller.bundles import archive, bundle
+from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.networks import Recognizer
@@ -109,8 +109,8 @@ def mutation(draw: random.Random) -> tuple[str, bytes]:
         name = draw.choice(list(PART))
         part = draw.choice(named)
         parts[part] = PART[name](draw, parts[part])
-    parts[bundle.SUMS] = archive.sums(parts, bundle.SUMS)
-    return f"{name}, hashed anew", archive.pack(parts)
+    parts[bundle.SUMS] = bundle._sums(parts)
+    return f"{name}, hashed anew", bundle.pack(parts)
 
 
 def judge(data: bytes) -> str:

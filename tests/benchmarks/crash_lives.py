@@ -14,7 +14,7 @@ import numpy as np
 
 from controller.__main__ import main as controller
 from controller.recognition.frames import Frame
-from controller.recordings import recovery
+from controller.recordings import journal_file
 from controller.recordings.recorder import SYNC_S, Recorder
 from controller.recordings.recording import Provenance
 
@@ -71,8 +71,8 @@ def seal(life: Life) -> None:
 def recover(life: Life) -> None:
     """Recover what is in the folder; killed meanwhile."""
     life.ready.set()
-    for journal in recovery.leftovers(life.folder):
-        recovery.recover(journal)
+    for journal in journal_file.leftovers(life.folder):
+        journal_file.recover(journal)
 
 
 def control(life: Life) -> None:

@@ -35,8 +35,7 @@ from controller.sensors.base import Geometry, Sensor
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES
-from controller.simulator.orb import OrbSimulator
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS, OrbSimulator
 from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import draw_mood, draw_style
 from tests.support.processes import memory_mib

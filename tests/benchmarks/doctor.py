@@ -20,7 +20,7 @@ from controller.cli.doctor import RATE_HZ
 from controller.diagnostics import measurements, wiring_checks
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware.emulated.faults import KINDS
-from controller.simulator.presets import PRESETS, preset
+from controller.simulator.orb import PRESETS, preset
 
 from .results import Results, command_line
 from .wired import COLUMNS, ROWS, Wired
@@ -29,22 +29,18 @@ NOTHING: Final = "nothing"
 # Sizes are drawn log-evenly between these; () where a kind has none. Noise is in counts of 4096, on
 # top of what a preset has.
 SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
-    "open_row": (), "open_column": (), "weak_row": (0.7, 6.0), "weak_column": (1.0, 20.0),
-    "short_rows": (), "short_columns": (), "short_taxel": (), "grounded_row": (),
-    "grounded_column": (), "high_row": (), "high_column": (), "swapped_channels": (),
-    "no_channel": (), "stuck_row": (), "dead_row_pin": (), "dead": (), "leaky": (3.0, 40.0),
-    "noisy": (60.0, 200.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "pull_up": (0.05, 0.2),
-    "damp": (15.0, 100.0), "no_row_capacitor": (), "long_lead": (200.0, 500.0), "unplugged": (),
-    "no_converter": (), "silent_converter": (), "bus_errors": (0.05, 0.4),
-    "other_converter": (), "low_reference": (0.6, 0.9), "noise": (100.0, 300.0),
-    "mains": (0.04, 0.15), "slow_clock": (30.0, 60.0),
+    "open_row": (), "open_column": (), "short_rows": (), "short_columns": (), "short_taxel": (),
+    "grounded_row": (), "grounded_column": (), "high_row": (), "high_column": (),
+    "swapped_channels": (), "dead": (), "noisy": (60.0, 200.0), "no_bleed": (),
+    "small_bleed": (0.3, 20.0), "damp": (15.0, 100.0), "no_row_capacitor": (),
+    "long_lead": (200.0, 500.0), "unplugged": (), "no_converter": (), "silent_converter": (),
+    "bus_errors": (0.05, 0.4), "low_reference": (0.6, 0.9), "noise": (100.0, 300.0),
+    "slow_clock": (30.0, 60.0),
 }  # fmt: skip
-SPOILT: Final = ("stuck_bit", "bit_errors")  # what comes of the converter's answers
+SPOILT: Final = "bit_errors"  # what comes of the converter's answers
 TOUCHED: Final = ("swapped_rows", "swapped_columns", "stiff", "mirrored", "turned")
 # What a fault is called, where that is not the name of its kind: seen from the board they are one.
-CALLED: Final = {
-    "stuck_row": "grounded_row", "low_reference": "reference", "slow_clock": "slow",
-}  # fmt: skip
+CALLED: Final = {"low_reference": "reference", "slow_clock": "slow"}
 _PLACES: Final = {
     "taxel": (ROWS, COLUMNS), "row": (ROWS,), "rows": (ROWS - 1,), "column": (COLUMNS,),
     "columns": (COLUMNS - 1,), "": (),
@@ -59,10 +55,7 @@ def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
     rng = np.random.default_rng([_FAMILY, seed])
     if kind == "turned":
         return "", {"turned": True}
-    if kind == "stuck_bit":
-        bit, one = int(rng.integers(2, 9)), bool(rng.integers(2))
-        return "", {"spoil": lambda count, _: count | 1 << bit if one else count & ~(1 << bit)}
-    if kind == "bit_errors":
+    if kind == SPOILT:
         rate = float(rng.uniform(0.01, 0.05))
         return "", {"spoil": lambda count, g: count ^ (1 << int(g.integers(12)))
                     if g.random() < rate else count}  # fmt: skip
@@ -114,48 +107,30 @@ def healthy(name: str, number: int) -> list[tuple[str, str, str]]:
         sensor.close()
 
 
-def line(kind: str, told: list[tuple[str, bool]]) -> str:
-    """Return a row of the confusion matrix: the usual diagnosis first, then all others."""
-    right = CALLED.get(kind, kind)
-    hits = [place for code, place in told if code == right]
-    others = Counter(code for code, _ in told if code != right).most_common()
-    words = ", ".join(f"{code} {count}" for code, count in others)
-    place = f"{100 * np.mean(hits):6.0f}%" if hits else "      -"
-    return f"{kind:<18}{100 * len(hits) / len(told):6.0f}%{place}  {words}"
-
-
 def main() -> None:
-    """Print a matrix for each preset, and what sound orbs are accused of."""
+    """Print how often each fault is named, for each preset, and what sound orbs are accused of."""
     options = command_line(__doc__, orbs=50, healthy=500, workers=1).parse_args()
     results = Results("doctor")
-    accused: list[tuple[str, str, str]] = []
-    kinds = (*SIZES, *SPOILT, *TOUCHED)
+    kinds = (*SIZES, SPOILT, *TOUCHED)
     with ProcessPoolExecutor(options.workers) as pool:
         for name in PRESETS:
-            jobs = {
-                kind: pool.map(one, repeat(kind), repeat(name), range(options.orbs), chunksize=5)
-                for kind in kinds
-            }
-            print(f"\n{name}: {len(kinds)} kinds of faults, {options.orbs} orbs each")
-            print(f"{'truth':<18}{'named':>7}{'place':>7}  otherwise", flush=True)
-            answers = {}
-            for kind, job in jobs.items():
-                answers[kind] = list(job)
-                print(line(kind, answers[kind]), flush=True)
-            named = [
-                code == CALLED.get(kind, kind) for kind, told in answers.items()
-                for code, _ in told
-            ]  # fmt: skip
-            seen = [code != NOTHING for told in answers.values() for code, _ in told]
+            print(f"\n{name}: {options.orbs} orbs each; share named, share placed, other answers")
+            named = []
+            for kind in kinds:
+                told = list(pool.map(one, repeat(kind), repeat(name), range(options.orbs)))
+                right = [code == CALLED.get(kind, kind) for code, _ in told]
+                placed = [place for (_, place), hit in zip(told, right, strict=True) if hit]
+                others = Counter(code for code, _ in told if code != CALLED.get(kind, kind))
+                shares = f"{np.mean(right):6.2f}{np.mean(placed):6.2f}"
+                print(f"{kind:<18}{shares}  {dict(others)}", flush=True)
+                named += right
             results.note("faults_named", float(np.mean(named)), "share", preset=name)
-            results.note("faults_seen", float(np.mean(seen)), "share", preset=name)
-            flags = list(pool.map(healthy, repeat(name), range(options.healthy), chunksize=10))
-            flagged = sum(bool(flag) for flag in flags)
-            accused += [one for flag in flags for one in flag]
-            share = flagged / max(1, options.healthy)
+            flags = list(pool.map(healthy, repeat(name), range(options.healthy)))
+            share = sum(bool(flag) for flag in flags) / max(1, options.healthy)
             results.note("healthy_flagged", share, "share", preset=name, goal=0.01)
-    for code, where, found in accused:
-        print(f"  accused: {code} at {where}: {found}")
+            for accused in flags:
+                for code, where, found in accused:
+                    print(f"  accused: {code} at {where}: {found}")
     results.finish(options.json)
 
 

@@ -27,8 +27,7 @@ from controller.recognition.event_metric import TAIL_S, Answer, Event, Score, ju
 from controller.recognition.pipeline import Pipeline
 from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
-from controller.simulator.orb import OrbModel
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS, OrbModel
 from controller.simulator.virtual_orb import VirtualOrb
 from tests.support.recordings import sound
 

@@ -15,9 +15,9 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
-from controller.simulator.presets import PRESETS
-from host.demo import demo
-from host.demo.autoplayer import Autoplayer
+from controller.simulator.orb import PRESETS
+from host import demo
+from host.autoplayer import Autoplayer
 from host.targets.tetris import ACTIONS, PACE
 from tetris.engine.game import Game
 

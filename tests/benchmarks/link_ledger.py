@@ -24,8 +24,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD
-from controller.keymap.keymap_file import parse
+from controller.keymap.keymap import KEYBOARD, parse
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.transport import open_transport
 from host.injection.injector import Injector

@@ -5,7 +5,6 @@
     python -m tests.benchmarks.link_peers echo URL        a bare pyserial loop: a frame in, one out
     python -m tests.benchmarks.link_peers lines URL       the same, which looks for a frame's end
     python -m tests.benchmarks.link_peers cable           two ptys, joined
-    python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
     python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
     python -m tests.benchmarks.link_peers xprogram        a window that tells when it gets keys
     python -m tests.benchmarks.link_peers tetris          our game's window, and the same
@@ -189,20 +188,6 @@ def cable(far: list[int] | None = None) -> None:
     joint.run([master for master, _ in pairs], far)
 
 
-def air() -> None:
-    """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
-    import queue
-
-    from controller.links.bluetooth.identifiers import CHANNEL, record
-    from tests.support.bumble_radio import ORB, Air
-
-    radio = Air(record(), CHANNEL)
-    came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
-    radio.arrived = came.put
-    sockets = [radio.rfcomm(ORB, CHANNEL, 10.0), came.get(timeout=10.0)]
-    cable([each.fileno() for each in sockets])
-
-
 def proxy(port: str) -> None:
     """Join each connection with one to a port of this machine; "pull" closes both at once."""
     joint = Joint()
@@ -273,8 +258,7 @@ def tetris() -> None:
 
 
 _ROLES: Final[dict[str, Callable[..., None]]] = {
-    role.__name__: role
-    for role in (device, sessions, echo, lines, cable, air, proxy, xprogram, tetris)
+    role.__name__: role for role in (device, sessions, echo, lines, cable, proxy, xprogram, tetris)
 }
 
 if __name__ == "__main__":

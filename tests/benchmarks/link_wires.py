@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Any, Final
 
 from tests.support.processes import LineProcess
@@ -92,5 +91,4 @@ def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
 WIRES: Final = (
     Wire("pty", _pty),
     Wire("tcp", _tcp),
-    *([Wire("rfcomm-bumble", _rfcomm)] if find_spec("bumble") else []),
 )

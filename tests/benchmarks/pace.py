@@ -31,7 +31,7 @@ from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.runtime.latency import LatencyReporter, LatencyStatistics
 from controller.runtime.loop import Loop
-from controller.runtime.realtime import IdleCollector, real_time
+from controller.runtime.process import IdleCollector, real_time
 from controller.sensors.base import Geometry, Sensor
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport

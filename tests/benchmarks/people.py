@@ -1,6 +1,6 @@
 """Gestures of real people on a touch screen, classified by models that never saw these people.
 
-    python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
+    python -m tests.benchmarks.people PATH [--steps N] [--why] [--json]
 
 PATH is the `frames.npz` of docs/people.md; it is imported, and its people are judged in five folds
 by `models folds`: CNN-3D by our recipe, and trees on the touch's trajectory, on the same windows;
@@ -32,7 +32,7 @@ from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import DEFAULT
 from models.data.splits import Parts
-from models.studies import cross_validation, fold_card
+from models.studies import cross_validation, fold_statistics
 from models.studies.cross_validation import Request
 from models.studies.fold_statistics import CrossValidation
 from models.training.gesture_task import GestureTask
@@ -149,7 +149,7 @@ def results(found: CrossValidation, left: dict[str, float]) -> Results:
 
 def main(argv: list[str] | None = None) -> int:
     """Judge, and print the report; with --json a line of JSON as well."""
-    parser = command_line(__doc__, steps=STEPS, choose=False, why=False)
+    parser = command_line(__doc__, steps=STEPS, why=False)
     parser.add_argument("path", type=Path, help="frames.npz of docs/people.md")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as place_for:
@@ -157,11 +157,11 @@ def main(argv: list[str] | None = None) -> int:
         recordings = imported(asked.path, folder)
         request = Request(
             (recordings,), folder / "people.json", folds=FOLDS, steps=asked.steps, window=WINDOW,
-            given=True, choose=asked.choose, sound=True, command="tests.benchmarks.people",
+            given=True, sound=True, command="tests.benchmarks.people",
         )  # fmt: skip
         found = cross_validation.cross(request, say)
         left = why(recordings, max(1, asked.steps // 4), say) if asked.why else {}
-    print(fold_card.text(found))
+    print(fold_statistics.text(found))
     for name, value in left.items():
         print(f"of the first fold, seen {name}: {value:.3f}")
     results(found, left).finish(asked.json)

@@ -17,8 +17,7 @@ import time
 from typing import Final, get_args
 
 from tests.reference.tetris_perft import boards, leaves
-from tetris.engine.kicks import Kicks
-from tetris.engine.pieces import KINDS, Kind
+from tetris.engine.pieces import KINDS, Kicks, Kind
 
 from .results import command_line
 

@@ -26,12 +26,11 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.simulator.presets import PRESETS
-from models.data import faults as faulty
+from controller.simulator.orb import PRESETS
+from models.data import test_sessions
 from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
-from models.results.evaluation import Broken, Result
-from models.results.figure import Figure
+from models.results.evaluation import Broken, Figure, Result
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
@@ -88,8 +87,8 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
     mouse = dataclasses.replace(people, data=dataclasses.replace(people.data, hand="pointer"))
     clicked = summarise(preset, loaded.labels, evaluate(loaded, mouse.sessions(size.mouse), _no))
     grid = loaded.rows, loaded.columns
-    taxel = _worst(loaded, people, faulty.taxels(*grid)[:: size.every], size)
-    electrode = _worst(loaded, people, faulty.electrodes(*grid)[:: size.every], size)
+    taxel = _worst(loaded, people, test_sessions.taxels(*grid)[:: size.every], size)
+    electrode = _worst(loaded, people, test_sessions.electrodes(*grid)[:: size.every], size)
     return {
         **figures(found),
         "leak_gap": _exact(leak_gap(path)),
@@ -141,7 +140,7 @@ def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) ->
     """Return the fault under which the fewest events are recognised."""
     found = []
     for fault in faults:
-        tallies = evaluate(loaded, people.sessions(size.broken, (fault,)), _no, located=False)
+        tallies = evaluate(loaded, people.sessions(size.broken, (fault,)), _no)
         found.append(summarise_broken(people.data.preset, fault, loaded.labels, tallies))
     worst = min(found, key=lambda one: one.event_accuracy.value)
     mean = np.mean([one.event_accuracy.value for one in found])

@@ -22,7 +22,7 @@ from controller import adapt
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recordings.recording import Recording
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from controller.simulator.user_style import UserStyle
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
@@ -30,7 +30,7 @@ from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 
 from .recognition_few import alarms, examples, f1, taught_bundle
 from .results import Results, command_line, figure_row

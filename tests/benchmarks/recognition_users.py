@@ -28,13 +28,13 @@ import numpy as np
 
 from controller.recognition.user_id import Users
 from controller.simulator.hand import GESTURES
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import PRESETS
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results import storage
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 from models.training import user_task
 from models.training.loop import prepare_torch
 from models.training.networks import Network

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from models.results.figure import Figure
+    from models.results.evaluation import Figure
 
 Row = dict[str, Any]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.converters import find
+from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.inversion import Inversion
@@ -91,7 +91,7 @@ def scan_ms(wiring: Wiring) -> float:
 def python_ms(wiring: Wiring) -> float:
     """Return what the driver's own code costs, the median of many frames."""
     idle: Any = _Idle()
-    chip = find(wiring.converter.type)
+    chip = CHIPS[wiring.converter.type]
     buses = (idle,) * len(wiring.converter.devices)
     driver = Driver(Board(wiring, idle, chip, buses, idle, lambda _: None, time.perf_counter))
     inversion, spent = Inversion(wiring, 1 << chip.bits), []

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from controller.protocol.messages import Contact
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES
-from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.presets import PRESETS
+from controller.simulator.orb import NOMINAL, PRESETS, OrbModel, OrbSimulator
 from controller.simulator.session import Session, simulate
 from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import draw_style

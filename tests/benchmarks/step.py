@@ -43,7 +43,7 @@ from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry
-from controller.runtime.realtime import IdleCollector
+from controller.runtime.process import IdleCollector
 from tests.support.processes import memory_mib
 
 from .results import Results, command_line

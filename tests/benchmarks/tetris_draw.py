@@ -23,9 +23,9 @@ import pygame
 from tetris.bots import greedy
 from tetris.engine.events import Action
 from tetris.engine.game import Config, Game, Phase
-from tetris.window.palettes import PALETTES
 from tetris.window.settings import Settings
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.theme import PALETTES
+from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 from .results import Results, command_line

@@ -17,14 +17,13 @@ os.environ.update(SDL_VIDEODRIVER="dummy", PYGAME_HIDE_SUPPORT_PROMPT="1", LC_AL
 import pygame
 from PIL import Image
 
-from tetris.bots import registry as bots
+from tetris.bots.beam_search import BOTS
 from tetris.engine.modes import MODES
 from tetris.window.app import App, Start
 from tetris.window.display import open_window
-from tetris.window.game_session import Session
-from tetris.window.palettes import PALETTES
-from tetris.window.saves import Saves
+from tetris.window.game_session import Saves, Session
 from tetris.window.settings import Settings
+from tetris.window.theme import PALETTES
 
 SIZE: Final = (1120, 720)
 WIDTH: Final = 800  # of the pictures, which keeps them small
@@ -74,7 +73,7 @@ def play_some(data: Path) -> None:
     for mode, seeds in (("sprint", range(1, 7)), ("marathon", range(3))):
         for seed in seeds:
             session = Session(MODES[mode], seed, Settings())
-            plan, now_s = bots.BOTS["dellacherie"], 0.0
+            plan, now_s = BOTS["dellacherie"], 0.0
             session.update(now_s)
             while session.game.in_play and session.game.pieces_placed < 120:
                 for action in plan(session.game).actions:

@@ -11,11 +11,12 @@ from controller.diagnostics import touch_checks
 from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
 from controller.sensors.base import Geometry, Sensor
+from controller.sensors.hardware.converters import Chip
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
-from controller.simulator.presets import preset
+from controller.simulator.orb import preset
 
 Spoil = Callable[[int, np.random.Generator], int]  # what the converter says, to what comes
 
@@ -68,14 +69,15 @@ class Wired(Sensor):
         self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
         self.board = self.bench.board
         if spoil is not None:
+            said = spoil
+
+            class Spoilt(Chip):
+                def decode(self, answer: bytes) -> int | None:
+                    count = super().decode(answer)
+                    return None if count is None else said(count, rng)
+
             chip = self.board.chip
-            told = chip.decode
-
-            def decode(answer: bytes) -> int | None:
-                count = told(answer)
-                return None if count is None else spoil(count, rng)
-
-            self.board = replace(self.board, chip=replace(chip, decode=decode))
+            self.board = replace(self.board, chip=Spoilt(chip.bits, chip.fastest_hz))
         self.driver = Driver(self.board)
         self._hand, self._rng = int(rng.integers(HANDS)), rng
         self._stiff = [(f.row, f.column) for f in broken if f.kind == "stiff"]

@@ -37,22 +37,13 @@ def test_dots_and_brackets_in_strings_and_comments_are_text(text: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "x" + ".a" * 30_000 + " = 1",
-        "x" + " . 'a'" * 10_000 + " = 1",
-        "[x" + '."a"' * 10_000 + "]",
-        "y = { x" + ".a" * 30_000 + " = 1 }",
-        "'''\n'''\nx" + ".a" * 17 + " = 1",
-        "x = " + "[" * 60_000,
-        "x = " + "{a=" * 20_000,
-        "x = " + "[" * 17 + "]" * 17,
-        "x = " + "1" * 5000,
-        "x = 0x" + "f" * 400,
-        "a" * 70_000,
-        '"""' * 20_000 + "\\",
-        "'" * 60_000,
-        "x" * 60_000,
+        "x" + ".a" * 30_000 + " = 1", "x" + " . 'a'" * 10_000 + " = 1",
+        "[x" + '."a"' * 10_000 + "]", "y = { x" + ".a" * 30_000 + " = 1 }",
+        "'''\n'''\nx" + ".a" * 17 + " = 1", "x = " + "[" * 60_000, "x = " + "{a=" * 20_000,
+        "x = " + "[" * 17 + "]" * 17, "x = " + "1" * 5000, "x = 0x" + "f" * 400, "a" * 70_000,
+        '"""' * 20_000 + "\\", "'" * 60_000, "x" * 60_000,
     ],
-)
+)  # fmt: skip
 def test_a_costly_text_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(ConfigError) as caught:
         parse_toml(text)

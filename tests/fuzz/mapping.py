@@ -12,10 +12,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
-from controller import keymap
-from controller.bundles import mapping_file
+from controller.bundles import users_table
 from controller.errors import UserError
-from controller.keymap import keymap_file
+from controller.keymap import keymap
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
 from controller.links.bluetooth.hid.reports import OUTPUTS
@@ -61,7 +60,7 @@ def seeds() -> Iterable[bytes]:
     """Return inputs to begin with: the shipped mappings, and words in order."""
     for which in range(2):
         yield bytes([2 * which + 1]) + _KEYS
-    yield b"\5" + (resources.files(keymap) / "default.toml").read_bytes()
+    yield b"\5" + (resources.files("controller.keymap") / "default.toml").read_bytes()
     yield b"\7" + _GESTURES
     yield b"\0" + bytes([7, 56, 57, 58, 59])
     yield b"\6" + bytes([46, 1, 11, 0, 42, 43, 1, 44])
@@ -78,14 +77,14 @@ def one(data: bytes) -> None:
     _FILE.write_bytes(content)
     try:
         if kind == len(KINDS):
-            table, people = mapping_file.read(_FILE, LABELS)
+            table, people = users_table.read_mapping(_FILE, LABELS)
             TWO.overridden(table, people)
             for own in (table, *people.values()):
                 for label in LABELS:
                     for touch in (None, (0.0, 0.0), (4.0, 4.0)):
                         own.command(label, touch)
             return
-        key_map = keymap_file.load(_FILE, KINDS[kind])
+        key_map = keymap.load(_FILE, KINDS[kind])
     except (KeyMapError, UserError) as error:
         _is_sentence(str(error))
         return

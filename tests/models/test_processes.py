@@ -1,6 +1,7 @@
 """Processes that work beside each other have one thread each, unless somebody said otherwise."""
 
 import os
+from functools import partial
 
 import pytest
 
@@ -20,5 +21,6 @@ def test_a_process_has_one_thread(variable: str, monkeypatch: pytest.MonkeyPatch
 def test_what_somebody_said_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in processes.THREADS:
         monkeypatch.setenv(name, "3")
-    with processes.pool(1) as pool:
-        assert pool.submit(os.getenv, "OMP_NUM_THREADS").result() == "3"
+    jobs = {number: partial(os.getenv, "OMP_NUM_THREADS") for number in range(2)}
+    found = {key: value for key, value, _ in processes.completed(jobs, 2)}
+    assert found == {0: "3", 1: "3"}

@@ -6,52 +6,23 @@ python -m tests.reference.pictures [--out docs/pictures]
 import argparse
 import sys
 from pathlib import Path
-from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from numpy.typing import NDArray
-from PIL import Image
 
 from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, Fingers, Skin
-from controller.simulator.presets import PRESETS
-from controller.simulator.session import simulate
+from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from tests.reference import paper_model
 
 from .dome import Dome
+from .paint import BLUE, CORAL, DIM, INK, LINE, STYLE, image, save
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-CORAL, BLUE, INK, DIM, LINE = "#ff8a5c", "#3b82d6", "#1e2535", "#8c96ae", "#dfe3ec"
-HUES = {"press": "#ffc857", "pinch": "#5ed68c", "twist_cw": BLUE, "twist_ccw": CORAL}
-SIGNED = LinearSegmentedColormap.from_list(
-    "signed", ["#174a8c", BLUE, "#b9d8f5", "#ffffff", "#ffd3c0", CORAL, "#b8431a"]
-)
-STYLE: Final[dict[Any, Any]] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "text.color": INK,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": DIM,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 10,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "xtick.color": DIM,
-    "ytick.color": DIM,
-    "legend.frameon": False,
-    "svg.hashsalt": "orbtouch",
-    "savefig.dpi": 130,
-    "savefig.facecolor": "white",
-}
 
 INFLATED = membrane.inflate()
 SKIN = Skin(INFLATED, 5, 5, 10.0, ContactModel())
@@ -59,13 +30,17 @@ VOLUME = float(-np.trapezoid(np.pi * INFLATED.radius**2, INFLATED.height))
 DEPTHS_MM = np.linspace(0.0, 12.0, 49)
 
 
+def grip(z: Complex, depth_mm: float, drag_mm: Complex) -> FingerGroup:
+    """Fingers of 7 mm on the unit disc."""
+    depth, radius = np.full((2, 1, len(z)), [[[depth_mm]], [[7.0]]])
+    return SKIN.grips(Fingers(z[None], depth, radius, drag_mm[None]))[0]
+
+
 def feel(z: Complex, depth_mm: float, drag_mm: Complex) -> Array:
-    """What the model's taxels sense of fingers of 7 mm on the unit disc, ln C / C0, (25,)."""
+    """What the model's taxels sense, ln C / C0, (25,)."""
     if depth_mm <= 0.0:
         return np.zeros(25)
-    depth, radius = np.full((2, 1, len(z)), [[[depth_mm]], [[7.0]]])
-    [grip] = SKIN.grips(Fingers(z[None], depth, radius, drag_mm[None]))
-    log_c: Array = SKIN.log_capacitance(grip, np.zeros(1))[0]
+    log_c: Array = SKIN.log_capacitance(grip(z, depth_mm, drag_mm), np.zeros(1))[0]
     return log_c
 
 
@@ -81,14 +56,22 @@ def comparison(folder: Path) -> None:
     """Model against reference: curves, and where the worst taxel is."""
     figure, axes = plt.subplots(2, 2, figsize=(8.4, 6.4), height_ratios=[2.4, 1], sharex=True)
     cases = (
-        ("A press on the apex", 0j, {12: "under the finger", 13: "10 mm off", 14: "20 mm off"}),
-        ("A press at half the radius", 0.5 + 0j,
-         {14: "1 mm off", 13: "9 mm off", 12: "19 mm off", 10: "39 mm off"}),
-    )  # fmt: skip
+        (
+            "A press on the apex",
+            0j,
+            ((12, "under the finger"), (13, "10 mm off"), (14, "20 mm off")),
+        ),
+        (
+            "A press at half the radius",
+            0.5 + 0j,
+            ((14, "1 mm off"), (13, "9 mm off"), (12, "19 mm off"), (10, "39 mm off")),
+        ),
+    )
+    shades = [INK, BLUE, CORAL, DIM]
     for column, (title, place, taxels) in enumerate(cases):
         ours, theirs = pressing(place)
         top, low = axes[:, column]
-        for (taxel, name), shade in zip(taxels.items(), (INK, BLUE, CORAL, DIM), strict=False):
+        for (taxel, name), shade in zip(taxels, shades, strict=False):
             top.plot(DEPTHS_MM, ours[:, taxel], color=shade, lw=2.0, label=name)
             top.plot(DEPTHS_MM[::4], theirs[::4, taxel], "o", mfc="white", mec=shade, ms=5)
         top.axhline(0.0, color=LINE, lw=0.8, zorder=0)
@@ -125,11 +108,18 @@ def inflation(folder: Path) -> None:
         shape = 38 * np.stack(
             [np.r_[-dome.radius[::-1], dome.radius], np.r_[dome.height[::-1], dome.height]]
         )
-        hue = CORAL if now else BLUE
-        left.plot(*shape, color=hue, lw=2.4 if now else 1.0, alpha=1 if now else 0.75)
+        left.plot(
+            *shape, color=CORAL if now else BLUE, lw=2.4 if now else 1.0, alpha=1 if now else 0.75
+        )
         if pressure != 2000:
-            words = f"{pressure / 1000:g} kPa"
-            left.text(0, shape[1].max() + 0.6, words, ha="center", color=hue, fontsize=8)
+            left.text(
+                0,
+                shape[1].max() + 0.6,
+                f"{pressure / 1000:g} kPa",
+                ha="center",
+                color=CORAL if now else BLUE,
+                fontsize=8,
+            )
     left.set(
         xlabel="mm",
         title="The dome at pressures of the pump",
@@ -194,7 +184,7 @@ def _figure_5b(axes: Axes) -> None:
 
 
 def touched(folder: Path) -> None:
-    """What taxels sense of a press, a pinch and twists, and how the fingers moved."""
+    """What taxels sense under a press, a pinch and twists."""
     ray = np.exp(1j * np.radians([193.0, -20.0, 13.0, 46.0])).astype(np.complex128)
     hand = 0.47 * ray  # a thumb and three
     cases = (
@@ -203,77 +193,14 @@ def touched(folder: Path) -> None:
         ("twist, counterclockwise", hand, 6.0, 3j * ray),
         ("twist, clockwise", hand, 6.0, -3j * ray),
     )
-    figure, axes = plt.subplots(1, 4, figsize=(11.4, 3.1))
-    for panel, (title, z, depth, drag) in zip(axes, cases, strict=True):
-        image(panel, feel(z, depth, drag), 0.5)
-        panel.set_title(title, loc="center")
-        for place, moved in zip(38.0 * z, 4.0 * drag, strict=True):  # millimetres
-            at, came = ((2 + end.real / 10, 2 - end.imag / 10) for end in (place, place - moved))
-            panel.add_patch(Circle(at, 0.7, fc="none", ec=CORAL, lw=1.4))
-            panel.annotate("", at, came, arrowprops={"arrowstyle": "-|>", "color": CORAL})
-    figure.subplots_adjust(wspace=0.06)
-    save(figure, folder / "touched.png", flat=True)
-
-
-def traces(folder: Path) -> None:
-    """Half a minute of one session: all taxels, both presets."""
-    figure, axes = plt.subplots(2, 1, figsize=(9.6, 6.6), sharex=True)
-    for panel, preset in zip(axes, ("nominal", "paper-snr"), strict=True):
-        session = simulate(12, 1.0, domain=3, model=PRESETS[preset])
-        z = session.frames / session.frames[:25].mean(axis=0)
-        start, stop = 27.0, 49.0
-        inside = (session.time_s >= start) & (session.time_s <= stop)
-        for event in session.events:
-            if start < event.release_s and event.onset_s < stop:
-                first, last = max(event.onset_s, start), min(event.release_s, stop)
-                panel.axvspan(first, last, color=HUES[event.kind], alpha=0.28, lw=0)
-                if panel is axes[0]:
-                    middle, name = (event.onset_s + event.release_s) / 2, event.kind
-                    name = name.replace("_", "\n")
-                    panel.text(middle, 6.35, name, ha="center", va="bottom", fontsize=7)
-        for other in session.distractors:
-            panel.axvspan(
-                max(other.onset_s, start), min(other.release_s, stop), color=LINE, alpha=0.7, lw=0
-            )
-        for row in range(5):
-            for column in range(5):
-                shade = mpl.colormaps["Blues"](0.45 + 0.13 * column) if column != 2 else CORAL
-                curve = (z[inside, row, column] - 1) * 2.2 + 5 - row
-                panel.plot(session.time_s[inside], curve, color=shade, lw=0.8)
-        panel.set(
-            yticks=range(1, 6),
-            yticklabels=[f"row {5 - k}" for k in range(5)],
-            xlim=(start, stop),
-            ylim=(-0.3, 6.2),
-        )
-        panel.set_title(preset, loc="left", pad=26 if panel is axes[0] else 6)
-        panel.plot([stop - 0.4] * 2, [5.6, 5.6 + 0.44], color=INK, lw=2, solid_capstyle="butt")
-        panel.text(stop - 0.6, 5.82, "20 % of C₀", ha="right", va="center", fontsize=8)
-    axes[1].set(xlabel="s", xticks=np.arange(28, 50, 2))
-    save(figure, folder / "traces.png", flat=True)
-
-
-def image(axes: Axes, log_c: Array, limit: float) -> None:
-    """A 5 x 5 image with its values in percent of C0."""
-    axes.imshow(log_c.reshape(5, 5), cmap=SIGNED, vmin=-limit, vmax=limit)
-    for (row, column), value in np.ndenumerate(np.expm1(log_c).reshape(5, 5) * 100):
-        ink = "white" if abs(log_c[5 * row + column]) > 0.55 * limit else INK
-        axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=8, color=ink)
-    axes.set_xticks([])
-    axes.set_yticks([])
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-
-
-def save(figure: Figure, path: Path, *, flat: bool = False) -> None:
-    figure.tight_layout()
-    figure.savefig(
-        path, bbox_inches="tight", metadata={"Date": None} if path.suffix == ".svg" else None
-    )
-    plt.close(figure)
-    if flat:  # few colours, so a palette makes it a third as large
-        Image.open(path).convert("RGB").quantize(128).save(path, optimize=True)
-    print(path, file=sys.stderr)
+    figure, row = plt.subplots(1, 4, figsize=(11.4, 3.2))
+    for axes, (title, z, depth, drag) in zip(row, cases, strict=True):
+        image(axes, feel(z, depth, drag), 0.5)
+        x, y = 2 + 3.8 * z.real, 2 - 3.8 * z.imag  # of the fingers, in taxels
+        axes.quiver(x, y, drag.real, drag.imag, color=INK, scale=24)
+        axes.plot(x, y, "o", mfc="none", mec=INK, ms=22)
+        axes.set_title(title, loc="center")
+    save(figure, folder / "touched.svg")
 
 
 def main() -> int:
@@ -284,7 +211,7 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     mpl.use("agg")
     with plt.rc_context(STYLE):
-        for draw in (inflation, comparison, touched, traces):
+        for draw in (inflation, comparison, touched):
             draw(folder)
     return 0
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Final
 
 from controller.sensors.hardware.wiring import Wiring
-from controller.sensors.hardware.wiring_file import shipped
 
 FILE: Final = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "schematic.svg"
 
@@ -51,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     grammar = argparse.ArgumentParser(description=__doc__)
     grammar.add_argument("--out", type=Path, default=FILE)
     options = grammar.parse_args(argv)
-    options.out.write_text(draw(shipped()), encoding="utf-8")
+    options.out.write_text(draw(Wiring()), encoding="utf-8")
     return 0
 
 

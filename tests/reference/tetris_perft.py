@@ -10,12 +10,11 @@ its count.
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from tetris.bots.features import settled
+from tetris.bots.greedy import settled
 from tetris.bots.placements import find
 from tetris.engine.board import EMPTY_BITS
-from tetris.engine.kicks import Kicks
 from tetris.engine.moves import entered
-from tetris.engine.pieces import Kind, Piece
+from tetris.engine.pieces import Kicks, Kind, Piece
 
 _MANY: Final = 100_000  # boards before the last piece
 _PASSES: Final = 7
@@ -32,8 +31,8 @@ def leaves(queue: Iterable[Kind], kicks: Kicks = "srs", bits: int = EMPTY_BITS) 
         return 0
     places = find(bits, piece, kicks)
     if not others:
-        return sum(positions.bit_count() for positions in places.turns)
-    return sum(leaves(others, kicks, after) for after in _after(bits, places.pieces()))
+        return len(places)
+    return sum(leaves(others, kicks, after) for after in _after(bits, places))
 
 
 def boards(queue: Iterable[Kind], kicks: Kicks = "srs", bits: int = EMPTY_BITS) -> int:
@@ -55,7 +54,7 @@ def _grown(reached: set[int], kind: Kind, kicks: Kicks) -> Iterator[int]:
     entering = Piece.entering(kind)
     for bits in reached:
         if piece := entered(bits, entering):
-            yield from _after(bits, find(bits, piece, kicks).pieces())
+            yield from _after(bits, find(bits, piece, kicks))
 
 
 def _after(bits: int, places: list[Piece]) -> Iterator[int]:

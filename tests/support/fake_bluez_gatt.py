@@ -1,7 +1,7 @@
 """A small bluetoothd on a private bus: one adapter, and hosts that a test plays.
 
-It does what the real one does with a GATT application, an advertisement and a profile, after
-BlueZ's own interface descriptions (doc/org.bluez.*.rst); the real one has its turn in tests/system.
+It does what the real one does with a GATT application and an advertisement, after BlueZ's own
+interface descriptions (doc/org.bluez.*.rst); the real one has its turn in tests/system.
 """
 
 from __future__ import annotations
@@ -23,13 +23,6 @@ if shutil.which("dbus-daemon") is None:
 from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
-
-from controller.keymap.keymap_file import load
-from controller.links.bluetooth.bluez import Bus
-from controller.links.bluetooth.hid.hid_device import HidDevice
-from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.reports import OUTPUTS
-from controller.protocol.messages import Command, State
 
 ADAPTER = "/org/bluez/hci0"
 _PROPERTIES = "org.freedesktop.DBus.Properties"
@@ -81,41 +74,6 @@ def scene(*given: Any, **options: Any) -> Callable[[Callable[..., Any]], Callabl
     return made
 
 
-class HidTable:
-    """A fake bluetoothd, and the orb's HID device."""
-
-    def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
-        self.bluez, self.bus = bluez, bus
-        self.told: list[str] = []  # who has the orb, from its first change on
-        self.remembered: list[StoredHosts] = []  # what the device has stored
-        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
-        self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS),
-            hosts,
-            notify=self._tell,
-            store=self.remembered.append,
-        )
-        self._changed = asyncio.Event()
-        self._seen = 0
-
-    def _tell(self, address: str) -> None:
-        self.told.append(address)
-        self._changed.set()
-
-    async def who(self) -> str:
-        """Return who has the orb, as soon as that changes."""
-        while len(self.told) == self._seen:
-            self._changed.clear()
-            await asyncio.wait_for(self._changed.wait(), 10.0)
-        self._seen += 1
-        return self.told[self._seen - 1]
-
-    def press(self, name: str) -> None:
-        """Let the player make a gesture, and go on holding the orb."""
-        self.pad.take(Command(name, "press", 1.0, None, 1))
-        self.pad.take(State((name,)))
-
-
 class RefusedError(Exception):
     """What a host or a program is told instead of an answer."""
 
@@ -147,7 +105,6 @@ class FakeBluez:
         self.application: dict[str, dict[str, Properties]] = {}
         # the registered advertisement's properties, {} if there is none
         self.advertisement: Properties = {}
-        self.profiles: dict[str, Properties] = {}  # the options of registered profiles, by UUID
         # (host's address, UUID, value) of every notification, oldest first
         self.heard: list[tuple[str, str, bytes]] = []
         # addresses that the program has disconnected, oldest first
@@ -359,14 +316,6 @@ class FakeBluez:
         if not self.advertisement:
             raise RefusedError("org.bluez.Error.DoesNotExist")
         self.advertisement = {}
-
-    async def _on_RegisterProfile(self, message: Message) -> None:  # noqa: N802
-        if message.body[1] in self.profiles:
-            raise RefusedError("org.bluez.Error.NotPermitted", "UUID already registered")
-        self.profiles[message.body[1]] = unpack_variants(message.body[2])
-
-    async def _on_UnregisterProfile(self, message: Message) -> None:  # noqa: N802
-        self.profiles.clear()
 
     async def _on_Disconnect(self, message: Message) -> None:  # noqa: N802
         device = self.objects[message.path or ""]["org.bluez.Device1"]

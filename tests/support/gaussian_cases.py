@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import digamma, gammaln, logsumexp
+from scipy.special import logsumexp
 
 from models.studies.information.windows import Windows
 
@@ -18,22 +18,16 @@ TRUTHS: Final = {
     (3, 1): 0.442745, (3, 2): 0.638832, (3, 5): 0.692778, (3, 10): 0.922265,
     (5, 1): 0.633643, (5, 2): 0.58956, (5, 5): 1.122821, (5, 10): 1.158215,
 }  # fmt: skip
-TAILS: Final = 4.0  # degrees of freedom of the heavy-tailed case
 _AWAY: Final = 1.5  # of a class's middle from that of all
 _UNEVEN: Final = 0.5  # deviation of the logarithm of a class's width, from axis to axis
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mixture:
-    """Classes that are equally frequent, each a Gaussian of its own shape.
+    """Classes that are equally frequent, each a Gaussian of its own shape."""
 
-    Attributes:
-        middle: Of each, (classes, d).
-        root: Each one's covariance is root @ root.T, (classes, d, d).
-    """
-
-    middle: Points
-    root: Points
+    middle: Points  # of each, (classes, d)
+    root: Points  # each one's covariance is root @ root.T, (classes, d, d).
 
     @classmethod
     def of(cls, classes: int, dimensions: int) -> "Mixture":
@@ -70,32 +64,6 @@ class Mixture:
         return np.stack(every, axis=1)
 
 
-def correlated(
-    dimensions: int, correlation: float, count: int, rng: np.random.Generator
-) -> tuple[Points, Points, float]:
-    """Pairs of points whose coordinates are correlated one by one, and their information, nats."""
-    x = rng.normal(size=(count, dimensions))
-    noise = rng.normal(size=(count, dimensions))
-    y = correlation * x + math.sqrt(1.0 - correlation**2) * noise
-    return x, y, -0.5 * dimensions * math.log(1.0 - correlation**2)
-
-
-def heavy(
-    dimensions: int, correlation: float, count: int, rng: np.random.Generator
-) -> tuple[Points, Points, float]:
-    """The same with tails as heavy as Student's, which all coordinates share.
-
-    Source: C. Guerrero-Cusumano, A measure of total variability for the multivariate t distribution
-    with applications to finance, Information Sciences 92, 1996.
-    """
-    x, y, truth = correlated(dimensions, correlation, count, rng)
-    far = np.sqrt(TAILS / rng.chisquare(TAILS, count))[:, None]
-    half, one, both = TAILS / 2, (TAILS + dimensions) / 2, (TAILS + 2 * dimensions) / 2
-    truth += gammaln(half) + gammaln(both) - 2.0 * gammaln(one)
-    truth += 2.0 * one * digamma(one) - both * digamma(both) - half * digamma(half)
-    return x * far, y * far, float(truth)
-
-
 def close(found: float, truth: float, dimensions: int) -> bool:
     """Whether an estimate is within 5 % or 0.02 nats; within 15 % beyond five dimensions."""
     return abs(found - truth) <= max(0.02, (0.05 if dimensions <= 5 else 0.15) * truth)
@@ -104,7 +72,6 @@ def close(found: float, truth: float, dimensions: int) -> bool:
 def as_windows(x: Points, y: NDArray[np.int64], sessions: int = 4) -> Windows:
     """Points as windows of one image, distributed over several sessions."""
     index = np.arange(len(x))
-    nowhere = np.full((len(x), 2), np.nan, dtype=np.float32)
     labels = tuple(str(i) for i in range(int(y.max()) + 1))
     return Windows(x[:, None].astype(np.float32), y, index % sessions, index // sessions, index,
-                   nowhere, labels, 10.0, (1, x.shape[1]))  # fmt: skip
+                   labels, 10.0, (1, x.shape[1]))  # fmt: skip

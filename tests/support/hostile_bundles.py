@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from controller import npz
-from controller.bundles import archive, bundle
+from controller.bundles import bundle
 from tests.support import user_bundles as enrolled
 
 VALUES: Final = (
@@ -77,5 +77,5 @@ def packed(manifest: bytes, content: dict[str, bytes]) -> bytes:
     """Return the bundle's file that these make, whatever the manifest says."""
     given = {bundle.MANIFEST: manifest, bundle.SUMS: b"", **content}
     whole = {name: given[name] for name in bundle._in_order(given)}
-    whole[bundle.SUMS] = archive.sums(whole, bundle.SUMS)
-    return archive.pack(whole)
+    whole[bundle.SUMS] = bundle._sums(whole)
+    return bundle.pack(whole)

@@ -13,13 +13,12 @@ from controller.capture.labels import Labeller
 from controller.capture.session_recorder import Plain, SessionRecorder
 from controller.links.base import Link
 from controller.protocol.messages import Contact, Contacts, GroundTruth, Hello, Message, Perform
-from controller.recognition.frames import Frame, Image, State, Window
+from controller.recognition.frames import Frame, Image, Window
 from controller.recognition.pipeline import Networks, Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
-from controller.runtime.device import Device
+from controller.runtime.device import Device, TimedPerform, VirtualHand
 from controller.runtime.loop import Loop
-from controller.runtime.virtual_hand import TimedPerform, VirtualHand
 from controller.sensors.base import Geometry, Sensor, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -166,10 +165,8 @@ class Bench:
     ) -> None:
         self.world = World(*requests)
         self.sensors: list[Slab] = []
-        self.busy_s = busy_s
-        self.record = record
-        self.cues = cues
-        self.lost_s = lost_s
+        self.busy_s, self.lost_s = busy_s, lost_s
+        self.record, self.cues = record, cues
         self.told: list[Plain] = []
         self.loop = Loop(
             self.world, self.open, self.world.clock, await_host=await_host, orphan_s=orphan_s
@@ -189,11 +186,10 @@ class Bench:
     def tape(self, path: Path, pipeline: Pipeline) -> SessionRecorder:
         origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
 
-        def begin(state: State) -> Recorder:
-            return Recorder(path, origin, state)
-
         labeller = Labeller(SHIPPED.labels, cues=self.cues)
-        return SessionRecorder(begin, pipeline, labeller, on_cue=self.told.append)
+        return SessionRecorder(
+            lambda state: Recorder(path, origin, state), pipeline, labeller, on_cue=self.told.append
+        )
 
     def run(self, seconds: float) -> "Bench":
         self.loop.run(self.world.after(seconds))

@@ -1,11 +1,5 @@
 """Special files, and how to run a command that is given one, in bounded time and memory.
 
-A test makes a file of each of `KINDS` and names it as an option:
-
-    special = make("pipe", tmp_path)
-    told = answer(main, ["--mapping", str(special)])
-    assert told.refused_by("controller")
-
 Devices are links in a folder of the test's own, so that a command that replaces the file by
 mistake replaces the link. All of it needs Linux.
 """
@@ -91,10 +85,7 @@ def make(kind: str, folder: Path, name: str = "special") -> Path:
 
 
 def answer(main: Callable[[list[str]], int], words: Sequence[str]) -> Answer:
-    """Run a command in this process; return its answer.
-
-    Raises HangError: it did not end; MemoryError: it asked for more than `MEMORY`.
-    """
+    """Run a command in this process; return its answer, or raise HangError or MemoryError."""
 
     def late(number: int, frame: FrameType | None) -> None:
         raise HangError(f"{' '.join(words)} did not end in {PATIENCE_S} s")

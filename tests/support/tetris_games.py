@@ -6,18 +6,23 @@ from hypothesis import strategies as st
 
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input
-from tetris.engine.kicks import Kicks
 from tetris.engine.moves import TABLES
-from tetris.engine.pieces import Piece
+from tetris.engine.pieces import Kicks, Piece
 
 EventT = TypeVar("EventT", bound=Event)
 
 
 def game_with(picture: str, piece: Piece, config: Config | None = None) -> Game:
     game = Game(seed=1, config=config)
-    game.set_up(Board.parse(picture), piece)
+    set_up(game, Board.parse(picture), piece)
     game.update(0.0)
     return game
+
+
+def set_up(game: Game, board: Board, piece: Piece) -> None:
+    """Go on from another position, with a piece that has just come there."""
+    game.board = board
+    game._take(piece)
 
 
 def rotated(

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.bundles import bundle, users_table
-from tests.support.onnx_files import array, model, node, number, text, value
+from controller.bundles.inference import onnx_writer
+from controller.bundles.inference.onnx_reader import Graph, Node
 
 SHIPPED = bundle.default_path()
 NAMES = ("ann", "bob")
@@ -36,19 +37,15 @@ Array = NDArray[np.float32]
 
 def dense(weight: Array, bias: Array) -> bytes:
     """A network that weighs all taxels of a 10×5×5 window: softmax of a sum for each output."""
-    flat = text(5, number(1, 2) + number(2, 7) + text(8, "flat") + text(9, _int64(-1, 250)))
-    gain = array("gain", *weight.shape, raw=weight.tobytes())
-    offset = array("offset", *bias.shape, raw=bias.tobytes())
-    turned = text(1, "transB") + number(3, 1) + number(20, 2)
-    return model(
-        flat, gain, offset,
-        node("Reshape", "x flat", "long"),
-        text(5, number(2, 1) + text(8, "one") + text(9, np.ones(1, dtype="<f4").tobytes())),
-        node("Sub", "long one", "felt"),
-        node("Gemm", "felt gain offset", "sum", turned),
-        node("Softmax", "sum", "y", text(1, "axis") + number(3, 1) + number(20, 2)),
-        value(11, "x", 0, 10, 5, 5), value(12, "y", 0, len(bias)),
+    nodes = (
+        Node("Reshape", ("x", "flat"), "long", {}), Node("Sub", ("long", "one"), "felt", {}),
+        Node("Gemm", ("felt", "gain", "offset"), "sum", {"transB": 1}),
+        Node("Softmax", ("sum",), "y", {"axis": 1}),
     )  # fmt: skip
+    flat, one = np.array([-1, 250]), np.ones(1, dtype=np.float32)
+    weights = {"flat": flat, "one": one, "gain": weight, "offset": bias}
+    graph = Graph(nodes, weights, "x", (1, 10, 5, 5), "y")
+    return onnx_writer.write(graph, width=len(bias))
 
 
 def answers(weight: Array, bias: Array, windows: Array) -> Array:
@@ -93,7 +90,3 @@ def write(path: Path, table: str = TABLE) -> Path:
     """Write a bundle that knows Ann and Bob."""
     bundle.write(path, manifest=manifest(table), parts=parts())
     return path
-
-
-def _int64(*numbers: int) -> bytes:
-    return np.array(numbers, dtype="<i8").tobytes()

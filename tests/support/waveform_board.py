@@ -11,11 +11,10 @@ from gpiozero.pins.mock import MockFactory
 from numpy.typing import NDArray
 
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.controls import Controls
-from controller.sensors.hardware.converters import find
-from controller.sensors.hardware.emulated.adc import FakeChip
+from controller.sensors.hardware.converters import CHIPS
+from controller.sensors.hardware.emulated.board import FakeChip
 from controller.sensors.hardware.emulated.pins import CircuitFactory
-from controller.sensors.hardware.pins import GpioPins
+from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
 from tests.reference import spice, waveforms
 
@@ -85,7 +84,7 @@ def board(wiring: Wiring, held: Array, rng: np.random.Generator, noise_lsb: floa
         volts = circuit.sample(rows[channel]) if channel in rows else 0.0
         return float(volts / circuit.supply_v + rng.normal(0.0, noise_lsb) / 4096)
 
-    chip = FakeChip(find(wiring.converter.type).bits, measure)
+    chip = FakeChip(CHIPS[wiring.converter.type].bits, measure)
 
     class Bus:
         def transfer(self, data: bytes) -> bytes:
@@ -97,6 +96,6 @@ def board(wiring: Wiring, held: Array, rng: np.random.Generator, noise_lsb: floa
 
     buses: Any = (Bus(),)
     return Board(
-        wiring, GpioPins(factory, pins), find(wiring.converter.type), buses,
+        wiring, GpioPins(factory, pins), CHIPS[wiring.converter.type], buses,
         Controls(factory, wiring), circuit.advance, lambda: circuit.now_s,
     )  # fmt: skip

@@ -16,9 +16,9 @@ import time
 from typing import Any
 
 from controller.protocol.messages import Grant, Granted
+from host import demo
 from host.connection.receiver import Connected, Delivered, Receiver
 from host.connection.transport import Transport, _Selected, open_transport
-from host.demo import demo
 
 GRANTS = 150
 

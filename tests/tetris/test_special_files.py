@@ -14,7 +14,7 @@ from tetris.__main__ import main
 from tetris.engine.modes import MODES
 from tetris.history.high_scores import FILE_NAME, HighScores
 from tetris.history.replay import Recorder
-from tetris.history.replay_file import ReplayError, load, save
+from tetris.history.replay_file import load, save
 from tetris.history.stats import Summary
 from tetris.window import settings
 from tetris.window.app import Start
@@ -87,7 +87,7 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
     make(kind, tmp_path, FILE_NAME)
     records = HighScores(tmp_path)
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
-    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, 0, {})
+    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, {})
     assert records.add(MODES["zen"], summary, won=False, seed=1) == 1
 
 
@@ -101,47 +101,17 @@ def test_a_list_of_replays_with_a_special_file_says_so_when_it_is_chosen(
     player = open_app(window, Start(), config=tmp_path / "config", data=tmp_path / "data")
     player.choose("Replays")
     player.key(pygame.K_RETURN)
-    assert "expected is a file" in player.menu.menu.notice or "cannot read" in (
-        player.menu.menu.notice
-    )
+    assert "cannot read" in player.menu.menu.notice
 
 
-@pytest.mark.parametrize(
-    ("kind", "words"),
-    [("pipe", "a pipe"), ("folder", "a folder"), ("full", "a device"), ("endless", "a device")],
-)
-def test_a_special_file_is_named_as_what_it_is(kind: str, words: str, tmp_path: Path) -> None:
-    path = make(kind, tmp_path)
-    with pytest.raises(ReplayError, match=f"cannot read {path}: it is {words}, expected is a file"):
-        load(path)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "x" + ".a" * 30_000 + " = 1",
-        "x" + " . 'a'" * 30_000 + " = 1",
-        "[" + "a." * 10_000 + "a]",
-        "x = " + "[" * 5_000,
-        "x = " + "{a=" * 5_000,
-        '"' + "\\" * 30_000,
-        "'''" + "'" * 30_001,
-        "x = " + "9" * 30_000,
-    ],
-)
-def test_settings_cost_no_more_than_their_length(text: str) -> None:
-    with pytest.raises(ValueError):
-        files.parse_toml(text)
-
-
-def test_brackets_and_dots_within_texts_and_comments_are_not_counted() -> None:
-    text = 'key = ["' + "[" * 40 + '", "a' + ".a" * 40 + '"] # ' + "[." * 40
-    assert files.parse_toml(text) == {"key": ["[" * 40, "a" + ".a" * 40]}
-
-
-def test_settings_of_more_than_64_kb_are_put_aside(tmp_path: Path) -> None:
+@pytest.mark.parametrize("text", ["x" + ".a" * 4_000 + " = 1", "x = " + "[" * 8_000])
+def test_settings_of_8_kb_are_read_in_a_moment_and_larger_ones_put_aside(
+    text: str, tmp_path: Path
+) -> None:
     path = tmp_path / settings.FILE_NAME
-    path.write_text("# " + "x" * 65_536)
+    path.write_text(text)
+    assert settings.load(path)[0] == Settings()
+    path.write_text("# " + "x" * 8_192)
     assert "put aside" in settings.load(path)[1]
     assert not path.exists()
 
@@ -155,7 +125,7 @@ def test_a_pipe_for_which_somebody_waits_is_refused_too(tmp_path: Path) -> None:
     path = make("pipe", tmp_path)
     writer = os.open(path, os.O_RDWR)
     try:
-        with pytest.raises(OSError, match="a pipe"):
+        with pytest.raises(OSError, match="no regular file"):
             files.read_bytes(path, 10)
     finally:
         os.close(writer)
@@ -170,11 +140,3 @@ def test_relative_xdg_folders_are_ignored(
     monkeypatch.setenv("XDG_CONFIG_HOME", given)
     assert files.data_folder() == tmp_path / ".local/share/orbtouch/tetris"
     assert files.config_folder() == tmp_path / ".config/orbtouch/tetris"
-
-
-def test_a_platformdirs_that_obeys_relative_folders_is_corrected(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.setattr("platformdirs.user_data_path", lambda *_, **__: Path("rel/orbtouch"))
-    assert files.data_folder() == tmp_path / ".local/share/orbtouch/tetris"

@@ -2,17 +2,27 @@
 
 Each piece in turn is put to every place that it can reach, tucked in and spun too, and only
 the best boards are pursued. A way is worth what its moves earn and what its last board is
-worth, by the features and weights of `features.BCTS`.
+worth, by the weights `greedy.BCTS`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from operator import itemgetter
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tetris.bots.features import BCTS, HEADROOM_ROWS, loses, middle, settled, surface
-from tetris.bots.greedy import LOST, Plan
-from tetris.bots.paths import path, paths
-from tetris.bots.placements import find
+from tetris.bots import greedy
+from tetris.bots.greedy import (
+    BCTS,
+    HEADROOM_ROWS,
+    LOST,
+    Plan,
+    Planner,
+    loses,
+    middle,
+    settled,
+    surface,
+)
+from tetris.bots.placements import find, path
 from tetris.engine.events import Action
 from tetris.engine.game import Game
 from tetris.engine.moves import entered
@@ -21,47 +31,30 @@ from tetris.engine.rules import Config
 
 WIDTH: Final = 8  # boards pursued after each piece
 DEPTH: Final = 4  # pieces, the one in play included
-_HOLE: Final = 4.0  # what a hole costs in the units of `command_cost`: Dellacherie's
 
 
 class _Way(NamedTuple):
-    """Moves from the present to a board in the future.
+    """Moves from the present to a board in the future."""
 
-    Attributes:
-        worth: What the moves have earned, and what the board is worth.
-        earned: The first of these.
-        bits: The board.
-        hold: The held piece.
-        used: Pieces taken from the queue; the one in play is the first.
-        holding: Whether the first move is to hold.
-        landing: Where the first move's piece locks.
-    """
-
-    worth: float
+    worth: float  # what the moves have earned, and what the board is worth
     earned: float
-    bits: int
+    bits: int  # the board
     hold: Kind | None
-    used: int
-    holding: bool
-    landing: Piece
+    used: int  # pieces taken from the queue; the one in play is the first
+    holding: bool  # whether the first move is to hold
+    landing: Piece  # where the first move's piece locks
 
 
 _worth = itemgetter(0)
 
 
 def plan(
-    game: Game,
-    *,
-    command_cost: float = 0.0,
-    target: Piece | None = None,
-    width: int = WIDTH,
-    depth: int = DEPTH,
+    game: Game, *, target: Piece | None = None, width: int = WIDTH, depth: int = DEPTH
 ) -> Plan:
     """Plan the piece in play, or the one that hold brings, from where it is now.
 
     Args:
         game: A game with a piece in play.
-        command_cost: What each action of this move takes off its value; as in `greedy.plan`.
         target: The landing of an earlier plan for this piece; kept while it can be reached.
         width: How many boards to pursue after each piece.
         depth: How many pieces to look ahead; no further than can be seen.
@@ -73,13 +66,13 @@ def plan(
         raise ValueError("no piece is in play; wait for one, or restart the game")
     bits, piece, kicks = game.board.bits, game.piece, game.config.kicks
     if target is not None and target.kind == piece.kind:
-        kept = path(bits, piece, target, kicks=kicks)
+        kept = path(bits, piece, target, kicks)
         if kept:
             return Plan(kept, target, 0.0)
-    best = _Search(game).best(width, depth, command_cost * BCTS.holes / -_HOLE)
+    best = _Search(game).best(width, depth)
     start = _entered(bits, best.landing.kind, game.config) if best.holding else piece
     assert start is not None
-    actions = path(bits, start, best.landing, kicks=kicks)
+    actions = path(bits, start, best.landing, kicks)
     assert actions is not None  # it was found by the same rules
     return Plan(((Action.HOLD,) if best.holding else ()) + actions, best.landing, best.worth)
 
@@ -91,9 +84,11 @@ class _Search:
         rows = self._config.rows + HEADROOM_ROWS
         self._surface = surface(BCTS, self._config.columns, rows)
 
-    def best(self, width: int, depth: int, action_cost: float) -> _Way:
+    def best(self, width: int, depth: int) -> _Way:
         """Return the best way; a short one where all longer ones end the game."""
-        ways = self._first(action_cost)
+        game = self._game
+        here = _Way(0.0, 0.0, game.board.bits, game.hold, 0, False, game.piece)
+        ways = list(self._next(here, first=True))
         best = max(ways, key=_worth)
         for _ in range(1, depth):
             ways.sort(key=_worth, reverse=True)
@@ -109,43 +104,24 @@ class _Search:
             best = max(ways, key=_worth)
         return best
 
-    def _first(self, action_cost: float) -> list[_Way]:
-        """Return all ways of one move."""
-        game, kicks = self._game, self._config.kicks
-        bits = game.board.bits
-        ways: list[_Way] = []
-        for kind, hold, used in self._choices(game.hold, 0, can_hold=game.can_hold):
-            holding = bool(ways)  # the piece in play comes first
-            piece = _entered(bits, kind, self._config) if holding else game.piece
-            if piece is None:
-                continue
-            costs: dict[int, float] = {}
-            if action_cost:
-                for place, actions in paths(bits, piece, kicks).items():
-                    cost = action_cost * (len(actions) + holding)
-                    costs.setdefault(place.piece.mask, cost)
-            for landing in find(bits, piece, kicks).pieces():
-                after, earned = self._settled(bits, landing)
-                earned -= costs.get(landing.mask, 0.0)
-                worth = earned + self._surface(after)
-                ways.append(_Way(worth, earned, after, hold, used, holding, landing))
-        return ways
-
-    def _next(self, way: _Way) -> Iterator[_Way]:
+    def _next(self, way: _Way, first: bool = False) -> Iterator[_Way]:
         """Continue a way by one move."""
-        bits, kicks = way.bits, self._config.kicks
-        for kind, hold, used in self._choices(way.hold, way.used):
-            piece = _entered(bits, kind, self._config)
+        game, bits = self._game, way.bits
+        choices = self._choices(way.hold, way.used, not first or game.can_hold)
+        for holding, (kind, hold, used) in enumerate(choices):
+            in_play = first and not holding
+            piece = game.piece if in_play else _entered(bits, kind, self._config)
             if piece is None:
                 continue
-            for landing in find(bits, piece, kicks).pieces():
+            for landing in find(bits, piece, self._config.kicks):
                 after, earned = self._settled(bits, landing)
                 earned += way.earned
                 worth = earned + self._surface(after)
-                yield _Way(worth, earned, after, hold, used, way.holding, way.landing)
+                begun = (bool(holding), landing) if first else (way.holding, way.landing)
+                yield _Way(worth, earned, after, hold, used, *begun)
 
     def _choices(
-        self, hold: Kind | None, used: int, *, can_hold: bool = True
+        self, hold: Kind | None, used: int, can_hold: bool
     ) -> Iterator[tuple[Kind, Kind | None, int]]:
         """Return what may be played next, what is held then, and how much of the queue is used."""
         queue = self._queue
@@ -169,3 +145,7 @@ class _Search:
 def _entered(bits: int, kind: Kind, config: Config) -> Piece | None:
     """Return a piece that has just come; None where it cannot, and the game is over."""
     return entered(bits, Piece.entering(kind, config.columns, config.rows))
+
+
+BOTS: Final[Mapping[str, Planner]] = MappingProxyType({"dellacherie": greedy.plan, "beam": plan})
+STRONGEST: Final = "beam"

@@ -1,25 +1,28 @@
-"""Generation of all placements of a piece, spins included.
+"""All placements of a piece, and the shortest inputs to each.
 
 A set of positions is one integer: bit n is set for a box whose corner is bit n of the
 board. A shift of the integer moves all positions of the set at once, so that the piece
 floods the board like water: from above the stack, where it can be turned and shifted at
 will, down, aside, and through turns with their kicks. The sets of the four turns lie side
-by side in one integer, a block each. `paths` has the inputs to each placement.
+by side in one integer, a block each.
 """
 
+from collections import deque
 from collections.abc import Iterator
 from functools import cache
-from typing import Final, NamedTuple
+from typing import Final
 
+from tetris.engine import moves
 from tetris.engine.board import empty_bits, row_shift
-from tetris.engine.kicks import KICKS, Kicks
-from tetris.engine.moves import Spin
+from tetris.engine.events import Action
 from tetris.engine.pieces import (
     COLUMNS,
     FLOOR_ROWS,
-    MASKS,
+    KICKS,
+    OFFSETS,
     STRIDE,
     TOTAL_ROWS,
+    Kicks,
     Kind,
     Piece,
     piece_at,
@@ -33,70 +36,15 @@ _EMPTIES: Final = {  # by the walls of the highest row, which is free of blocks 
 }
 _KICK_ROWS: Final = 2  # no kick goes further up
 _BOX_ROWS: Final = 4
-_OFFSETS: Final = {  # of a shape's cells from its box's corner, in bits
-    kind: tuple(tuple(bit for bit in range(mask.bit_length()) if mask >> bit & 1) for mask in masks)
-    for kind, masks in MASKS.items()
-}
 _LIFT: Final = 2 * STRIDE + 2  # bits; makes every kick a shift one way
 _Turns = tuple[tuple[int, tuple[int, ...]], ...]  # from which turn, and the tests' shifts, lifted
 _TWINS: Final[frozenset[Kind]] = frozenset(("I", "S", "Z"))  # look alike after half a turn
-_T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
-_T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
+_TURNS: Final = (Action.ROTATE_CW, Action.ROTATE_CCW)
+_SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 
 
-class Placement(NamedTuple):
-    """A piece where it can lock, and what spin it can have there."""
-
-    piece: Piece
-    spin: Spin
-
-
-class Placements:
-    """All placements of one piece on one board.
-
-    A place that can be reached with and without a spin is two placements; turns that fill
-    the same cells are one.
-
-    Attributes:
-        kind: Of the piece.
-        turns: For each turn, the positions in which it can lock, as bits of corners.
-        spins: For each spin and turn, the same; None where no spin is possible.
-    """
-
-    __slots__ = ("kind", "spins", "turns")
-
-    def __init__(
-        self,
-        kind: Kind,
-        turns: tuple[int, ...],
-        spins: dict[Spin, tuple[int, ...]] | None = None,
-    ) -> None:
-        self.kind = kind
-        self.turns = turns
-        self.spins = spins
-
-    def __len__(self) -> int:
-        sets = self.turns if self.spins is None else sum(self.spins.values(), ())
-        return sum(positions.bit_count() for positions in sets)
-
-    def __iter__(self) -> Iterator[Placement]:
-        for spin, sets in (self.spins or {Spin.NONE: self.turns}).items():
-            for piece in _pieces(self.kind, sets):
-                yield Placement(piece, spin)
-
-    def pieces(self) -> list[Piece]:
-        """Return where the piece can lock, without regard to spins."""
-        return _pieces(self.kind, self.turns)
-
-
-def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> Placements:
-    """Return every placement that the piece can reach from where it is.
-
-    Args:
-        bits: The board.
-        piece: In a position that is free.
-        kicks: The kick table.
-    """
+def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> list[Piece]:
+    """Return where a piece in a free position can lock; turns that fill the same cells are one."""
     kind = piece.kind
     empty = _EMPTIES.get(bits >> _TOP_ROW & _SOLID, 0)
     height = ((bits ^ empty).bit_length() + STRIDE - 1) // STRIDE - FLOOR_ROWS
@@ -104,7 +52,6 @@ def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> Placements:
     height = min(max(height, 0 if open_sky else piece.y), TOTAL_ROWS - 1)
     width, block, all_blocks, sky, falls = _measures(height, kind)
     free = _blocked(bits, kind, width, block) ^ all_blocks
-    start = 0  # the piece where it is, if it may lie there without having been moved
     if open_sky:
         reached = free & sky  # up there, it can be turned and shifted at will
         through = free
@@ -112,20 +59,17 @@ def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> Placements:
             reached |= through & reached >> rows
             through &= through >> rows
     else:
-        reached = start = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
+        reached = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
     missing = free & ~reached
     if missing:
         reached = _flooded(reached, missing, free, width, block, _turns(kind, kicks))
     resting = reached & ~(free << STRIDE)
     if kind == "O":
-        return Placements(kind, (resting,))
-    turns = tuple(resting >> turn * width & block for turn in range(4))
+        return _pieces(kind, (resting,))
+    up, right, down, left = (resting >> turn * width & block for turn in range(4))
     if kind in _TWINS:  # after half a turn: a row lower, or a column to the left
-        up, right, down, left = turns
-        return Placements(kind, (up, right, down & ~(up << STRIDE), left & ~(right << 1)))
-    if kind == "T":
-        return Placements(kind, turns, _spins(bits, reached, free, start, turns, width, kicks))
-    return Placements(kind, turns)
+        down, left = down & ~(up << STRIDE), left & ~(right << 1)
+    return _pieces(kind, (up, right, down, left))
 
 
 def _blocked(bits: int, kind: Kind, width: int, block: int) -> int:
@@ -133,7 +77,7 @@ def _blocked(bits: int, kind: Kind, width: int, block: int) -> int:
     bits &= (1 << width + _BOX_ROWS * STRIDE) - 1
     if kind == "O":
         return (bits | bits >> 1 | bits >> STRIDE | bits >> STRIDE + 1) & block
-    (a, b, c, d), (e, f, g, h), (i, j, k, m), (n, o, p, q) = _OFFSETS[kind]
+    (a, b, c, d), (e, f, g, h), (i, j, k, m), (n, o, p, q) = OFFSETS[kind]
     return (
         ((bits >> n | bits >> o | bits >> p | bits >> q) & block) << 3 * width
         | ((bits >> i | bits >> j | bits >> k | bits >> m) & block) << 2 * width
@@ -164,66 +108,24 @@ def _flooded(
                 for before, tests in into:
                     source = sources[before]
                     if source:
-                        hits, last = _turned(source, wanted, places, tests)
-                        fresh |= (hits | last) << start
+                        fresh |= _turned(source, wanted, places, tests) << start
             start += width
         missing &= ~fresh
     return reached
 
 
-def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> tuple[int, int]:
-    """Return which of the wanted positions a quarter turn reaches, by the last test apart.
-
-    Wanted and free positions, and the tests' shifts, are lifted.
-    """
+def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> int:
+    """Return which of the wanted positions a quarter turn reaches; all but `source` is lifted."""
     a, b, c, d, e = tests
     source &= wanted >> a | wanted >> b | wanted >> c | wanted >> d | wanted >> e
-    if not source:
-        return 0, 0
     hits = 0
-    for test in (a, b, c, d):
-        if fits := source & free >> test:  # the others go on to the next test
-            hits |= fits << test
-            source ^= fits
-            if not source:
-                return (hits & wanted) >> _LIFT, 0
-    return (hits & wanted) >> _LIFT, (source << e & wanted) >> _LIFT
-
-
-def _spins(
-    bits: int,
-    reached: int,
-    free: int,
-    start: int,
-    turns: tuple[int, ...],
-    width: int,
-    kicks: Kicks,
-) -> dict[Spin, tuple[int, ...]] | None:
-    """Sort T's placements by their spins: docs/tetris.md "tspin"."""
-    corners = [bits >> corner for corner in _T_CORNERS]
-    a, b, c, d = corners
-    three = a & b & (c | d) | c & d & (a | b)
-    if not any(positions & three for positions in turns):
-        return None
-    block = (1 << width) - 1
-    full, mini, plain = [0] * 4, [0] * 4, list(turns)
-    for after, into in enumerate(_turns("T", kicks)):
-        wanted = turns[after] & three
-        if not wanted:
-            continue
-        places = (free >> after * width & block) << _LIFT
-        first, second = _T_FRONT[after]
-        front = corners[first] & corners[second]
-        for before, tests in into:
-            source = reached >> before * width & block
-            hits, last = _turned(source, wanted << _LIFT, places, tests)
-            full[after] |= hits & front | last
-            mini[after] |= hits & ~front
-    for turn in range(4):  # the others, and those that a shift or a fall reaches too
-        here = reached >> turn * width & block
-        moved = here << 1 | here >> 1 | here >> STRIDE | start >> turn * width & block
-        plain[turn] &= ~(full[turn] | mini[turn]) | moved
-    return {Spin.NONE: tuple(plain), Spin.MINI: tuple(mini), Spin.FULL: tuple(full)}
+    for test in tests:
+        if not source:
+            break
+        fits = source & free >> test  # the others go on to the next test
+        hits |= fits << test
+        source ^= fits
+    return (hits & wanted) >> _LIFT
 
 
 @cache
@@ -277,3 +179,78 @@ def _pieces(kind: Kind, sets: tuple[int, ...]) -> list[Piece]:
                 pieces.append(table[(positions ^ rest).bit_length()])
                 positions = rest
     return pieces
+
+
+# -- the inputs to them ------------------------------------------------------------------------
+
+
+def path(
+    bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs"
+) -> tuple[Action, ...] | None:
+    """Return the fewest inputs to a landing, the last a hard drop; None if out of reach.
+
+    `DOWN` is one row, as an orb gives it; any turn that fills the landing's cells will do.
+    """
+    came: dict[Piece, tuple[Action, ...]] = {piece: ()}
+    queue = deque([piece])
+    while queue:
+        here = queue.popleft()
+        if moves.landed(bits, here).mask == landing.mask:
+            return (*came[here], Action.HARD_DROP)
+        for there, action in neighbours(bits, here, kicks):
+            if there not in came:
+                came[there] = (*came[here], action)
+                queue.append(there)
+    return None
+
+
+def fewest(
+    bits: int, piece: Piece, landing: Piece, *, kicks: Kicks = "srs", runs: bool = False
+) -> int | None:
+    """Return the fewest shifts and turns to a landing, rows down free; None if out of reach.
+
+    With `runs`, a shift as far as it goes, as of a held key, counts as one.
+    """
+    for falls in (False, True):  # most placements need no row down, which is soon found
+        costs = {piece: 0}
+        queue = deque([piece])
+        while queue:
+            here = queue.popleft()
+            if moves.landed(bits, here).mask == landing.mask:
+                return costs[here]
+            for there, action in neighbours(bits, here, kicks):
+                down = action is Action.DOWN
+                if down and not falls:
+                    continue
+                ways = [there]
+                if runs and action in _SHIFTS:
+                    ways.append(_shifted_on(bits, there, action))
+                cost = costs[here] + (not down)
+                for way in ways:
+                    if cost < costs.get(way, cost + 1):
+                        costs[way] = cost
+                        (queue.appendleft if down else queue.append)(way)
+    return None
+
+
+def _shifted_on(bits: int, piece: Piece, action: Action) -> Piece:
+    """Return a piece shifted as far as it goes."""
+    while not bits & (further := piece.left if action is Action.LEFT else piece.right).mask:
+        piece = further
+    return piece
+
+
+def neighbours(bits: int, here: Piece, kicks: Kicks) -> Iterator[tuple[Piece, Action]]:
+    """Yield the positions one input away from a free one, each with the input."""
+    if not bits & here.left.mask:
+        yield here.left, Action.LEFT
+    if not bits & here.right.mask:
+        yield here.right, Action.RIGHT
+    if here.kind != "O":
+        for at, action in enumerate(_TURNS, moves.TABLES[kicks]):
+            for turned in here.turned[at]:
+                if not bits & turned.mask:
+                    yield turned, action
+                    break
+    if not bits & here.below.mask:
+        yield here.below, Action.DOWN

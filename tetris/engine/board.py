@@ -32,10 +32,7 @@ def open_row(columns: int) -> int:
 
 @cache
 def empty_bits(columns: int = COLUMNS) -> int:
-    """Return the board without blocks.
-
-    Walls, floor and ceiling are filled, so that hitting them is a collision like any other.
-    """
+    """Return the board without blocks; walls, floor and ceiling are filled, to collide with."""
     walls = _SOLID & ~open_row(columns)
     return (
         sum(walls << row_shift(y) for y in range(TOTAL_ROWS))
@@ -72,32 +69,23 @@ def without_rows(bits: int, rows: list[int], columns: int = COLUMNS) -> int:
 
 
 class Board:
-    """Up to ten columns, and forty rows, of which the lower ones are seen.
-
-    Attributes:
-        columns: How many, 4 to 10.
-        bits: Every filled cell, walls, floor and ceiling included: see `cell_bit`.
-        planes: The blocks' colours: a block's number, 1 to 7 in the order of `KINDS` and 0
-            for garbage, has its lowest bit in the first.
-    """
+    """Four to ten columns, and forty rows, of which the lower ones are seen."""
 
     __slots__ = ("_rows", "bits", "columns", "planes")
 
     def __init__(self, columns: int = COLUMNS) -> None:
         self.columns = columns
-        self.bits = empty_bits(columns)
+        self.bits = empty_bits(columns)  # walls, floor and ceiling included: see `cell_bit`
+        # The bits of the blocks' numbers, the lowest first: 1 to 7 by `KINDS`, 0 for garbage.
         self.planes = (0, 0, 0)
         self._rows: list[str] | None = None
 
     @classmethod
     def parse(cls, picture: str, columns: int = COLUMNS) -> "Board":
-        """Read a drawing, the top row first.
-
-        `.` is empty, a piece's letter its block, `#` a block that no piece left.
+        """Read a drawing, the top row first; `.` is empty, `#` a block that no piece left.
 
         Raises:
-            ValueError: A row is not so many characters of `.#IOTSZJL`, or there are over
-                40 rows.
+            ValueError: A row is not so many of `.#IOTSZJL`, or there are over 40 rows.
         """
         lines = picture.split()
         board = cls(columns)
@@ -143,14 +131,6 @@ class Board:
         low, middle, high = self.planes
         return (self.bits ^ empty_bits(self.columns)) & ~(low | middle | high)
 
-    def filled(self, x: int, y: int) -> bool:
-        """Return whether a cell holds a block; walls, floor and ceiling count as blocks."""
-        return bool(self.bits & cell_bit(x, y))
-
-    def fits(self, piece: Piece) -> bool:
-        """Return whether all four cells of the piece are free."""
-        return not self.bits & piece.mask
-
     def place(self, piece: Piece) -> None:
         """Turn the piece into blocks."""
         mask = piece.mask
@@ -165,13 +145,7 @@ class Board:
         self._rows = None
 
     def clear_full_rows(self, lowest: int = 0, highest: int = TOTAL_ROWS - 1) -> tuple[int, ...]:
-        """Take away the full rows between two rows, both included.
-
-        What is above them falls.
-
-        Returns:
-            The full rows, lowest first.
-        """
+        """Take away the full rows between two rows, both included; return them, lowest first."""
         rows = full_rows(self.bits, lowest, highest)
         if rows:
             self.bits = without_rows(self.bits, rows, self.columns)

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeVar, dataclass_transform
 
 from tetris.engine.pieces import Kind, Piece
-from tetris.engine.rules import check_cap
+from tetris.engine.rules import LAST_GRAVITY_LEVEL
 from tetris.engine.scoring import Clear
 
 
@@ -23,8 +22,6 @@ class Action(Enum):
     PAUSE = "pause"
     RESTART = "restart"
 
-    __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
-
 
 @dataclass(frozen=True, slots=True)
 class GravityCap:
@@ -33,11 +30,11 @@ class GravityCap:
     level: int
 
     def __post_init__(self) -> None:
-        check_cap(self.level)
+        if not 1 <= self.level <= LAST_GRAVITY_LEVEL:
+            raise ValueError(f"gravity cap {self.level} must be from 1 to {LAST_GRAVITY_LEVEL}")
 
 
-Input = Action | GravityCap
-"""Input of `Game.update`: an action of the player, or a cap of gravity."""
+Input = Action | GravityCap  # of `Game.update`
 
 
 class TopOut(Enum):
@@ -54,34 +51,21 @@ class Finish(Enum):
     TIME = "time over"
 
 
-EventT = TypeVar("EventT")
-
-
-@dataclass_transform(frozen_default=True)
-def _event(cls: type[EventT]) -> type[EventT]:
-    """Make a value class whose fields are constant, which the type checker enforces.
-
-    A dataclass that enforces it at run time takes four times as long to make, and events
-    are most of what the engine makes.
-    """
-    return dataclass(slots=True, unsafe_hash=True)(cls)
-
-
-@_event
+@dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened, at a time of the caller's clock."""
 
     time_s: float
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Spawned(Event):
     """A piece entered; it is turned already if the player held a turn down."""
 
     piece: Piece
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Moved(Event):
     """The piece moved by (dx, dy) to its present place; without an action, by gravity."""
 
@@ -91,7 +75,7 @@ class Moved(Event):
     action: Action | None
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Rotated(Event):
     """The piece turned; kick is the test (0..4) that made it fit."""
 
@@ -100,7 +84,7 @@ class Rotated(Event):
     action: Action
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Dropped(Event):
     """A hard drop let the piece fall so many rows to its present place."""
 
@@ -108,21 +92,21 @@ class Dropped(Event):
     rows: int
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Held(Event):
     """The piece in play went into the hold."""
 
     kind: Kind
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Blocked(Event):
     """An action that could not be carried out: no room, not allowed, or no game running."""
 
     action: Action
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Locked(Event):
     """The piece became blocks; rows are those it completed, as they were before they fell."""
 
@@ -131,42 +115,42 @@ class Locked(Event):
     clear: Clear
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class LevelUp(Event):
     """A new level began."""
 
     level: int
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class ToppedOut(Event):
     """The game is over, and lost."""
 
     reason: TopOut
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Finished(Event):
     """The game is over, and was played to its end."""
 
     reason: Finish
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Undone(Event):
     """The last lock was taken back; its piece enters again."""
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Paused(Event):
     """Time stopped."""
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Resumed(Event):
     """Time goes on."""
 
 
-@_event
+@dataclass(frozen=True, slots=True)
 class Restarted(Event):
     """A new game began."""

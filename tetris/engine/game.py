@@ -1,22 +1,17 @@
-"""The game: inputs and time in, events out.
+"""The game: inputs and time in, events out. Rules: docs/tetris.md.
 
 The engine has no clock. `Game.update` is told the time, does what was due until then at
 the moment it was due, and then carries out the inputs. How time is cut into updates
 therefore changes nothing, and seed, rules and timed inputs are a replay. Inside, time is
 whole nanoseconds, so that sums are exact.
-
-Rules: docs/tetris.md, with its recommendations where sources disagree.
 """
 
 from collections.abc import Collection, Sequence
-from typing import Final
 
 from tetris.engine import events as happened
 from tetris.engine import moves, scoring
-from tetris.engine.board import Board
 from tetris.engine.events import Action, Event, Finish, GravityCap, Input, TopOut
 from tetris.engine.gravity import GravityGame
-from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config, Phase
 from tetris.engine.state import NS, Snapshot
 
@@ -32,11 +27,6 @@ __all__ = [
     "Snapshot",
     "TopOut",
 ]
-
-# Members by their bare names: looking them up in their class takes longer than a shift.
-_LEFT, _RIGHT, _DOWN, _HARD_DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
-_ROTATE_CW, _ROTATE_CCW, _HOLD = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD
-_RUNNING: Final = Phase.RUNNING
 
 
 class Game(GravityGame):
@@ -57,12 +47,10 @@ class Game(GravityGame):
         """Let time pass, then act, and return what happened, oldest first.
 
         Args:
-            time_s: The present time, never earlier than before. The game begins at
-                the first call's.
+            time_s: The present time, never earlier than before; the game begins at the first.
             inputs: What the player does at that time, in order.
             soft_drop: Whether soft drop is held from that time on, until the next update.
-            initial: Which of hold and the two turns are held: a piece that enters
-                meanwhile is held, or turned in place where it fits.
+            initial: Which of hold and the turns are held, for a piece that enters meanwhile.
 
         Raises:
             ValueError: Time went backwards.
@@ -75,11 +63,11 @@ class Game(GravityGame):
         elif wall_ns < self._wall_ns:
             raise ValueError(f"time went back from {self._wall_ns / NS} s to {time_s} s")
         self._wall_ns = wall_ns
-        if self.phase is _RUNNING:
+        if self.phase is Phase.RUNNING:
             now_ns = wall_ns - self._offset_ns
             if now_ns >= self._due_ns:
                 self._advance(now_ns)
-            if self.phase is _RUNNING:
+            if self.phase is Phase.RUNNING:
                 self._now_ns = now_ns
         self._at_s = wall_ns / NS
         self._initial = initial and tuple(initial)
@@ -92,52 +80,28 @@ class Game(GravityGame):
         events, self._events = self._events, []
         return events
 
-    def set_up(self, board: Board, piece: Piece, *, kick: int | None = None) -> None:
-        """Go on from another position, with a piece that has just come there.
-
-        A game that is over stays over; the position is then only to be seen.
-
-        Args:
-            board: The blocks.
-            piece: Where the piece in play is.
-            kick: Which kick of a turn brought it there; None if a turn did not.
-
-        Raises:
-            ValueError: The piece lies on blocks or outside, or the board has another width.
-        """
-        if board.columns != self.config.columns:
-            raise ValueError(
-                f"the board has {board.columns} columns; the rules ask for {self.config.columns}"
-            )
-        if not board.fits(piece):
-            raise ValueError(f"{piece} does not fit on the board; put it where cells are free")
-        self.board = board
-        self._take(piece)
-        self.in_play = self.phase is not Phase.OVER
-        self._kick = kick
-
     def _act(self, given: Input) -> None:
-        if self.in_play and self.phase is _RUNNING:
-            if given is _LEFT or given is _RIGHT:
-                done = self._shift(given)
-            elif given is _ROTATE_CW or given is _ROTATE_CCW:
-                done = self._rotate(given)
-            elif given is _HARD_DROP:
-                done = self._drop()
-            elif given is _DOWN:
-                done = self._fall(_DOWN)
-            elif given is _HOLD:
-                done = self._swap()
-            else:
-                done = self._command(given)
-        else:
-            done = self._command(given)
-        if not done:
+        movable = self.in_play and self.phase is Phase.RUNNING
+        if not (self._move(given) if movable else self._command(given)):
             assert isinstance(given, Action)
             self._events.append(happened.Blocked(self._at_s, given))
 
+    def _move(self, given: Input) -> bool:
+        match given:
+            case Action.LEFT | Action.RIGHT:
+                return self._shift(given)
+            case Action.ROTATE_CW | Action.ROTATE_CCW:
+                return self._rotate(given)
+            case Action.HARD_DROP:
+                return self._drop()
+            case Action.DOWN:
+                return self._fall(given)
+            case Action.HOLD:
+                return self._swap()
+        return self._command(given)
+
     def _shift(self, action: Action) -> bool:
-        piece, dx = (self.piece.left, -1) if action is _LEFT else (self.piece.right, 1)
+        piece, dx = (self.piece.left, -1) if action is Action.LEFT else (self.piece.right, 1)
         bits = self.board.bits
         if bits & piece.mask:
             return False
@@ -151,8 +115,9 @@ class Game(GravityGame):
         return True
 
     def _rotate(self, action: Action) -> bool:
-        bits, kick = self.board.bits, 0
-        for piece in self.piece.turned[self._table + (action is _ROTATE_CCW)]:
+        bits = self.board.bits
+        turned = self.piece.turned[self._table + (action is Action.ROTATE_CCW)]
+        for kick, piece in enumerate(turned):
             if not bits & piece.mask:
                 self.piece, self._kick = piece, kick
                 if self._touched:
@@ -162,7 +127,6 @@ class Game(GravityGame):
                     self._rest()
                 self._events.append(happened.Rotated(self._at_s, piece, kick, action))
                 return True
-            kick += 1  # noqa: SIM113 (half as dear as enumerate)
         return False
 
     def _drop(self) -> bool:
@@ -203,7 +167,7 @@ class Game(GravityGame):
         return True
 
     def _pause(self) -> None:
-        if self.phase is _RUNNING:
+        if self.phase is Phase.RUNNING:
             self._events.append(happened.Paused(self._at_s))
             self.phase = Phase.PAUSED
         else:

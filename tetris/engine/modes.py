@@ -1,8 +1,9 @@
-"""The modes of play: each a set of rules, and what counts in its best list.
+"""The modes of play, and the pace of a slow hand; docs/tetris-modes.md describes them.
 
-A mode is data over `Config`; the engine knows of none. docs/tetris-modes.md describes them.
+A mode is data over `Config`, and what counts in its best list; the engine knows of none.
 """
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from random import Random
@@ -10,10 +11,9 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 from tetris.engine.board import EMPTY, GARBAGE
-from tetris.engine.rules import Config
+from tetris.engine.rules import LAST_GRAVITY_LEVEL, Config, seconds_per_row
 
 Ranking = Literal["score", "time", "lines"]
-LAST_START_LEVEL: Final = 20  # beyond it nothing falls faster: docs/tetris.md "gravity"
 
 _PLAIN: Final = Config()
 _DIG_ROWS: Final = 10
@@ -27,32 +27,17 @@ _ORB_GUARD_S: Final = 0.6  # a pinch that was meant for the piece before lasts a
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """One way to play.
+    """One way to play."""
 
-    Attributes:
-        name: Its key, fit for file names, language files and the command line.
-        ranking: What its best list goes by: "time" only counts games that reached the
-            goal, the shortest first; "score" and "lines" count all, the highest first.
-        levels: Whether the player chooses the level to start with.
-        rules: What differs from game to game is still missing; see `config`.
-        paced: Whether gravity follows the player's measured rate (`pace.Pace`).
-        garbage_rows: Rows with one hole each to begin with, drawn by the game's seed.
-    """
-
-    name: str
-    ranking: Ranking
-    levels: bool = False
-    rules: Config = _PLAIN
-    paced: bool = False
-    garbage_rows: int = 0
+    name: str  # fit for file names, language files and the command line
+    ranking: Ranking  # of its best list; "time" only counts games that reached the goal
+    levels: bool = False  # whether the player chooses the level to start with
+    rules: Config = _PLAIN  # less what differs from game to game; see `config`
+    paced: bool = False  # whether gravity follows the player's measured rate, by `Pace`
+    garbage_rows: int = 0  # to begin with, with one hole each, drawn by the game's seed
 
     def config(self, start_level: int = 1, seed: int = 0) -> Config:
-        """Return the rules of one game.
-
-        Args:
-            start_level: 1 or more; looked at only where `levels` says so.
-            seed: The game's seed; the garbage of a dig depends on it.
-        """
+        """Return the rules of one game; the seed draws the garbage of a dig."""
         rules = self.rules
         if self.levels:
             rules = replace(rules, start_level=start_level)
@@ -73,11 +58,7 @@ def _garbage(seed: int, rows: int, columns: int) -> str:
     return "\n".join(picture)
 
 
-def _table(*modes: Mode) -> Mapping[str, Mode]:
-    return MappingProxyType({mode.name: mode for mode in modes})
-
-
-MODES: Final[Mapping[str, Mode]] = _table(
+_MODES: Final = (
     Mode("marathon", "score", levels=True, rules=Config(lines_goal=_MARATHON_LINES)),
     Mode("endless", "score", levels=True),
     Mode("sprint", "time", rules=Config(lines_goal=_SPRINT_LINES)),
@@ -99,4 +80,59 @@ MODES: Final[Mapping[str, Mode]] = _table(
         paced=True,
     ),
 )
+MODES: Final[Mapping[str, Mode]] = MappingProxyType({mode.name: mode for mode in _MODES})
 """By name, in the order of the menu."""
+
+
+# -- orb pace ----------------------------------------------------------------------------------
+
+FIRST_LEVEL: Final = 3  # until the player is known: docs/tetris-modes.md "orb pace", and all below
+_COMMANDS: Final = 8  # what the worst placement needs
+_ROWS: Final = 20  # and how far a piece falls meanwhile
+_FEWEST: Final = 8  # intervals before the rate counts as known
+_LATEST: Final = 24  # intervals that it is taken from
+_LONGEST_S: Final = 4.0  # a longer rest is no measure of the player's speed
+
+
+def level_for(rate_hz: float) -> int:
+    """Return the highest level whose fall of 20 rows leaves time for 8 commands, at so many Hz."""
+    needed_s = _COMMANDS / rate_hz
+    level = 1
+    while level < LAST_GRAVITY_LEVEL and _ROWS * seconds_per_row(level + 1) >= needed_s:
+        level += 1
+    return level
+
+
+class Pace:
+    """Measures how many commands a second the player gives, and which gravity leaves time for it.
+
+    The mean counts, not the median: eight commands take eight times the mean.
+    """
+
+    def __init__(self) -> None:
+        self._intervals_s: deque[float] = deque(maxlen=_LATEST)
+        self._last_s: float | None = None
+
+    def command(self, time_s: float) -> None:
+        """Take note of a command, at a time that is never earlier than the one before."""
+        if self._last_s is not None and time_s - self._last_s <= _LONGEST_S:
+            self._intervals_s.append(time_s - self._last_s)
+        self._last_s = time_s
+
+    def interrupt(self) -> None:
+        """Forget when the last command was, as after a pause: the next interval is none."""
+        self._last_s = None
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Commands a second; None until enough have come."""
+        if len(self._intervals_s) < _FEWEST:
+            return None
+        total_s = sum(self._intervals_s)
+        return len(self._intervals_s) / total_s if total_s > 0 else float("inf")
+
+    @property
+    def level(self) -> int:
+        """The level at which gravity is to be capped now."""
+        rate_hz = self.rate_hz
+        return FIRST_LEVEL if rate_hz is None else level_for(rate_hz)

@@ -10,8 +10,16 @@ from functools import cache
 from typing import Final
 
 from tetris.engine.board import cell_bit
-from tetris.engine.kicks import KICKS, LAST_KICK, Kicks
-from tetris.engine.pieces import MASKS, STRIDE, Cell, Kind, Piece, piece_at
+from tetris.engine.pieces import (
+    KICKS,
+    LAST_KICK,
+    OFFSETS,
+    STRIDE,
+    Cell,
+    Kicks,
+    Piece,
+    piece_at,
+)
 
 TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
 """Index of a kick table's clockwise turns in `Piece.turned`; the others come next."""
@@ -32,16 +40,9 @@ class Spin(Enum):
     MINI = "mini"
     FULL = "full"
 
-    __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
-
 
 def entered(bits: int, piece: Piece) -> Piece | None:
-    """Return a piece after it has entered: a row down where that is free; None where it collides.
-
-    Args:
-        bits: The board's.
-        piece: As `Piece.entering` gives it.
-    """
+    """Return an entering piece: a row down where that is free; None where it collides."""
     if bits & piece.mask:
         return None
     return piece if bits & piece.below.mask else piece.below
@@ -57,7 +58,7 @@ def rows_to_fall(bits: int, piece: Piece) -> int:
     """Return how many rows the piece can fall; 0 on the ground."""
     # Where the box's corner cannot be, in the piece's column and below it; the floor is there.
     blocked = 0
-    for shift in _offsets(piece.kind, piece.turn):
+    for shift in OFFSETS[piece.kind][piece.turn]:
         blocked |= bits >> shift
     corner = piece.corner
     highest = (blocked & _below(corner)).bit_length() - 1
@@ -77,11 +78,7 @@ def landed(bits: int, piece: Piece) -> Piece:
 def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     """Judge a locking piece: docs/tetris.md "tspin".
 
-    Args:
-        bits: The board without the piece.
-        piece: Where it locks.
-        kick: The kick of the rotation that was its last successful move; None when that
-            move was a shift or a fall.
+    The kick is that of the turn that was its last successful move; None if that was no turn.
     """
     if piece.kind != "T" or kick is None:
         return Spin.NONE
@@ -91,13 +88,6 @@ def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     # Every fifth kick counts as full: "Where sources disagree".
     full = (corners[0] and corners[1]) or kick == LAST_KICK
     return Spin.FULL if full else Spin.MINI
-
-
-@cache
-def _offsets(kind: Kind, turn: int) -> tuple[int, ...]:
-    """Return how far the shape's cells are from the box's corner, in bits."""
-    mask = MASKS[kind][turn]
-    return tuple(bit for bit in range(mask.bit_length()) if mask >> bit & 1)
 
 
 @cache

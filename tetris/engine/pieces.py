@@ -1,4 +1,4 @@
-"""The seven pieces: their shapes, where they enter, and what their turns look like as bits.
+"""The seven pieces: their shapes, where they enter, and their turns and kicks, as bits.
 
 Coordinates: x to the right, y up, (0, 0) the lower left cell of the board. A piece is a
 shape in a square box; its position is the box's lower left corner, its turn the number
@@ -9,11 +9,10 @@ row takes `STRIDE` bits: a wall, ten columns, and the other wall. Narrower board
 thicker right wall.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Final, Literal
-
-from tetris.engine.kicks import KICKS
 
 Kind = Literal["I", "O", "T", "S", "Z", "J", "L"]
 KINDS: Final[tuple[Kind, ...]] = ("I", "O", "T", "S", "Z", "J", "L")
@@ -55,11 +54,16 @@ def _turns(picture: tuple[str, ...]) -> tuple[tuple[Cell, ...], ...]:
 SHAPES: Final = {kind: _turns(picture) for kind, picture in _PICTURES.items()}
 """Cells inside the box, by kind and turn."""
 
-MASKS: Final = {
-    kind: tuple(sum(1 << (y * STRIDE + x) for x, y in cells) for cells in turns)
+OFFSETS: Final = {
+    kind: tuple(tuple(sorted(y * STRIDE + x for x, y in cells)) for cells in turns)
     for kind, turns in SHAPES.items()
 }
-"""The same as bits, for a box whose corner is bit 0."""
+"""How far these are from the box's corner, in bits."""
+
+MASKS: Final = {
+    kind: tuple(sum(1 << bit for bit in bits) for bits in turns) for kind, turns in OFFSETS.items()
+}
+"""The cells as bits, for a box whose corner is bit 0."""
 
 _LOWEST: Final = {
     kind: tuple(min(y for _, y in cells) for cells in turns) for kind, turns in SHAPES.items()
@@ -69,26 +73,70 @@ _HIGHEST: Final = {
 }
 
 
-class _Worked:
-    """Attribute derived from a piece's position, computed on first access.
+# -- kicks: docs/tetris.md "srs" ---------------------------------------------------------------
 
-    Attributes:
-        mask: The four cells as bits of the board.
-        corner: The bit of the box's lower left corner.
-        lowest_row, highest_row: The rows of its lowest and highest cells.
-        left, right, below: The same piece one cell further.
-        turned: What a quarter turn tries, in order: by `2 * (kick table) + (0 clockwise, 1
-            counterclockwise)`, the tables in the order of `kicks.KICKS`.
-    """
+Kicks = Literal["srs", "srs+"]
+KickTable = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]  # (turn, next): shifts (x, y)
+LAST_KICK: Final = 4  # the fifth test, which moves the centre by one column and two rows
+
+_JLSTZ: Final[KickTable] = {
+    (0, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
+    (1, 0): ((0, 0), (1, 0), (1, -1), (0, 2), (1, 2)),
+    (1, 2): ((0, 0), (1, 0), (1, -1), (0, 2), (1, 2)),
+    (2, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
+    (2, 3): ((0, 0), (1, 0), (1, 1), (0, -2), (1, -2)),
+    (3, 2): ((0, 0), (-1, 0), (-1, -1), (0, 2), (-1, 2)),
+    (3, 0): ((0, 0), (-1, 0), (-1, -1), (0, 2), (-1, 2)),
+    (0, 3): ((0, 0), (1, 0), (1, 1), (0, -2), (1, -2)),
+}
+_I: Final[KickTable] = {
+    (0, 1): ((0, 0), (-2, 0), (1, 0), (-2, -1), (1, 2)),
+    (1, 0): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
+    (1, 2): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
+    (2, 1): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
+    (2, 3): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
+    (3, 2): ((0, 0), (-2, 0), (1, 0), (-2, -1), (1, 2)),
+    (3, 0): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
+    (0, 3): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
+}
+_I_PLUS: Final[KickTable] = {
+    (0, 1): ((0, 0), (1, 0), (-2, 0), (-2, -1), (1, 2)),
+    (1, 0): ((0, 0), (-1, 0), (2, 0), (-1, -2), (2, 1)),
+    (1, 2): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
+    (2, 1): ((0, 0), (-2, 0), (1, 0), (-2, 1), (1, -2)),
+    (2, 3): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
+    (3, 2): ((0, 0), (1, 0), (-2, 0), (1, 2), (-2, -1)),
+    (3, 0): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
+    (0, 3): ((0, 0), (-1, 0), (2, 0), (2, -1), (-1, 2)),
+}
+_O: Final[KickTable] = dict.fromkeys(_JLSTZ, ((0, 0),))  # it never moves
+
+
+def _table(i: KickTable) -> Mapping[str, KickTable]:
+    return dict.fromkeys("TSZJL", _JLSTZ) | {"I": i, "O": _O}
+
+
+KICKS: Final[Mapping[Kicks, Mapping[str, KickTable]]] = {
+    "srs": _table(_I),
+    "srs+": _table(_I_PLUS),
+}  # by the kind of the piece
+
+
+# -- a piece at a place -------------------------------------------------------------------------
+
+
+class _Worked:
+    """Attribute derived from a piece's position, computed on first access."""
 
     __slots__ = ("below", "corner", "highest_row", "left", "lowest_row", "mask", "right", "turned")
-    mask: int
-    corner: int
+    mask: int  # the four cells as bits of the board
+    corner: int  # the bit of the box's lower left corner
     lowest_row: int
     highest_row: int
-    left: "Piece"
+    left: "Piece"  # one cell further, like the next two
     right: "Piece"
     below: "Piece"
+    # What a quarter turn tries, in order: by 2 * (index in KICKS) + (0 clockwise, 1 not).
     turned: tuple[tuple["Piece", ...], ...]
 
 

@@ -24,23 +24,14 @@ _SPINS: Final[dict[Spin, str]] = {Spin.NONE: "", Spin.MINI: "mini t-spin", Spin.
 
 @dataclass(frozen=True, slots=True)
 class Clear:
-    """Score of one lock.
+    """Score of one lock."""
 
-    Attributes:
-        lines: Rows cleared, 0 to 4.
-        spin: Whether it was a T-spin.
-        b2b: Whether it was paid as the second or later of a chain of difficult clears.
-        combo: Clears in a row before this one; -1 when this lock cleared nothing.
-        perfect: Whether it emptied the board.
-        points: The points, the level included.
-    """
-
-    lines: int
+    lines: int  # rows cleared, 0 to 4
     spin: Spin
-    b2b: bool
-    combo: int
-    perfect: bool
-    points: int
+    b2b: bool  # whether it was paid as the second or later of a chain of difficult clears
+    combo: int  # clears in a row before this one; -1 when this lock cleared nothing
+    perfect: bool  # whether it emptied the board
+    points: int  # the level included
 
     @property
     def name(self) -> str:
@@ -55,35 +46,16 @@ class Clear:
 
 @dataclass(frozen=True, slots=True)
 class Streak:
-    """Effect of earlier locks on the next one.
+    """Effect of earlier locks on the next one."""
 
-    Attributes:
-        b2b: The last clear was a difficult one.
-        combo: Locks in a row that cleared lines.
-    """
-
-    b2b: bool = False
-    combo: int = 0
-
-
-_NOTHING: Final = Clear(0, Spin.NONE, False, -1, False, 0)
-_CALM: Final = (Streak(False, 0), Streak(True, 0))
+    b2b: bool = False  # the last clear was a difficult one
+    combo: int = 0  # locks in a row that cleared lines
 
 
 def judge(
     lines: int, spin: Spin, *, level: int, streak: Streak, perfect: bool
 ) -> tuple[Clear, Streak]:
-    """Return what a lock is worth, and the streak that it leaves.
-
-    Args:
-        lines: Rows cleared, 0 to 4.
-        spin: Whether it was a T-spin.
-        level: The level before the clear.
-        streak: What the locks before left.
-        perfect: Whether the board is empty now.
-    """
-    if not lines and spin is Spin.NONE:  # by far the most frequent lock
-        return _NOTHING, _CALM[streak.b2b]
+    """Return what a lock at this level is worth, and the streak that it leaves."""
     difficult = _difficult(lines, spin)
     b2b = difficult and streak.b2b
     points = _POINTS[spin][lines]

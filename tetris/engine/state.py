@@ -1,16 +1,16 @@
-"""State of a game at one moment, kept and restored."""
+"""State of a game at one moment, kept and restored; and the pieces to come, from a seed."""
 
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from random import Random
 from typing import Final
 
 from tetris.engine import moves, scoring
 from tetris.engine.board import Board
 from tetris.engine.events import Action, Event, Finish, TopOut
 from tetris.engine.pieces import KINDS, Kind, Piece
-from tetris.engine.randomizer import Randomizer
-from tetris.engine.rules import Config, Phase, seconds_per_row
+from tetris.engine.rules import Config, Phase, Randomiser, seconds_per_row
 
 NS: Final = 1_000_000_000
 NEVER: Final = 1 << 62  # later than any moment, in nanoseconds
@@ -49,23 +49,46 @@ _POSITION: Final = (
 )
 
 
+class Randomizer:
+    """Deals pieces from a seed: docs/tetris.md "randomizer"."""
+
+    __slots__ = ("_randomiser", "_source", "drawn", "seed")
+
+    def __init__(self, seed: int, randomiser: Randomiser = "7-bag") -> None:
+        self.seed: Final = seed
+        self._randomiser = randomiser
+        self._source = Random(seed)
+        self.drawn = 0  # random numbers used so far: with the seed, all there is to know
+
+    def deal(self) -> list[Kind]:
+        """Return the next pieces: a shuffled bag of all seven, or one of any kind."""
+        # random() alone is promised to give the same numbers in every Python version.
+        number = self._source.random
+        if self._randomiser == "uniform":
+            self.drawn += 1
+            return [KINDS[int(number() * len(KINDS))]]
+        self.drawn += len(KINDS)
+        return sorted(KINDS, key=lambda _: number())
+
+    def rewind(self, drawn: int) -> None:
+        """Go to where so many random numbers have been used."""
+        self._source = Random(self.seed)
+        for _ in range(drawn):
+            self._source.random()
+        self.drawn = drawn
+
+
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A game at one moment, complete; two are equal when the games will go on alike.
-
-    Attributes:
-        seed, config: Which game.
-        clock, position, pieces, board: For `Game.restore` alone.
-        before: The moment at which the piece before this one had entered, if locks can be
-            taken back.
-    """
+    """A game at one moment, complete; two are equal when the games will go on alike."""
 
     seed: int
     config: Config
-    clock: tuple[object, ...]
+    clock: tuple[object, ...]  # for `Game.restore` alone, like the next three
     position: tuple[object, ...]
     pieces: tuple[int, tuple[Kind, ...]]
     board: tuple[int, tuple[int, int, int]]
+    # The moment at which the piece before this one had entered, if locks can be taken back.
     before: "Snapshot | None" = field(compare=False, repr=False)
 
     @property
@@ -75,32 +98,12 @@ class Snapshot:
 
 
 class State:
-    """State of a game, visible and internal.
-
-    Attributes:
-        seed: Which game.
-        config: The rules.
-        phase: Whether the game runs, pauses or is over.
-        result: How it ended; None before.
-        board: The blocks.
-        piece: The piece in play; when there is none, the one before, and when the game is
-            over, the one that ended it.
-        in_play: Whether the piece can be moved: not between a lock and the next entrance,
-            and not after the end.
-        hold: The held piece, if any.
-        can_hold: Whether hold is allowed before the next lock.
-        score: Points so far.
-        lines: Rows cleared so far.
-        level: The present level.
-        gravity_cap: The level whose gravity is not exceeded.
-        pieces_placed: Pieces locked so far.
-        streak: Whether a back-to-back chain is alive, and the present combo.
-    """
+    """State of a game, visible and internal."""
 
     phase: Phase
     board: Board
-    piece: Piece
-    result: TopOut | Finish | None
+    piece: Piece  # in play; else the one before, and at the end the one that ended the game
+    result: TopOut | Finish | None  # how the game ended; None before
     hold: Kind | None
     score: int
     lines: int
@@ -111,8 +114,10 @@ class State:
     def __init__(self, seed: int, config: Config) -> None:
         self.seed: Final = seed
         self.config: Final = config
-        self.gravity_cap = config.gravity_cap
-        self.in_play = self.can_hold = False
+        self.gravity_cap = config.gravity_cap  # the level whose gravity is not exceeded
+        # Whether the piece can be moved: not between a lock and the next entrance, nor at the end.
+        self.in_play = False
+        self.can_hold = False  # before the next lock
         self._dealer = Randomizer(seed, config.randomiser)
         self._queue: deque[Kind] = deque()
         self._events: list[Event] = []
@@ -171,12 +176,10 @@ class State:
         )
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back, or ahead, to a moment of this game or of one with its seed and rules.
-
-        The next update's time must not lie before that moment.
+        """Go to a moment, before which the next update's time must not lie.
 
         Raises:
-            ValueError: It is a moment of another game.
+            ValueError: It is a moment of a game with another seed or other rules.
         """
         if (snapshot.seed, snapshot.config) != (self.seed, self.config):
             raise ValueError("the snapshot is of a game with another seed or other rules")

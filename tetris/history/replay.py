@@ -6,47 +6,30 @@ replay's events are the game's, bit for bit.
 """
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from tetris.bots.registry import Planner
+from tetris.bots.greedy import Planner
 from tetris.engine.events import Action, Event, Input
 from tetris.engine.game import Game, Phase, Snapshot
 from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config
 
 LAST_SEED: Final = 2**64 - 1
-MOST: Final[Mapping[str, int]] = {  # of the rules that are whole numbers without a bound
-    "start_level": 10_000,
-    "lock_resets": 10_000,
-    "soft_drop_factor": 10_000,
-    "previews": 100,
-    "lines_goal": 10_000,
-}
 MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
 HOLDABLE: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _US: Final = 1_000_000
-_KEYFRAME_US: Final = 5 * _US  # between two positions that a seek can start from
-_KEYFRAME_MOMENTS: Final = 200
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """One update with inputs.
-
-    Attributes:
-        time_us: When, in microseconds of the recording's clock.
-        inputs: What the player did, in order.
-        soft_drop: Whether soft drop is held from then on.
-        initial: The turns and the hold that are held down from then on, in the order of
-            `HOLDABLE`.
-    """
+    """One update with inputs, at a microsecond of the recording's clock."""
 
     time_us: int
-    inputs: tuple[Input, ...] = ()
-    soft_drop: bool = False
-    initial: tuple[Action, ...] = ()
+    inputs: tuple[Input, ...] = ()  # in order
+    soft_drop: bool = False  # held from then on
+    initial: tuple[Action, ...] = ()  # held from then on, in the order of `HOLDABLE`
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,33 +49,18 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A whole game, or several one after another.
-
-    Attributes:
-        seed: Of the game.
-        config: Its rules.
-        mode: The name of its mode; "" for none.
-        moments: Oldest first; the first one begins the game.
-        end_us: The time of the last update; not before the last moment.
-        outcome: How the game stood then.
-    """
+    """A whole game, or several one after another."""
 
     seed: int
     config: Config
-    mode: str
-    moments: tuple[Moment, ...]
-    end_us: int
-    outcome: Outcome
+    mode: str  # its name; "" for none
+    moments: tuple[Moment, ...]  # oldest first; the first one begins the game
+    end_us: int  # the time of the last update; not before the last moment
+    outcome: Outcome  # how the game stood then
 
 
 class Recorder:
-    """A game that is recorded while it is played: update it in place of the game.
-
-    Attributes:
-        game: The game; only the recorder may update it.
-        seed: Of the game.
-        mode: The name of its mode; "" for none.
-    """
+    """A game that is recorded while it is played: update it in place of the game."""
 
     def __init__(self, seed: int, config: Config | None = None, mode: str = "") -> None:
         """Begin a game; its time begins with the first update.
@@ -100,23 +68,10 @@ class Recorder:
         Raises:
             ValueError: A replay cannot hold such a game: see `check_game`.
         """
-        check_game(seed, config or Config(), mode)
-        self._keep(seed, Game(seed, config), mode, [], 0)
-
-    @classmethod
-    def going_on(cls, player: "Player") -> "Recorder":
-        """Return a recorder that plays on where a player has come to; see `Player.take_over`."""
-        recorder = cls.__new__(cls)
-        replay = player.replay
-        game = Game(replay.seed, replay.config)
-        game.restore(player.game.snapshot())
-        moments = list(replay.moments[: player.moments_played])
-        recorder._keep(replay.seed, game, replay.mode, moments, player.time_us)
-        return recorder
-
-    def _keep(self, seed: int, game: Game, mode: str, moments: list[Moment], last_us: int) -> None:
-        self.seed, self.game, self.mode = seed, game, mode
-        self._moments, self._last_us = moments, last_us
+        check_game(seed, mode)
+        self.seed, self.game, self.mode = seed, Game(seed, config), mode
+        self._moments: list[Moment] = []
+        self._last_us = 0
 
     @property
     def time_s(self) -> float:
@@ -142,16 +97,16 @@ class Recorder:
         held = tuple(action for action in HOLDABLE if action in initial)
         moment = Moment(time_us, tuple(inputs), soft_drop, held)
         events = _tell(self.game, moment)
-        before = self._moments[-1] if self._moments else None
-        if (
-            before is None
-            or moment.inputs
-            or moment.soft_drop != before.soft_drop
-            or moment.initial != before.initial
-        ):
+        before = [(last.soft_drop, last.initial) for last in self._moments[-1:]]
+        if moment.inputs or before != [(soft_drop, held)]:
             self._moments.append(moment)
         self._last_us = time_us
         return events
+
+    def go_on(self, position: Snapshot, moments: Sequence[Moment], time_us: int) -> None:
+        """Continue a recording that has come to a position."""
+        self.game.restore(position)
+        self._moments, self._last_us = list(moments), time_us
 
     def replay(self) -> Replay:
         """Return what has been played so far.
@@ -161,52 +116,34 @@ class Recorder:
         """
         if not self._moments:
             raise ValueError("nothing has been played yet; update the game first")
-        outcome = Outcome.of(self.game)
-        config = self.game.config
-        return Replay(self.seed, config, self.mode, tuple(self._moments), self._last_us, outcome)
+        game, moments = self.game, tuple(self._moments)
+        return Replay(self.seed, game.config, self.mode, moments, self._last_us, Outcome.of(game))
 
 
-def check_game(seed: int, config: Config, mode: str) -> None:
-    """Refuse a game that a replay cannot hold.
-
-    Raises:
-        ValueError: The seed is not from 0 to 2**64 - 1, the mode is no name in small letters, or
-            a whole number of the rules is too large.
-    """
+def check_game(seed: int, mode: str) -> None:
+    """Raise ValueError for a seed or a mode's name that a replay cannot hold."""
     if not 0 <= seed <= LAST_SEED:
         raise ValueError(f"seed {seed} must be from 0 to {LAST_SEED}")
     if not MODE.fullmatch(mode):
         raise ValueError(f"mode {mode!r} must be up to 32 of a-z, 0-9 and _")
-    for name, most in MOST.items():
-        number = getattr(config, name)
-        if number is not None and number > most:
-            raise ValueError(f"{name} {number} must be {most} or less")
 
 
 class Player:
-    """Plays a replay, and goes to any time of it, forwards and back.
-
-    Times are those of the recording's clock.
-
-    Attributes:
-        replay: What is played.
-        game: The game as it is at `time_s`; only the player may update it.
-        moments_played: How many of the replay's moments lie behind.
-    """
+    """Plays a replay, and goes to any time of the recording's clock, forwards and back."""
 
     def __init__(self, replay: Replay) -> None:
         """Go to the replay's first moment."""
         self.replay = replay
         self.game = Game(replay.seed, replay.config)
         self.moments_played = 0
-        self.time_us = replay.moments[0].time_us
-        self._keyframes: list[tuple[int, int, Snapshot]] = []  # moments played, time, position
+        self.time_us = self._start_us = replay.moments[0].time_us
         self.first_events = self._play(self.time_us)
+        self._start, self._begun = self.game.snapshot(), self.moments_played
 
     @property
     def start_s(self) -> float:
         """When the replay begins."""
-        return self.replay.moments[0].time_us / _US
+        return self._start_us / _US
 
     @property
     def end_s(self) -> float:
@@ -224,6 +161,12 @@ class Player:
         return self.time_us / _US
 
     @property
+    def next_s(self) -> float:
+        """The time of the next moment, or of the end."""
+        moments = self.replay.moments[self.moments_played :]
+        return moments[0].time_us / _US if moments else self.end_s
+
+    @property
     def at_end(self) -> bool:
         """Whether all of it has been played."""
         return self.time_us >= self.replay.end_us
@@ -237,22 +180,21 @@ class Player:
 
     def seek(self, time_s: float) -> None:
         """Go to any time of the replay; outside of it, to its start or its end."""
-        start_us = self.replay.moments[0].time_us
-        time_us = min(max(round(time_s * _US), start_us), self.replay.end_us)
-        reached = [frame for frame in self._keyframes if frame[1] <= time_us]
-        if time_us < self.time_us or (reached and reached[-1][1] > self.time_us):
-            played, frame_us, position = reached[-1]  # the first one is the start's
-            self.game.restore(position)
-            self.moments_played, self.time_us = played, frame_us
+        time_us = min(max(round(time_s * _US), self._start_us), self.replay.end_us)
+        if time_us < self.time_us:
+            self.game.restore(self._start)
+            self.moments_played, self.time_us = self._begun, self._start_us
         self._play(time_us)
 
     def take_over(self) -> Recorder:
         """Return a recorder that plays on from here; what was played until here is in it.
 
-        Its clock is the replay's: the next update is not before `time_s`. Nothing is held
-        down any more unless that update says so.
+        Its clock is the replay's. Nothing is held down any more unless its next update says so.
         """
-        return Recorder.going_on(self)
+        replay = self.replay
+        recorder = Recorder(replay.seed, replay.config, replay.mode)
+        recorder.go_on(self.game.snapshot(), replay.moments[: self.moments_played], self.time_us)
+        return recorder
 
     @property
     def differs(self) -> bool:
@@ -269,7 +211,6 @@ class Player:
             events += _tell(self.game, moment)
             self.moments_played += 1
             self.time_us = moment.time_us
-            self._mark()
         if until_us > self.time_us:
             last = moments[self.moments_played - 1]
             quiet = Moment(until_us, (), last.soft_drop, last.initial)
@@ -277,25 +218,10 @@ class Player:
             self.time_us = until_us
         return events
 
-    def _mark(self) -> None:
-        """Keep the position after a moment, now and then, as one that a seek can start from."""
-        if self._keyframes:
-            played, time_us, _ = self._keyframes[-1]
-            further = self.moments_played - played
-            if further < _KEYFRAME_MOMENTS and (
-                further <= 0 or self.time_us - time_us < _KEYFRAME_US
-            ):
-                return
-        self._keyframes.append((self.moments_played, self.time_us, self.game.snapshot()))
-
 
 def _tell(game: Game, moment: Moment) -> list[Event]:
-    return game.update(
-        moment.time_us / _US,
-        moment.inputs,
-        soft_drop=moment.soft_drop,
-        initial=moment.initial,
-    )
+    time_s, soft_drop = moment.time_us / _US, moment.soft_drop
+    return game.update(time_s, moment.inputs, soft_drop=soft_drop, initial=moment.initial)
 
 
 def play_bot(
@@ -303,12 +229,7 @@ def play_bot(
 ) -> list[Event]:
     """Let a bot play until the game is over or so many pieces are placed; return the events.
 
-    Args:
-        recorder: A running game; its clock goes on from `recorder.time_s`.
-        planner: The bot.
-        pieces: Placed in the whole game.
-        action_s: How long each action takes; the bot looks at the board after each. 0 is as
-            fast as the rules allow.
+    It looks at the board after each action, which takes `action_s`; 0: as fast as the rules allow.
     """
     game, config = recorder.game, recorder.game.config
     wait_s = config.generation_delay_s + config.guard_s  # in which nothing or no drop is taken

@@ -19,17 +19,10 @@ from tetris.engine import rules
 from tetris.engine.events import Action, GravityCap, Input
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
-from tetris.history.replay import (
-    LAST_SEED,
-    MODE,
-    MOST,
-    Moment,
-    Outcome,
-    Replay,
-    check_game,
-)
+from tetris.history.replay import Moment, Outcome, Replay, check_game
 
 SUFFIX: Final = ".tetris"
+FILM_SUFFIXES: Final = (".gif", ".mp4")  # of what a replay can be shown in elsewhere
 FORM: Final = 1  # of the file, not of the rules
 _TITLE: Final = "tetris-replay"
 _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
@@ -64,15 +57,10 @@ _TYPES: Final = {  # in the order of the file
 }
 _WITHOUT_DIGITS: Final = str.maketrans("", "", "0123456789")
 _WRAPPER: Final = textwrap.TextWrapper(_LINE, break_long_words=False, break_on_hyphens=False)
-_TOO_MANY: Final = f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more"
-_TOO_LONG: Final = f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this one has more"
 
 
 class ReplayError(ValueError):
-    """A file is no replay that can be played here, or a replay cannot become a file.
-
-    The message is one sentence.
-    """
+    """A file is no replay that can be played here, or a replay cannot become one."""
 
 
 def save(path: Path, replay: Replay) -> None:
@@ -86,34 +74,17 @@ def save(path: Path, replay: Replay) -> None:
 
 
 def load(path: Path) -> Replay:
-    """Read a replay.
-
-    Raises:
-        ReplayError: The file cannot be read, or is foreign, damaged or of other rules.
-    """
+    """Read a replay; raise ReplayError for a file that cannot be read, or is no replay of here."""
     try:
-        content = read_bytes(path, _MOST_BYTES)
+        return decode(read_bytes(path, _MOST_BYTES))
     except OSError as error:
         raise ReplayError(f"cannot read {path}: {error.strerror or error}") from error
-    try:
-        return decode(content)
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}") from error
 
 
 def encode(replay: Replay) -> bytes:
-    """Return a replay as the bytes of a file; the same for equal replays.
-
-    Raises:
-        ReplayError: `decode` would refuse them.
-    """
-    try:
-        check_game(replay.seed, replay.config, replay.mode)
-    except ValueError as error:
-        raise ReplayError(f"the replay cannot be kept: {error}") from error
-    if replay.end_us > _MOST_US:
-        hours = _MOST_US // 3_600_000_000
-        raise ReplayError(f"the replay cannot be kept: it must end within {hours} hours")
+    """Return the bytes of a file; raise ReplayError for what `decode` would refuse."""
     outcome = replay.outcome
     head = [
         f"{_TITLE} {FORM}",
@@ -128,22 +99,18 @@ def encode(replay: Replay) -> bytes:
     before = (Moment(0), *replay.moments)
     words = " ".join(map(_moment_word, replay.moments, before))
     body = "\n".join([*head, *_WRAPPER.wrap(words)]) + "\n"
-    content = f"{body}sha256 {_digest(body)}\n".encode("ascii")
+    content = f"{body}sha256 {_digest(body)}\n".encode("ascii", "replace")
     if decode(content) != replay:
         raise ReplayError("the replay cannot be kept: the file would hold another one")
     return content
 
 
 def decode(content: bytes) -> Replay:
-    """Read the bytes of a file.
-
-    Raises:
-        ReplayError: They are foreign, damaged, or of other rules.
-    """
+    """Read the bytes of a file; raise ReplayError for foreign, damaged and older ones."""
     if not content.startswith(f"{_TITLE} ".encode("ascii")):
         raise ReplayError("this is no replay of this game")
     if len(content) > _MOST_BYTES:
-        raise ReplayError(_TOO_LONG)
+        raise ReplayError(f"a replay has {_MOST_BYTES // 1_000_000} MB at most")
     try:
         text = content.decode("ascii")
     except UnicodeDecodeError as error:
@@ -178,10 +145,13 @@ def _number(lines: Iterator[str], name: str, most: int = _MOST_NUMBER) -> int:
 
 
 def _replay(lines: Iterator[str]) -> Replay:
-    seed, mode = _number(lines, "seed", LAST_SEED), _value(lines, "mode")
-    if not MODE.fullmatch(mode):
-        raise ReplayError("the replay is damaged: its mode is no name of one")
-    config = _config(lines)
+    seed, mode = _number(lines, "seed"), _value(lines, "mode")
+    rules_of = {name: _read(name, _value(lines, name)) for name in _TYPES}
+    try:
+        check_game(seed, mode)
+        config = Config(**rules_of)
+    except ValueError as error:
+        raise ReplayError(f"the replay's game cannot be played: {error}") from error
     outcome = _value(lines, "outcome").split(" ")
     if len(outcome) != 4 or outcome[3] not in ("0", "1"):
         raise ReplayError("the replay is damaged: its outcome is not four numbers")
@@ -218,14 +188,6 @@ def _kinds(name: str) -> tuple[object, ...]:
     return typing.get_args(declared) or (declared,)
 
 
-def _config(lines: Iterator[str]) -> Config:
-    values = {name: _read(name, _value(lines, name)) for name in _TYPES}
-    try:
-        return Config(**values)
-    except ValueError as error:
-        raise ReplayError(f"the replay's rules cannot be played: {error}") from error
-
-
 def _read(name: str, word: str) -> typing.Any:
     """Read one value of the rules by the type that `Config` declares."""
     kinds = _kinds(name)
@@ -234,7 +196,7 @@ def _read(name: str, word: str) -> typing.Any:
     if bool in kinds and word in ("yes", "no"):
         return word == "yes"
     if int in kinds:
-        return _whole(name, word, MOST.get(name, _MOST_NUMBER))
+        return _whole(name, word, _MOST_NUMBER)
     if float in kinds and _NUMBER.fullmatch(word):
         number = float(word)
         if math.isfinite(number) and number <= _MOST_US / 1e6:
@@ -275,7 +237,7 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
         games += codes.count("n")
         inputs += len(codes.translate(_WITHOUT_DIGITS))
         if inputs > _MOST_INPUTS:
-            raise ReplayError(_TOO_MANY)
+            raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
         before = Moment(
             before.time_us + int(wait),
             tuple(_input(code) for code in _INPUT.findall(codes)),

@@ -11,19 +11,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from tetris.bots import paths
+from tetris.bots.placements import fewest
+from tetris.engine import events as happened
 from tetris.engine.board import Board, without_rows
-from tetris.engine.events import (
-    Action,
-    Blocked,
-    Event,
-    Locked,
-    Moved,
-    Restarted,
-    Rotated,
-    Spawned,
-    Undone,
-)
+from tetris.engine.events import Action, Event
 from tetris.engine.game import Game
 from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config
@@ -34,33 +25,17 @@ _STEPS: Final = (Action.LEFT, Action.RIGHT, Action.ROTATE_CW, Action.ROTATE_CCW)
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """The figures of one game, so far or at its end.
-
-    Attributes:
-        score, lines, level: As the game has them.
-        pieces: Locked.
-        time_s: Played, without pauses.
-        commands: Given by the player.
-        faults: Inputs more than were needed, over all pieces.
-        faultless: Pieces with none.
-        combo: The most clears in a row.
-        b2b: The most difficult clears in a row that were paid as such.
-        perfect: Clears that emptied the board.
-        clears: How often, by their names ("tetris", "t-spin double"); plain locks left out.
-    """
+    """The figures of one game, so far or at its end."""
 
     score: int
     lines: int
     level: int
-    pieces: int
-    time_s: float
-    commands: int
-    faults: int
-    faultless: int
-    combo: int
-    b2b: int
-    perfect: int
-    clears: Mapping[str, int]
+    pieces: int  # locked
+    time_s: float  # played, without pauses
+    commands: int  # given by the player
+    faults: int  # inputs more than were needed, over all pieces
+    faultless: int  # pieces with none
+    clears: Mapping[str, int]  # how often, by their names ("t-spin double"); plain locks left out
 
     @property
     def pieces_per_s(self) -> float:
@@ -81,9 +56,6 @@ class Summary:
 class _Lock(NamedTuple):
     bits: int  # the board before it
     name: str
-    combo: int
-    b2b: int
-    perfect: bool
     faults: int
 
 
@@ -99,7 +71,7 @@ class Statistics:
         config = self._config
         self._bits = Board.parse(config.board, config.columns).bits
         self._locks: list[_Lock] = []
-        self._commands = self._b2b = 0
+        self._commands = 0
         self._entered: Piece | None = None
         self._next_piece()
 
@@ -107,28 +79,28 @@ class Statistics:
         self._inputs, self._ran = 0, False  # the latter: whether a repeat moved the piece
 
     def update(self, events: Iterable[Event], commands: int = 0) -> None:
-        """Take what an update of the game gave.
+        """Take what an update of the game gave, and how many `COMMANDS` the player gave for it.
 
-        Args:
-            events: What happened, all of it, oldest first.
-            commands: How many of `COMMANDS` the player gave for it; a repeat of a held key
-                is none, and comes in an update of its own.
+        A repeat of a held key is none, and comes in an update of its own.
         """
         for event in events:
             match event:
-                case Moved(action=action) if action in _STEPS and not commands:
+                case happened.Moved(action=action) if action in _STEPS and not commands:
                     self._ran = True
-                case Moved(action=action) | Rotated(action=action) | Blocked(action=action):
+                case (
+                    happened.Moved(action=action)
+                    | happened.Rotated(action=action)
+                    | happened.Blocked(action=action)
+                ):
                     self._inputs += commands > 0 and action in _STEPS
-                case Spawned(piece=piece):
+                case happened.Spawned(piece=piece):
                     self._entered = piece
-                case Locked():
+                case happened.Locked():
                     self._lock(event)
-                case Undone() if self._locks:
+                case happened.Undone() if self._locks:
                     self._bits = self._locks.pop().bits
-                    self._b2b = self._locks[-1].b2b if self._locks else 0
                     self._next_piece()
-                case Restarted():
+                case happened.Restarted():
                     self._begin()
         self._commands += commands
 
@@ -144,21 +116,14 @@ class Statistics:
             commands=self._commands,
             faults=sum(lock.faults for lock in locks),
             faultless=sum(not lock.faults for lock in locks),
-            combo=max((lock.combo for lock in locks), default=0),
-            b2b=max((lock.b2b for lock in locks), default=0),
-            perfect=sum(lock.perfect for lock in locks),
             clears=dict(Counter(lock.name for lock in locks if lock.name)),
         )
 
-    def _lock(self, event: Locked) -> None:
-        piece, clear = event.piece, event.clear
-        if clear.lines:
-            self._b2b = self._b2b + 1 if clear.b2b else 0
-        needed = self._fewest(piece)
+    def _lock(self, event: happened.Locked) -> None:
+        needed = self._fewest(event.piece)
         faults = 0 if needed is None else max(0, self._inputs - needed)
-        combo = clear.combo + 1
-        self._locks.append(_Lock(self._bits, clear.name, combo, self._b2b, clear.perfect, faults))
-        bits = self._bits | piece.mask
+        self._locks.append(_Lock(self._bits, event.clear.name, faults))
+        bits = self._bits | event.piece.mask
         self._bits = without_rows(bits, list(event.rows), self._config.columns)
         self._next_piece()
 
@@ -170,4 +135,4 @@ class Statistics:
         entered, kicks = self._entered, self._config.kicks
         if entered is None or entered.kind != landing.kind:
             return None
-        return paths.fewest(self._bits, entered, landing, kicks=kicks, runs=self._ran)
+        return fewest(self._bits, entered, landing, kicks=kicks, runs=self._ran)

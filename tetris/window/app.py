@@ -9,14 +9,13 @@ import pygame
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
-from tetris.window.bot_player import BotPlayer
 from tetris.window.display import open_window, set_fullscreen
-from tetris.window.saves import Saves
+from tetris.window.game_session import Saves
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.settings import Settings, stepped
 
-__all__ = ["App", "BotPlayer", "Start", "play"]
+__all__ = ["App", "Start", "play"]
 
 _SIZE: Final = (1120, 720)  # pixels; fits a small laptop's screen
 _FRAMES_HZ: Final = 60
@@ -45,11 +44,7 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
 
 
 class App:
-    """The whole window, without a clock: each frame passes the time.
-
-    Attributes:
-        stage: What is seen.
-    """
+    """The whole window, without a clock: each frame passes the time."""
 
     def __init__(
         self,
@@ -60,15 +55,7 @@ class App:
         data: Path | None = None,
         sound: bool = True,
     ) -> None:
-        """Set up the first screen.
-
-        Args:
-            surface: The window's.
-            start: What to begin with.
-            config: The folder of settings; None keeps none.
-            data: The folder of best lists and replays; None keeps none.
-            sound: Whether the audio device is opened.
-        """
+        """Set up the first screen; without a folder, settings or games are not kept."""
         settings, notice = Settings(), ""
         if config is not None:
             settings, notice = settings_file.load(config / settings_file.FILE_NAME)
@@ -91,12 +78,7 @@ class App:
         return self._flow.game
 
     def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
-        """Take events, let time pass, draw; return whether the window stays open.
-
-        Args:
-            time_s: The present time, never earlier than before.
-            events: What pygame's queue gave.
-        """
+        """Take events, let time pass, draw; return whether the window stays open."""
         stage = self.stage
         stage.time_s = time_s
         for event in events:

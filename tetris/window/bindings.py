@@ -99,11 +99,7 @@ def caption(name: str) -> str:
 
 
 def table(*bindings: Names) -> dict[Code, Action]:
-    """Return what each key and button does, for `tetris.window.keys.Keys`.
-
-    Args:
-        *bindings: By name; names that mean nothing are left out.
-    """
+    """Return what each key and button does; names that mean nothing are left out."""
     actions = {action.value: action for action in Action}
     return {
         _KEY_CODES.get(name, name): actions[action]

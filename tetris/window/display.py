@@ -1,7 +1,6 @@
 """Opening of the window, with one sentence for every reason why there is none."""
 
 import os
-import tempfile
 import warnings
 
 import pygame
@@ -23,15 +22,13 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
         DisplayError: There is no display.
     """
     try:
-        _init()
+        pygame.display.init()
         driver = pygame.display.get_driver()
         if driver in _UNSEEN and not any(os.environ.get(name) for name in _CHOICES):
+            pygame.display.quit()
             raise DisplayError("no display was found")
         surface = set_size(size)
-    except (pygame.error, DisplayError) as error:
-        pygame.display.quit()
-        if isinstance(error, DisplayError):
-            raise
+    except pygame.error as error:
         raise DisplayError(f"the display cannot be opened: {error}") from error
     pygame.font.init()
     pygame.display.set_caption(caption)
@@ -50,15 +47,3 @@ def set_size(size: tuple[int, int]) -> pygame.Surface:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # which is what pygame says of that
         return pygame.display.set_mode(size, pygame.RESIZABLE)
-
-
-def _init() -> None:
-    """Start SDL's video; where XDG_RUNTIME_DIR is unset, libwayland would grumble on stderr."""
-    unset = "XDG_RUNTIME_DIR" not in os.environ
-    if unset:
-        os.environ["XDG_RUNTIME_DIR"] = tempfile.gettempdir()
-    try:
-        pygame.display.init()
-    finally:
-        if unset:
-            del os.environ["XDG_RUNTIME_DIR"]

@@ -1,8 +1,9 @@
-"""Effects on the board after events: locks, clears, drops, new levels."""
+"""What an event looks like: light on the board, and words beside it ("T-spin double", "+1,200")."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from math import cos, pi, sin
+from random import Random
 from typing import Final
 
 import pygame
@@ -10,9 +11,9 @@ import pygame
 from tetris.engine import events as happened
 from tetris.engine.events import Event
 from tetris.window import theme
-from tetris.window.layout import Layout
+from tetris.window.scenery import Layout
 from tetris.window.theme import Colour
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
@@ -22,9 +23,12 @@ _A_CELL: Final = 3  # sparks
 _SPEED: Final = 4.2  # of sparks, cells in a lifetime
 _FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
 _GLOW_S: Final = 0.8
-_THUMP_S: Final = 0.11
-_THUMP_ROWS: Final = 3  # a drop from lower gives no thump
+_LASTS_S: Final = 1.8
+_POP_S: Final = 0.12  # the words come in a little from below
+_FADE_FROM: Final = 0.7  # of its time
 _MOST: Final = 24  # effects alive at once; a fast player would pile them up
+
+Line = tuple[str, Colour]
 
 
 class Effects:
@@ -33,23 +37,14 @@ class Effects:
     def __init__(self, look: ThemeChoice) -> None:
         self._look = look
         self._alive: list[Effect] = []
-        self._thump_s: float | None = None
 
     def show(self, events: Iterable[Event], layout: Layout, rows: Sequence[str]) -> None:
-        """Begin what the events call for.
-
-        Args:
-            events: What happened.
-            layout: Where the board is.
-            rows: The board as it was last drawn, for the colours of rows that were cleared.
-        """
+        """Begin what the events call for; the rows are as last drawn, with those now cleared."""
         palette, cell = self._look.palette, layout.cell
         for event in events:
             match event:
                 case happened.Dropped(rows=fallen) if fallen and self._look.motion:
                     self._alive.append(_Trail(event, cell, self._look))
-                    if fallen >= _THUMP_ROWS:
-                        self._thump_s = event.time_s
                 case happened.Locked(rows=cleared) if cleared:
                     grand = event.clear.difficult or event.clear.perfect
                     self._alive.append(_Rows(event, self._look))
@@ -68,23 +63,12 @@ class Effects:
     def clear(self) -> None:
         """Forget all."""
         self._alive.clear()
-        self._thump_s = None
 
     def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
         """Draw what is alive, and forget what is over."""
         self._alive = [effect for effect in self._alive if effect.age(time_s) < 1]
         for effect in self._alive:
             effect.draw(surface, layout, effect.age(time_s))
-
-    def thump(self, time_s: float, cell: int) -> int:
-        """Return by how many pixels a hard drop pushes the board down now."""
-        if self._thump_s is None:
-            return 0
-        age = max(0.0, time_s - self._thump_s) / _THUMP_S
-        if age >= 1:
-            self._thump_s = None
-            return 0
-        return round(cell * 0.14 * (1 - age))
 
 
 class Effect(ABC):
@@ -166,24 +150,22 @@ class _Burst(Effect):
     ) -> None:
         super().__init__(event.time_s, _SPARKS_S)
         placed = dict.fromkeys(event.piece.cells, event.piece.kind)
-        side = max(2, round(layout.cell * 0.16))
-        self._pictures: dict[Colour, pygame.Surface] = {}
+        side, number = max(2, round(layout.cell * 0.16)), Random(repr(event.rows)).random
+        self._pictures: dict[Colour, pygame.Surface] = {}  # one for all sparks of a colour
         self._sparks: list[tuple[pygame.Surface, float, float, float, float]] = []
         for y in event.rows:
             for x in range(layout.columns):
-                if mark := placed.get((x, y)) or (rows[y][x] if y < len(rows) else ""):
-                    self._add(x, y, look.tiles.colour(mark), side)
-
-    def _add(self, x: int, y: int, colour: Colour, side: int) -> None:
-        """Begin the sparks of one cell; the picture of a colour is shared."""
-        if colour not in self._pictures:
-            self._pictures[colour] = pygame.Surface((side, side))
-            self._pictures[colour].fill(colour)
-        for number in range(_A_CELL):
-            turn = _scattered(x, y, number) * 2 * pi
-            speed = _SPEED * (0.35 + 0.65 * _scattered(y, number, x))
-            spark = self._pictures[colour], x + 0.4, y - 0.4, cos(turn) * speed, sin(turn) * speed
-            self._sparks.append(spark)
+                mark = placed.get((x, y)) or (rows[y][x] if y < len(rows) else "")
+                if not mark:
+                    continue
+                colour = look.tiles.colour(mark)
+                if colour not in self._pictures:
+                    self._pictures[colour] = pygame.Surface((side, side))
+                    self._pictures[colour].fill(colour)
+                for _ in range(_A_CELL):
+                    turn, speed = number() * 2 * pi, _SPEED * (0.35 + 0.65 * number())
+                    dx, dy = cos(turn) * speed, sin(turn) * speed
+                    self._sparks.append((self._pictures[colour], x + 0.4, y - 0.4, dx, dy))
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
         for picture in self._pictures.values():
@@ -215,10 +197,78 @@ class _Glow(Effect):
         pygame.draw.rect(surface, colour, frame, wide, border_radius=layout.cell // 5)
 
 
-def _scattered(*numbers: int) -> float:
-    """Return a number from 0 to 1 that looks random and is the same every time."""
-    mixed = 0x9E3779B9
-    for number in numbers:
-        mixed = (mixed ^ (number + 0x7F4A7C15)) * 0x85EBCA6B & 0xFFFFFFFF
-        mixed ^= mixed >> 13
-    return mixed / 0xFFFFFFFF
+# -- words -------------------------------------------------------------------------------------
+
+
+class Callouts:
+    """The latest words; new ones take their place."""
+
+    def __init__(self, look: ThemeChoice) -> None:
+        self._look = look
+        self._lines: list[Line] = []
+        self._since_s = 0.0
+        self._picture: pygame.Surface | None = None
+
+    def show(self, events: Iterable[Event]) -> None:
+        """Show the lines of the events."""
+        for event in events:
+            match event:
+                case happened.Locked():
+                    if lines := praise(event, self._look):
+                        self._say(event.time_s, lines)
+                case happened.LevelUp(level=level):
+                    words = self._look.words("callout.level", level=level)
+                    fresh = self._lines if self._since_s == event.time_s else []
+                    self._say(event.time_s, [*fresh, (words, self._look.palette.good)])
+                case happened.Restarted():
+                    self.clear()
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._lines, self._picture = [], None
+
+    def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
+        """Draw the words while they last."""
+        age_s = max(0.0, time_s - self._since_s)
+        if not self._lines or age_s >= _LASTS_S:
+            self.clear()
+            return
+        if self._picture is None:
+            self._picture = self._draw_words(layout)
+        age = age_s / _LASTS_S
+        self._picture.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
+        sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell if self._look.motion else 0.0
+        surface.blit(self._picture, layout.callout.move(0, round(sunk)))
+
+    def _say(self, time_s: float, lines: list[Line]) -> None:
+        self._lines, self._since_s, self._picture = lines, time_s, None
+
+    def _draw_words(self, layout: Layout) -> pygame.Surface:
+        box, cell = layout.callout, layout.cell
+        picture = pygame.Surface(box.size, pygame.SRCALPHA)
+        top = 0
+        for row, (words, colour) in enumerate(self._lines):
+            size = round(cell * (1.0 if row == 0 else 0.78))
+            line = theme.fitted(words, size, colour, box.width)
+            picture.blit(line, (0, top))
+            top += round(line.get_height() * 0.98)
+        return picture
+
+
+def praise(event: happened.Locked, look: ThemeChoice) -> list[Line]:
+    """Return the lines about a lock, the greatest first, each with its colour."""
+    clear, palette, words = event.clear, look.palette, look.words
+    lines: list[Line] = []
+    if clear.perfect:
+        lines.append((words("callout.perfect"), palette.good))
+    if clear.name:
+        grand = clear.difficult or clear.name.endswith("t-spin")
+        key = clear.name.replace(" ", "_").replace("-", "_")
+        lines.append((words(f"clears.{key}").upper(), palette.accent if grand else palette.text))
+    if clear.b2b:
+        lines.append((words("callout.b2b"), palette.warn))
+    if clear.combo > 0:
+        lines.append((words("callout.combo", count=clear.combo), palette.cool))
+    if clear.points:
+        lines.append((f"+{clear.points:,}", palette.text))
+    return lines

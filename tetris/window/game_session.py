@@ -1,37 +1,38 @@
-"""One game being played: its recording, its figures, and the pace of a slow hand. No pixels."""
+"""One game being played: its recording, figures and bot, and how it is kept. No pixels."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import Final
 
-from tetris.engine.events import Action, Event, GravityCap, Input, Spawned
+from tetris.bots import greedy
+from tetris.bots.greedy import Planner
+from tetris.engine.events import Action, Event, Finish, GravityCap, Input, Spawned, ToppedOut
 from tetris.engine.game import Game, Phase
-from tetris.engine.modes import Mode
-from tetris.engine.pace import Pace
-from tetris.history.replay import Player, Recorder, Replay
+from tetris.engine.modes import Mode, Pace
+from tetris.engine.pieces import Piece
+from tetris.history.high_scores import Entry, HighScores
+from tetris.history.replay import Player, Recorder
+from tetris.history.replay_file import SUFFIX, ReplayError, save
 from tetris.history.stats import COMMANDS, Statistics, Summary
 from tetris.window.settings import Settings
 
+_FOLDER: Final = "replays"
+_FILMS: Final = "films"
+_MOST: Final = 1000  # replays kept; a few kilobytes each
+_LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
+_REST_S: Final = 4.0  # how long a bot's lost game stays on the screen
+
 
 class Session:
-    """A game of a mode.
-
-    Attributes:
-        mode: How it is played.
-        recorder: Its recording, in which the game is.
-        ranked: Whether it counts for the best list; a game that was taken over does not.
-    """
+    """A game of a mode."""
 
     def __init__(
         self, mode: Mode, seed: int, settings: Settings, *, level: int | None = None
     ) -> None:
-        """Set up a game; its time begins with the first update.
-
-        Args:
-            mode: How it is played.
-            seed: Which game.
-            settings: How the player handles it.
-            level: The start level; that of the settings if there is none.
-        """
+        """Set up a game; its time begins with the first update; level None: the settings'."""
         config = mode.config(level or settings.level, seed)
         config = replace(
             config,
@@ -48,12 +49,16 @@ class Session:
         session.ranked = False
         past = Player(recorder.replay())
         session._statistics.update(past.first_events)
-        session._statistics.update(past.advance(past.end_s), _commands(past.replay))
+        given = [each for moment in past.replay.moments for each in moment.inputs]
+        # Repeats of a held key are counted, too: a recording does not tell them apart.
+        session._statistics.update(
+            past.advance(past.end_s), sum(each in COMMANDS for each in given)
+        )
         return session
 
     def _begin(self, mode: Mode, recorder: Recorder) -> None:
         self.mode, self.recorder = mode, recorder
-        self.ranked = True
+        self.ranked = True  # whether it counts for the best list; one taken over does not
         self._statistics = Statistics(recorder.game.config)
         self._pace = Pace() if mode.paced else None
         self._fresh = False  # whether a piece has entered since the last update
@@ -79,12 +84,7 @@ class Session:
     ) -> list[Event]:
         """Let time pass, then act, and return what happened, as `Game.update` does.
 
-        Args:
-            time_s: The present time.
-            actions: What the player does.
-            commands: How many of them the player gave; repeats of a held key are none.
-            soft_drop: Whether soft drop is held.
-            initial: Which turns, and whether the hold, are held.
+        Of the actions so many are commands of the player; repeats of a held key are none.
         """
         inputs: list[Input] = list(actions)
         if self._pace:
@@ -106,6 +106,117 @@ class Session:
         return [GravityCap(pace.level)] if changed else []
 
 
-def _commands(replay: Replay) -> int:
-    """Count a recording's commands; repeats of a held key are counted, too."""
-    return sum(given in COMMANDS for moment in replay.moments for given in moment.inputs)
+class BotPlayer:
+    """Plays a game one action at a time, looking at the board before each."""
+
+    def __init__(self, action_s: float, plan: Planner = greedy.plan) -> None:
+        """Act every `action_s` seconds, as a bot plans."""
+        self._action_s = action_s
+        self._plan = plan
+        self._next_s = 0.0
+        self._target: Piece | None = None
+
+    def actions(self, game: Game, time_s: float) -> list[Action]:
+        """Return what to do now: one action or none."""
+        if time_s < self._next_s or game.phase is Phase.PAUSED:
+            return []
+        if game.phase is Phase.OVER:
+            self._next_s = time_s + self._action_s
+            return [Action.RESTART]
+        if not game.in_play:
+            return []
+        plan = self._plan(game, target=self._target)
+        self._target = plan.landing
+        self._next_s = time_s + self._action_s
+        return [plan.actions[0]]
+
+    def watch(self, events: list[Event]) -> None:
+        """Forget the target when a new piece has come."""
+        if any(isinstance(event, Spawned) for event in events):
+            self._target = None
+        if any(isinstance(event, ToppedOut) for event in events):
+            self._next_s += _REST_S
+
+
+# -- how it is kept ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SavedGame:
+    """Result of saving a game: its place in the best list, from 1, and a sentence of trouble."""
+
+    place: int | None = None
+    notice: str = ""
+
+
+class Saves:
+    """The player's games."""
+
+    def __init__(self, folder: Path | None) -> None:
+        """Keep them in a folder; None keeps nothing."""
+        self._folder = folder
+        self._records = None if folder is None else HighScores(folder)
+
+    def keep(self, session: Session) -> SavedGame:
+        """Put a game on the store that is over; or one that was left, as far as it went.
+
+        A game that was left has no place, unless it is of a mode that has no end of its own.
+        """
+        game, mode = session.game, session.mode
+        if self._folder is None or self._records is None:
+            return SavedGame()
+        over = game.phase is Phase.OVER
+        if not over and game.pieces_placed < _LEAST_PIECES:
+            return SavedGame()
+        path = _free(self._folder / _FOLDER, mode.name, SUFFIX)
+        notice = ""
+        try:
+            save(path, session.recorder.replay())
+            for old in self.replays()[_MOST:]:
+                old.unlink(missing_ok=True)
+        except OSError as error:
+            notice = f"cannot save the replay: {error.strerror or error}"
+        except ReplayError as error:
+            notice = str(error)
+        if not session.ranked or not (over or not game.config.gravity):
+            return SavedGame(notice=notice)
+        place = self._records.add(
+            mode,
+            session.summary,
+            won=isinstance(game.result, Finish),
+            seed=session.recorder.seed,
+            date=f"{datetime.now():%Y-%m-%d %H:%M}",
+            replay="" if notice else path.name,
+        )
+        return SavedGame(place, notice or self._records.trouble)
+
+    def best(self, mode: str) -> tuple[Entry, ...]:
+        """Return a mode's best games, the best first."""
+        return self._records.best(mode) if self._records else ()
+
+    @property
+    def trouble(self) -> str:
+        """A sentence if the best lists could not be read, "" when all is well."""
+        return self._records.trouble if self._records else ""
+
+    def film_namer(self, mode: str) -> Callable[[str], Path] | None:
+        """Return what names a new film's file by its suffix; None where nothing is kept."""
+        if self._folder is None:
+            return None
+        return partial(_free, self._folder / _FILMS, mode or "game")
+
+    def replays(self) -> list[Path]:
+        """Return the replays' files, the newest first."""
+        if self._folder is None:
+            return []
+        return sorted((self._folder / _FOLDER).glob(f"*{SUFFIX}"), reverse=True)
+
+
+def _free(folder: Path, mode: str, suffix: str) -> Path:
+    """Return a file's name with date and mode, which no other file has."""
+    now = f"{datetime.now():%Y-%m-%d_%H-%M-%S}"
+    number, path = 1, folder / f"{now}_{mode}{suffix}"
+    while path.exists():
+        number += 1
+        path = folder / f"{now}-{number}_{mode}{suffix}"
+    return path

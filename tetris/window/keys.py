@@ -17,19 +17,12 @@ _AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
 
 
 class DueAction(NamedTuple):
-    """An action that is due.
-
-    Attributes:
-        time_s: The moment at which it was due.
-        action: What to do.
-        repeated: Whether a held key repeats it; then it is no command.
-        held: The actions whose keys were down at that moment, this one's included.
-    """
+    """An action that is due, and since when."""
 
     time_s: float
     action: Action
-    repeated: bool = False
-    held: frozenset[Action] = frozenset()
+    repeated: bool = False  # by a held key; then it is no command
+    held: frozenset[Action] = frozenset()  # whose keys were down then, this one's included
 
 
 class Keys:
@@ -43,19 +36,10 @@ class Keys:
         arr_s: float,
         drop_guard: bool = False,
     ) -> None:
-        """Use a table of bindings and a way to repeat.
+        """Use a table of bindings and a way to repeat; an ARR of 0 goes to the wall at once.
 
-        Args:
-            bindings: What each key or button does.
-            das_s: From a press to the first repeat, 0 or more.
-            arr_s: Between two repeats, 0 or more; 0 goes to the wall at once.
-            drop_guard: Whether a hard drop is ignored while a direction is held.
-
-        Raises:
-            ValueError: A time is below 0.
+        With the guard, a hard drop is ignored while a direction is held.
         """
-        if das_s < 0 or arr_s < 0:
-            raise ValueError(f"DAS {das_s} s and ARR {arr_s} s must be 0 or above")
         self._bindings = bindings
         self._das_s, self._arr_s, self._drop_guard = das_s, arr_s, drop_guard
         self._due: list[DueAction] = []

@@ -19,25 +19,15 @@ Step = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One line of a menu.
-
-    Attributes:
-        label: What it is.
-        do: What happens when it is taken; None for lines that only have a value.
-        value: What is chosen at present.
-        caps: The same as the captions of keys.
-        step: Changes the value, by -1 or 1.
-        share: How much of a bar beside the value is filled, 0 to 1; None draws none.
-        hint: A sentence about it, shown while it is chosen.
-    """
+    """One line of a menu."""
 
     label: str
-    do: Callable[[], None] | None = None
-    value: str = ""
-    caps: tuple[str, ...] = ()
-    step: Step | None = None
-    share: float | None = None
-    hint: str = ""
+    do: Callable[[], None] | None = None  # when it is taken; None for lines with only a value
+    value: str = ""  # what is chosen at present
+    caps: tuple[str, ...] = ()  # the same as the captions of keys
+    step: Step | None = None  # changes the value, by -1 or 1
+    share: float | None = None  # how much of a bar beside the value is filled, 0 to 1
+    hint: str = ""  # shown while it is chosen
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,18 +41,11 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Menu:
-    """A page.
-
-    Attributes:
-        title: Its heading.
-        items: What can be chosen, from above.
-        table: What is only to be read, above the items.
-        notice: A sentence that matters now.
-    """
+    """A page: what can be chosen, what is only to be read, and a sentence that matters now."""
 
     title: str
     items: Sequence[Item]
-    table: Sequence[Row] = ()
+    table: Sequence[Row] = ()  # above the items
     notice: str = ""
 
 
@@ -142,11 +125,7 @@ class Repeater:
 
 
 class Cursor:
-    """Position in a menu.
-
-    Attributes:
-        selected: The number of the chosen item, from 0.
-    """
+    """Position in a menu: the number of the chosen item, from 0."""
 
     def __init__(self) -> None:
         self.selected = 0

@@ -1,25 +1,74 @@
-"""Unchanging parts of the pictures: cards, headings, the empty well, and the program's name."""
+"""Layout of a game in multiples of one cell; and what never changes: cards, headings, the well."""
 
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import Final
 
 import pygame
 
 from tetris.window import theme
-from tetris.window.layout import Layout
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
-_LETTERS: Final = (
-    ("Z", ("###", ".#.", ".#.", ".#.", ".#.")),
-    ("L", ("###", "#..", "##.", "#..", "###")),
-    ("O", ("###", ".#.", ".#.", ".#.", ".#.")),
-    ("S", ("##.", "#.#", "##.", "#.#", "#.#")),
-    ("I", ("#", "#", "#", "#", "#")),
-    ("T", (".##", "#..", ".#.", "..#", "##.")),
+_LOGO: Final = (
+    "ZZZ LLL OOO SS. I .TT",
+    ".Z. L.. .O. S.S I T..",
+    ".Z. LL. .O. SS. I .T.",
+    ".Z. L.. .O. S.S I ..T",
+    ".Z. LLL .O. S.S I TT.",
 )
-_ROWS: Final = 5
-_GAP: Final = 1  # cells between letters
-_COLUMNS: Final = sum(len(rows[0]) + _GAP for _, rows in _LETTERS) - _GAP
+_LEAST_COLUMNS: Final = 10  # a board with fewer stands in the middle of so many
+_LEAST_ROWS: Final = 20
+_SIDE: Final = 4.8  # width of the column on either side, in cells
+_GAP: Final = 0.6  # between the board and a side column
+_HEAD: Final = 1.3  # above the board, for a piece that is just entering
+_FOOT: Final = 0.6
+_WIDTH: Final = 2 * (_SIDE + _GAP) + 0.5  # all but the board
+_HOLD: Final = 4.4  # heights
+_NEXT: Final = 15.7
+_LEAST_CELL: Final = 6  # pixels; below, nothing could be told apart
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where everything is, in pixels of the window."""
+
+    area: pygame.Rect
+    cell: int  # the side of one block
+    columns: int
+    rows: int  # the visible ones
+    board: pygame.Rect
+    hold: pygame.Rect  # cards, like the next two
+    stats: pygame.Rect
+    next: pygame.Rect
+    callout: pygame.Rect  # where a clear is named, beside the board so that it hides nothing
+
+    @classmethod
+    def inside(
+        cls, area: pygame.Rect, columns: int = _LEAST_COLUMNS, rows: int = _LEAST_ROWS
+    ) -> "Layout":
+        """Fit the largest whole cell size into an area and centre everything in it."""
+        wide, high = max(columns, _LEAST_COLUMNS), max(rows, _LEAST_ROWS)
+        height = high + _HEAD + _FOOT
+        cell = max(_LEAST_CELL, int(min(area.width / (wide + _WIDTH), area.height / height)))
+        place = pygame.Rect(0, 0, wide * cell, high * cell)
+        place.centerx = area.centerx
+        place.top = area.top + round((area.height - height * cell) / 2 + _HEAD * cell)
+        board = pygame.Rect(0, 0, columns * cell, rows * cell)
+        board.midbottom = place.midbottom
+        side, gap = round(_SIDE * cell), round(_GAP * cell)
+        left, right = place.left - gap - side, place.right + gap
+        hold = pygame.Rect(left, place.top, side, round(_HOLD * cell))
+        stats = pygame.Rect(left, hold.bottom + gap, side, place.bottom - hold.bottom - gap)
+        following = pygame.Rect(right, place.top, side, round(_NEXT * cell))
+        below = following.bottom + gap
+        callout = pygame.Rect(right, below, side, place.bottom - below)
+        return cls(area.copy(), cell, columns, rows, board, hold, stats, following, callout)
+
+    def at(self, x: float, y: float) -> tuple[int, int]:
+        """Return the upper left pixel of a cell of the board."""
+        return (
+            round(self.board.left + x * self.cell),
+            round(self.board.bottom - (y + 1) * self.cell),
+        )
 
 
 def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
@@ -74,19 +123,8 @@ def _draw_well(
 
 def draw_logo(surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
     """Draw the name as large as fits, at the upper left of an area."""
-    cell = max(2, min(area.width // _COLUMNS, area.height // _ROWS))
-    surface.blit(_logo(cell, look), area)
-
-
-@lru_cache(maxsize=4)
-def _logo(cell: int, look: ThemeChoice) -> pygame.Surface:
-    picture = pygame.Surface((_COLUMNS * cell, _ROWS * cell), pygame.SRCALPHA)
-    left = 0
-    for mark, rows in _LETTERS:
-        block = look.tiles.mino(mark, cell)
-        for y, row in enumerate(rows):
-            for x, filled in enumerate(row):
-                if filled == "#":
-                    picture.blit(block, ((left + x) * cell, y * cell))
-        left += len(rows[0]) + _GAP
-    return picture
+    cell = max(2, min(area.width // len(_LOGO[0]), area.height // len(_LOGO)))
+    for y, row in enumerate(_LOGO):
+        for x, mark in enumerate(row):
+            if mark.isalpha():
+                surface.blit(look.tiles.mino(mark, cell), (area.x + x * cell, area.y + y * cell))

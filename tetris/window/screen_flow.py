@@ -1,81 +1,65 @@
 """Flow between screens: from the title to a game, its pause and its end, and back."""
 
 import secrets
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
-from tetris.bots import registry as bots
+from tetris.bots.beam_search import BOTS
 from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
-from tetris.window.bot_player import AttractMode, BotPlayer
-from tetris.window.game_session import Session
-from tetris.window.saves import Saves
+from tetris.window.game_session import BotPlayer, Saves, Session
 from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.game_menus import over_screen, pause_screen
+from tetris.window.screens.menu_screen import AttractMode
+from tetris.window.screens.menus import (
+    best_screen,
+    chosen_mode,
+    over_screen,
+    pause_screen,
+    replays_screen,
+    title_screen,
+)
 from tetris.window.screens.pages import open_settings
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
-from tetris.window.screens.title import best_screen, chosen_mode, replays_screen, title_screen
 
-_LAST_SEED = 2**32 - 1
+_SEED_BITS = 32
 _BOT_ACTION_S = 0.08  # quick, and still to be followed by eye
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Game or replay with which the window begins; without any, the menu.
+    """Game or replay with which the window begins; without any, the menu."""
 
-    Attributes:
-        mode: The mode's name; that of the settings if there is none, or the first mode with
-            levels if a level is given and that has none.
-        seed: Which game; a new one each time if there is none.
-        level: The start level; that of the settings if there is none.
-        bot: The name of the bot that plays in the player's place.
-        replay: A replay's file to show.
-    """
-
-    mode: str | None = None
-    seed: int | None = None
-    level: int | None = None
-    bot: str | None = None
-    replay: Path | None = None
+    mode: str | None = None  # that of the settings, or if that has no levels, the first with some
+    seed: int | None = None  # a new game each time if there is none
+    level: int | None = None  # that of the settings if there is none
+    bot: str | None = None  # plays in the player's place
+    replay: Path | None = None  # the file of one to show
 
 
 class ScreenFlow:
-    """Leads from screen to screen.
+    """Leads from screen to screen."""
 
-    Attributes:
-        game: The game played last; None before the first.
-    """
-
-    def __init__(
-        self, stage: ScreenStack, shelf: Saves, seed: Callable[[], int] | None = None
-    ) -> None:
-        """Lead over a stage; finished games go on a shelf, `seed` chooses the next one."""
+    def __init__(self, stage: ScreenStack, shelf: Saves) -> None:
+        """Lead over a stage; finished games go on a shelf."""
         self._stage, self._shelf = stage, shelf
-        self._seed = seed or partial(secrets.randbelow, _LAST_SEED + 1)
         self._attract = AttractMode()
-        self.game: Game | None = None
+        self.game: Game | None = None  # the one played last
 
     def begin(self, start: Start) -> None:
         """Show the first screens."""
-        stage = self._stage
-        stage.push(
-            title_screen(
-                stage,
-                self._attract,
-                play=lambda: self.play(chosen_mode(stage)),
-                best=lambda: stage.push(best_screen(stage, self._shelf, self._attract)),
-                replays=lambda: stage.push(
-                    replays_screen(stage, self._shelf, self._attract, self.watch)
-                ),
-                settings=lambda: open_settings(stage, self._attract),
-            )
+        stage, shelf, attract = self._stage, self._shelf, self._attract
+        title = title_screen(
+            stage,
+            attract,
+            play=lambda: self.play(chosen_mode(stage)),
+            best=lambda: stage.push(best_screen(stage, shelf, attract)),
+            replays=lambda: stage.push(replays_screen(stage, shelf, attract, self.watch)),
+            settings=lambda: open_settings(stage, attract),
         )
+        stage.push(title)
         if start.replay is not None:
             self.watch(start.replay)
         elif any(each is not None for each in (start.mode, start.seed, start.level, start.bot)):
@@ -93,9 +77,8 @@ class ScreenFlow:
         player: str | None = None,
     ) -> None:
         """Begin a game."""
-        stage = self._stage
-        chosen = self._seed() if seed is None else seed
-        session = Session(mode, chosen, stage.settings, level=level)
+        chosen = secrets.randbits(_SEED_BITS) if seed is None else seed
+        session = Session(mode, chosen, self._stage.settings, level=level)
         self._show(session, mode, level, player)
 
     def _show(
@@ -109,7 +92,7 @@ class ScreenFlow:
             paused=self._pause,
             over=again if player else self._over,
             restart=again if player else self._restart,
-            bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
+            bot=BotPlayer(_BOT_ACTION_S, BOTS[player]) if player else None,
         )
         self._stage.home(screen)
 

@@ -12,20 +12,16 @@ from tetris.window.menu import OF_ACTION, MenuStep
 from tetris.window.pads import Pads
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 _HEIGHT = 720  # design units of the window's height
 _WIDTH = 860  # and the least of its width
 
 
 class Screen(ABC):
-    """One thing that the window shows.
+    """One thing that the window shows."""
 
-    Attributes:
-        pointer: Whether the mouse has something to do there, and is seen.
-    """
-
-    pointer = True
+    pointer = True  # whether the mouse has something to do there, and is seen
 
     def press(self, code: Code, time_s: float) -> None:  # noqa: B027
         """Take a key or a button that went down."""
@@ -59,34 +55,18 @@ class Screen(ABC):
 
 
 class ScreenStack:
-    """Holds the screens, the uppermost of which is active.
-
-    Attributes:
-        settings: What the player has chosen.
-        look: What everything is drawn with.
-        sounds: The audio output.
-        pads: The game pads.
-        notice: A sentence that the player should read, "" for none.
-        area: The window, in pixels.
-        time_s: The present time, by the clock of the window.
-    """
+    """Holds the screens, the uppermost of which is active, and what they share."""
 
     def __init__(self, settings: Settings, folder: Path | None, area: pygame.Rect) -> None:
-        """Begin without a screen.
-
-        Args:
-            settings: What the player has chosen.
-            folder: Where settings are kept; None keeps none.
-            area: The window.
-        """
+        """Begin without a screen; settings are kept in the folder, if there is one."""
         self.settings = settings
         self.look = ThemeChoice.chosen(settings)
         self.sounds = Sounds()
         self.sounds.set_volumes(settings)
         self.pads = Pads()
-        self.notice = ""
-        self.area = area
-        self.time_s = 0.0
+        self.notice = ""  # a sentence that the player should read
+        self.area = area  # the window, in pixels
+        self.time_s = 0.0  # by the clock of the window
         self._folder = folder
         self._screens: list[Screen] = []
 
@@ -136,12 +116,7 @@ class ScreenStack:
             screen.refresh()
 
 
-def _seen(settings: Settings) -> tuple[object, ...]:
-    return (
-        settings.theme,
-        settings.patterns,
-        settings.motion,
-        settings.ghost,
-        settings.grid,
-        settings.language,
-    )
+def _seen(settings: Settings) -> list[object]:
+    """Return what a change of shows."""
+    names = ("theme", "patterns", "motion", "ghost", "grid", "language")
+    return [getattr(settings, name) for name in names]

@@ -5,6 +5,7 @@ is out of its limits or of another kind is as if it were not there. A file that 
 all is put aside, never overwritten.
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -23,49 +24,26 @@ FILE_NAME: Final = "tetris.toml"
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Settings of the player.
+    """Settings of the player."""
 
-    Attributes:
-        mode: The mode played last.
-        level: The start level chosen last.
-        das_ms: How long a held direction waits before it repeats.
-        arr_ms: How long between repeats; 0 goes to the wall at once.
-        soft_drop: How many times faster than gravity a soft drop falls.
-        initial: Whether a rotation or hold that is held acts on the next piece as it enters.
-        guard_ms: How long after a lock a hard drop is ignored.
-        drop_guard: Whether a hard drop is ignored while a direction is held.
-        theme: A name in `tetris.window.palettes.PALETTES`.
-        patterns: Whether each piece has a mark of its own.
-        motion: Whether things move that need not.
-        ghost: Whether one sees where the piece would land.
-        grid: Whether the empty cells are outlined.
-        fullscreen: Whether the window fills the screen.
-        language: A language's file name, or "" for the system's.
-        effects: Volume of the game's sounds, per cent.
-        clicks: Volume of the menus' sounds, per cent.
-        tones: Volume of a tone per piece as it enters, per cent.
-        keys: Which keys do what, by name.
-        pads: Which buttons do what, by name.
-    """
-
-    mode: str = "marathon"
+    mode: str = "marathon"  # played last, like the next
     level: int = 1
-    das_ms: int = 167  # docs/tetris.md "auto_repeat", and the next
-    arr_ms: int = 33
-    soft_drop: int = 20
-    initial: bool = True
-    guard_ms: int = 0
-    drop_guard: bool = False
-    theme: str = "dark"
-    patterns: bool = False
-    motion: bool = True
+    das_ms: int = 167  # before a held direction repeats: docs/tetris.md "auto_repeat"
+    arr_ms: int = 33  # between repeats; 0 goes to the wall at once
+    soft_drop: int = 20  # how many times faster than gravity
+    initial: bool = True  # a turn or hold that is held acts on the next piece as it enters
+    guard_ms: int = 0  # after a lock, in which a hard drop is ignored
+    drop_guard: bool = False  # a hard drop is ignored while a direction is held
+    theme: str = "dark"  # a name in `tetris.window.theme.PALETTES`
+    patterns: bool = False  # each piece has a mark of its own
+    motion: bool = True  # things move that need not
     ghost: bool = True
     grid: bool = True
     fullscreen: bool = False
-    language: str = ""
-    effects: int = 70
-    clicks: int = 40
-    tones: int = 0
+    language: str = ""  # its file's name, or "" for the system's
+    effects: int = 70  # volume, per cent, like the next two
+    clicks: int = 40  # of menus
+    tones: int = 0  # of a tone per piece as it enters
     keys: Names = field(default_factory=lambda: bindings.KEYS)
     pads: Names = field(default_factory=lambda: bindings.PADS)
 
@@ -91,15 +69,16 @@ _SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "sound": ("effects", "clicks", "tones"),
 }
 _BINDINGS: Final = ("keys", "pads")
+_MOST_BYTES: Final = 8 << 10  # tomllib takes time and memory quadratic in the dots of a key
 
 
 def load(path: Path) -> tuple[Settings, str]:
-    """Return the settings of a file, and a sentence for the player, "" when all is well.
+    """Return the settings of a file, and a sentence for the player, "" when all is well."""
 
-    Args:
-        path: The file; where there is none, everything is as it comes.
-    """
-    return files.load(path, lambda file: _chosen(files.read_toml(file)), Settings())
+    def read(file: Path) -> Settings:
+        return parse(files.read_bytes(file, _MOST_BYTES).decode("utf-8-sig"))
+
+    return files.load(path, read, Settings())
 
 
 def save(path: Path, settings: Settings) -> str:
@@ -112,15 +91,8 @@ def save(path: Path, settings: Settings) -> str:
 
 
 def parse(words: str) -> Settings:
-    """Read settings; what makes no sense in them is as if it were not there.
-
-    Raises:
-        ValueError: It is no TOML, or costs too much to read.
-    """
-    return _chosen(files.parse_toml(words))
-
-
-def _chosen(read: Mapping[str, Any]) -> Settings:
+    """Read settings as TOML; what makes no sense in them is as if it were not there."""
+    read = tomllib.loads(words)
     given: dict[str, Any] = {}
     usual = Settings()
     for section, names in _SECTIONS.items():
@@ -158,7 +130,7 @@ def _bindings(read: dict[str, Any], usual: Names) -> Names:
 
 
 def format_toml(settings: Settings) -> str:
-    """Write settings as `parse` reads them."""
+    """Write settings as `load` reads them."""
     tables: dict[str, dict[str, Any]] = {
         section: {name: getattr(settings, name) for name in names}
         for section, names in _SECTIONS.items()

@@ -1,11 +1,17 @@
-"""Colours, fonts and measures that every part of the window shares."""
+"""Colours, themes and fonts that every part of the window shares; themes come from a file."""
 
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
 from io import BytesIO
-from typing import Final
+from types import MappingProxyType
+from typing import Any, Final
 
 import pygame
+
+from tetris.engine.pieces import KINDS
 
 Colour = tuple[int, int, int]
 
@@ -33,8 +39,7 @@ PIECES: Final[dict[str, Colour]] = {
     "J": (92, 132, 235),
     "L": (255, 160, 72),
 }
-
-
+DEBRIS: Final = "?"  # the colour of blocks that no piece left, such as those to be dug away
 _EM: Final = 0.7  # of a size: what its letters measure, from ascender to descender
 
 
@@ -76,3 +81,71 @@ def fitted(words: str, size: int, colour: Colour, widest: int) -> pygame.Surface
         size = min(size - 1, int(size * widest / picture.get_width()))
         picture = text(words, max(1, size), colour)
     return picture
+
+
+# -- themes ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Palette:
+    """The colours of a theme, by the name that settings and language files call it."""
+
+    name: str
+    background: Colour
+    surface: Colour  # cards
+    raised: Colour  # what is chosen or nearest on a card
+    line: Colour  # edges of cards and of the well
+    text: Colour
+    dim: Colour  # what is read second
+    accent: Colour  # what matters most; grand clears
+    cool: Colour  # combos
+    good: Colour  # a new level, a perfect clear, a best result
+    warn: Colour  # back-to-back, and why a game pauses
+    bad: Colour  # danger
+    well: Colour  # the empty board
+    grid: Colour  # the lines between its cells
+    flash: Colour  # what a locking piece and a clear light up in
+    pieces: Mapping[str, Colour]  # and `DEBRIS`
+    edge: Colour | None = None  # around each block
+    bevel: float = 1.0  # how far the blocks' edges are lit and shaded, from 0 (flat)
+    ghost_alpha: int = 170  # how opaque the ghost's outline is, 0 to 255
+
+    @property
+    def track(self) -> Colour:
+        """The empty part of a bar."""
+        return mix(self.line, self.surface, 0.55 if self.edge else 0.1)
+
+
+DARK: Final = Palette(
+    name="dark",
+    background=BACKGROUND,
+    surface=SURFACE,
+    raised=SURFACE_RAISED,
+    line=LINE,
+    text=TEXT,
+    dim=TEXT_DIM,
+    accent=ACCENT,
+    cool=ACCENT_COOL,
+    good=GOOD,
+    warn=WARN,
+    bad=BAD,
+    well=(16, 20, 30),
+    grid=(30, 37, 53),
+    flash=WHITE,
+    pieces=MappingProxyType({**PIECES, DEBRIS: (112, 120, 140)}),
+)
+
+
+def _load() -> Iterator[Palette]:
+    """Yield the themes of the colour file."""
+    file = files("assets") / "tetris" / "palettes.toml"
+    for name, table in tomllib.loads(file.read_text("utf-8")).items():
+        pieces = zip((*KINDS, DEBRIS), map(tuple, table.pop("pieces")), strict=True)
+        values: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
+        }
+        yield Palette(name=name, pieces=MappingProxyType(dict(pieces)), **values)
+
+
+PALETTES: Final = MappingProxyType({palette.name: palette for palette in (DARK, *_load())})
+"""By name, in the order of the menu."""

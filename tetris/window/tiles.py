@@ -1,14 +1,16 @@
-"""Minos and ghosts as small pictures, drawn once for each size, and a mark for each piece."""
+"""The chosen look: minos and ghosts as small pictures, a mark for each piece, and the theme."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 import pygame
 
 from tetris.engine.pieces import SHAPES
-from tetris.window import theme
-from tetris.window.palettes import DEBRIS, Palette
-from tetris.window.theme import Colour
+from tetris.window import language, theme
+from tetris.window.language import Words
+from tetris.window.settings import Settings
+from tetris.window.theme import DARK, DEBRIS, PALETTES, Colour, Palette
 
 _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges
 _GHOST_FILL: Final = 0.2  # of the outline's opacity
@@ -28,12 +30,7 @@ class Tiles:
         self._kept: dict[tuple[str, str, int], pygame.Surface] = {}
 
     def mino(self, mark: str, size: int) -> pygame.Surface:
-        """Return one block of size x size pixels, its corners transparent.
-
-        Args:
-            mark: The piece that left it, as on the board; any other mark is debris.
-            size: Its side in pixels.
-        """
+        """Return one block of size x size pixels, its corners transparent."""
         return self._keep("mino", mark, size, self._draw_mino)
 
     def ghost(self, mark: str, size: int) -> pygame.Surface:
@@ -42,9 +39,9 @@ class Tiles:
 
     def preview(self, mark: str, size: int, *, dim: bool = False) -> pygame.Surface:
         """Return a whole piece as it enters, of blocks of that size, cut to its outline."""
-        return self._keep(
-            "dim" if dim else "whole", mark, size, self._draw_dim if dim else self._draw_whole
-        )
+        if dim:
+            return self._keep("dim", mark, size, self._draw_dim)
+        return self._keep("whole", mark, size, self._draw_whole)
 
     def hint(self, size: int) -> pygame.Surface:
         """Return one block of a hint: a dot."""
@@ -146,16 +143,8 @@ def _gradient(
 
 
 def draw_pattern(picture: pygame.Surface, face: pygame.Rect, mark: str, colour: Colour) -> None:
-    """Draw a piece's mark into the face of a block; debris has none.
-
-    Args:
-        picture: The block.
-        face: Where its flat part is.
-        mark: The piece.
-        colour: Of the mark's strokes.
-    """
-    draw = _PATTERNS.get(mark)
-    if draw:
+    """Draw a piece's mark into the face of a block; debris has none."""
+    if draw := _PATTERNS.get(mark):
         side = round(min(face.size) * 0.52)
         box = pygame.Rect(0, 0, side, side)
         box.center = face.center
@@ -191,3 +180,28 @@ _PATTERNS: Final[Mapping[str, _Draw]] = {
     "J": lambda to, box, ink, stroke: pygame.draw.rect(to, ink, box, stroke),
     "L": _plus,
 }
+
+
+@dataclass(frozen=True, eq=False)
+class ThemeChoice:
+    """Palette, blocks and words that every picture is drawn with, and what is shown."""
+
+    palette: Palette = DARK
+    tiles: Tiles = field(default_factory=lambda: Tiles(DARK))
+    words: Words = field(default_factory=lambda: language.load(language.FALLBACK))
+    motion: bool = True
+    ghost: bool = True
+    grid: bool = True
+
+    @classmethod
+    def chosen(cls, settings: Settings) -> "ThemeChoice":
+        """Return the look that the settings ask for; an unknown theme is the first."""
+        palette = PALETTES.get(settings.theme, DARK)
+        return cls(
+            palette,
+            Tiles(palette, patterns=settings.patterns),
+            language.load(settings.language or language.of_system()),
+            motion=settings.motion,
+            ghost=settings.ghost,
+            grid=settings.grid,
+        )

@@ -1,6 +1,7 @@
-"""Drawing of a game into a rectangle of a surface."""
+"""Drawing of a game into a rectangle of a surface, and the figures beside its board."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
@@ -10,13 +11,11 @@ from tetris.engine.board import EMPTY
 from tetris.engine.events import Event
 from tetris.engine.game import Finish, Game, Phase, TopOut
 from tetris.engine.pieces import Piece
+from tetris.engine.scoring import goal_of
 from tetris.window import theme
-from tetris.window.callouts import Callouts
-from tetris.window.effects import Effects
-from tetris.window.figures import Figure, figures_of
-from tetris.window.layout import Layout
-from tetris.window.scenery import draw_scenery, slot
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.effects import Callouts, Effects
+from tetris.window.scenery import Layout, draw_scenery, slot
+from tetris.window.tiles import ThemeChoice
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
     None: "view.paused",
@@ -31,12 +30,53 @@ _NEXT_BASE: Final = 2.7
 _PREVIEWS: Final = 5  # how many fit on their card
 
 
-class GameView:
-    """Draws a game: the board, what is held and what comes, the figures, and what happened.
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One number beside the board; the key is that of its label in the language files."""
 
-    Attributes:
-        layout: Where everything is, in pixels of the surface.
-    """
+    key: str
+    value: str
+    share: float | None = None  # how much of a bar below it is filled, 0 to 1
+
+
+def figures_of(
+    game: Game, *, by_time: bool = False, pieces_per_s: float | None = None
+) -> list[Figure]:
+    """Return what matters most in a game first; `by_time` says whether it is a race to its goal."""
+    config, time_s, goal = game.config, game.time_s, game.config.lines_goal
+    time = Figure("figures.time", clock(time_s))
+    score = Figure("figures.score", f"{game.score:,}")
+    lines = Figure("figures.lines", f"{game.lines:,}")
+    if goal is not None:
+        to_go = f"{max(0, goal - game.lines):,}"
+        lines = Figure("figures.lines_left", to_go, min(1.0, game.lines / goal))
+    if config.time_limit_s is not None:
+        left_s = max(0.0, config.time_limit_s - time_s)
+        left = Figure("figures.time_left", clock(left_s), left_s / config.time_limit_s)
+        figures = [left, score, lines]
+    elif config.dig:
+        figures = [time, Figure("figures.garbage", f"{game.garbage_rows:,}"), lines]
+    elif by_time and goal is not None:
+        figures = [time, lines]
+    else:
+        begun, end = goal_of(game.level, config.start_level)
+        share = (game.lines - begun) / (end - begun)
+        figures = [score, Figure("figures.level", f"{game.level:,}", share), lines]
+    figures.append(Figure("figures.pieces", f"{game.pieces_placed:,}"))
+    if pieces_per_s is not None:
+        figures.append(Figure("figures.pieces_per_s", f"{pieces_per_s:.2f}"))
+    return figures
+
+
+def clock(seconds: float) -> str:
+    """Write seconds as minutes, seconds and hundredths: 1:05.20."""
+    hundredths = int(seconds * 100 + 1e-6)
+    minutes, rest = divmod(hundredths, 6000)
+    return f"{minutes}:{rest // 100:02}.{rest % 100:02}"
+
+
+class GameView:
+    """Draws a game: the board, what is held and what comes, the figures, and what happened."""
 
     def __init__(
         self,
@@ -80,12 +120,12 @@ class GameView:
         words: bool = True,
         veiled: bool = True,
     ) -> None:
-        """Draw everything.
+        """Draw a game as it was at its last update.
 
         Args:
             surface: Where to; the area lies inside.
-            game: The game as it is now; it is not changed.
-            time_s: The time of the game's last update, by the same clock.
+            game: It is not changed.
+            time_s: The time of its last update.
             reason: Why the game pauses, such as "orb lost, reconnecting".
             figures: The numbers beside the board; None takes those that suit the game.
             hint: Where a piece would lie well, if the player asked.
@@ -99,7 +139,6 @@ class GameView:
         self._draw_danger(surface, game)
         self._draw_blocks(surface, game, hint)
         self._effects.draw(surface, self.layout, time_s)
-        self._draw_thump(surface, time_s)
         if veiled and game.phase is not Phase.RUNNING:
             surface.blit(self._veil, self.layout.board)
             if words:
@@ -142,14 +181,6 @@ class GameView:
             frame = self.layout.board.inflate(2 * wide, 2 * wide)
             radius = self.layout.cell // 5
             pygame.draw.rect(surface, self._look.palette.bad, frame, wide, border_radius=radius)
-
-    def _draw_thump(self, surface: pygame.Surface, time_s: float) -> None:
-        """Push the board down a little, right after a hard drop."""
-        pixels = self._effects.thump(time_s, self.layout.cell)
-        seen = self.layout.board.inflate(self.layout.cell // 4, 0).clip(surface.get_rect())
-        if pixels and seen.height > pixels:
-            picture = surface.subsurface(seen).copy()
-            surface.blit(picture, (seen.left, seen.top + pixels), (0, 0, seen.width, seen.height))
 
     def _draw_words(self, surface: pygame.Surface, game: Game, reason: str) -> None:
         board, cell, palette = self.layout.board, self.layout.cell, self._look.palette

@@ -35,12 +35,8 @@ def install(
 ) -> str:
     """Test a bundle and take it into use; return a sentence that names the one in use.
 
-    Args:
-        path: The bundle.
-        store: The bundle store.
-        other_sensor: Accept another grid, pitch or rate than that of the bundle in use.
-        report: Called with each line of intermediate results.
-        corrects: Name of the bundle that it is a correction of; None if it is none.
+    With `other_sensor` another grid, pitch or rate is accepted; `corrects` names the bundle that it
+    is a correction of; lines of intermediate results are reported.
 
     Raises:
         BundleError: It is damaged, does not fit, or fails its self-test.
@@ -71,27 +67,17 @@ def install(
 
 
 def check_fits(new: Bundle, in_use: Bundle) -> None:
-    """Refuse a bundle for another sensor.
-
-    Raises:
-        BundleError: Grid, pitch or rate differ from those of the bundle in use.
-    """
-    current = (in_use.rows, in_use.columns, in_use.rate_hz)
-    pitch = new.pitch_mm != in_use.pitch_mm
-    if pitch or (new.rows, new.columns, new.rate_hz) != current:
+    """Raise BundleError if grid, pitch or rate differ from those of the bundle in use."""
+    theirs, ours = sensor_summary(new), sensor_summary(in_use)
+    if theirs != ours:
         raise BundleError(
-            f"the bundle is for {sensor_summary(new, pitch=pitch)}, and this device has "
-            f"{sensor_summary(in_use, pitch=pitch)}; `controller install --other-sensor` takes it "
-            "all the same"
+            f"the bundle is for {theirs}, and this device has {ours}; `controller install "
+            "--other-sensor` takes it all the same"
         )
 
 
 def check_packets(new: Bundle) -> None:
-    """Refuse a bundle whose labels and commands the link cannot carry.
-
-    Raises:
-        BundleError: They do not fit in a packet whose other fields have their greatest length.
-    """
+    """Raise BundleError if labels and commands do not fit in a packet of the link."""
     name, labels, grid = "-" * messages.MAX_TEXT, new.labels, (new.rows, new.columns)
     commands = new.users.commands(new.mapping)
     welcome = messages.Welcome(
@@ -108,4 +94,4 @@ def check_packets(new: Bundle) -> None:
 
 def _timing(result: selftest.SelfTestResult) -> str:
     worst = f"{result.worst_us:.0f} µs at most in 99 of 100"
-    return f"{result.step_us:6.0f} µs a step, {worst}; {result.start_ms:.0f} ms to start"
+    return f"{result.step_us:6.0f} µs a step, {worst}"

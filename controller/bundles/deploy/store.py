@@ -10,7 +10,7 @@ old bundle or the new one.
 
 import contextlib
 import re
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,36 +30,23 @@ _MAX_MESSAGE: Final = 200  # characters of an error in the record
 
 @dataclass(frozen=True, slots=True)
 class StoredBundle:
-    """One bundle in the store.
+    """One bundle in the store."""
 
-    Attributes:
-        name: The first 16 digits of its hash.
-        engine: The fastest inference engine for it on this device.
-        step_us: Median control step with that engine, microseconds.
-        installed: Time of installation, ISO 8601.
-        corrects: Name of the bundle that it is a correction of; None if it is none.
-    """
-
+    # the first 16 digits of its hash
     name: str = field(metadata={"pattern": _NAME, "expected": "16 digits of a hash"})
-    engine: str
-    step_us: float
-    installed: str
-    corrects: str | None = None
+    engine: str  # the fastest inference engine for it on this device
+    step_us: float  # median control step with that engine, microseconds
+    installed: str  # time of installation, ISO 8601
+    corrects: str | None = None  # name of the bundle that it is a correction of; None if it is none
 
 
 @dataclass(frozen=True, slots=True)
 class InstalledRecord:
-    """Content of `installed.toml`.
+    """Content of `installed.toml`."""
 
-    Attributes:
-        current: Name of the bundle in use; "" is the shipped one.
-        previous: Name of the bundle in use before; None if there was none.
-        entries: The bundles in the store, oldest first.
-    """
-
-    current: str
-    previous: str | None = None
-    entries: tuple[StoredBundle, ...] = ()
+    current: str  # name of the bundle in use; "" is the shipped one
+    previous: str | None = None  # name of the bundle in use before; None if there was none
+    entries: tuple[StoredBundle, ...] = ()  # the bundles in the store, oldest first
 
     def __post_init__(self) -> None:
         known = ("", *(entry.name for entry in self.entries))
@@ -79,11 +66,7 @@ class BundleStore:
         self.folder = folder or home()
 
     def record(self) -> InstalledRecord:
-        """Return the record of what is installed.
-
-        Raises:
-            BundleError: The record is damaged.
-        """
+        """Return the record of what is installed; BundleError if it is damaged."""
         path = self.folder / RECORD
         try:
             return _parse(config.parse_toml(files.read_text(path, config.MAX_BYTES)))
@@ -128,24 +111,14 @@ class BundleStore:
         return after
 
     def rollback(self) -> InstalledRecord:
-        """Take the previous bundle into use; a second call returns to the newer one.
-
-        Raises:
-            BundleError: There is none, or it or the record is damaged.
-            OSError: The record cannot be written; nothing has changed.
-        """
+        """Take the previous bundle into use, or the newer again; BundleError if there is none."""
         record = self.record()
         if record.previous is None:
             raise BundleError("nothing was installed before this bundle, so there is no way back")
         return self._use(record, record.previous)
 
     def take_back(self) -> InstalledRecord:
-        """Take the bundle into use of which the current one is a correction.
-
-        Raises:
-            BundleError: It is no correction, or the older bundle or the record is damaged.
-            OSError: The record cannot be written; nothing has changed.
-        """
+        """Take the corrected bundle into use again; BundleError if this is no correction."""
         record = self.record()
         entry = record.entry(record.current)
         if entry is None or entry.corrects is None:
@@ -191,10 +164,10 @@ def summary(bundle: Bundle) -> str:
     return f"{', '.join(bundle.labels[1:])}; for {sensor_summary(bundle)}"
 
 
-def sensor_summary(bundle: Bundle, *, pitch: bool = False) -> str:
-    """Return the sensor of a bundle as text, on request with its pitch."""
-    spacing = f", {bundle.pitch_mm:g} mm apart," if pitch else ""
-    return f"{bundle.rows}×{bundle.columns} taxels{spacing} at {bundle.rate_hz:g} Hz"
+def sensor_summary(bundle: Bundle) -> str:
+    """Return the sensor of a bundle as text."""
+    grid = f"{bundle.rows}×{bundle.columns} taxels"
+    return f"{grid} at {bundle.rate_hz:g} Hz, {bundle.pitch_mm:g} mm apart"
 
 
 def _kept(record: InstalledRecord) -> InstalledRecord:
@@ -227,22 +200,12 @@ def _without_none(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _parse(table: dict[str, Any]) -> InstalledRecord:
-    """Return the record in a table; keys of newer versions are left out.
-
-    Raises:
-        ValueError: The table is no record.
-    """
-    listed = table.get("bundles", {})
+    """Return the record in a table; ValueError if it is none."""
+    listed = table.pop("bundles", {})
     if not isinstance(listed, dict) or not all(isinstance(one, dict) for one in listed.values()):
         raise ValueError("bundles is no table of tables")
     entries = tuple(
-        config.settings(StoredBundle, _known(StoredBundle, {**values, "name": name}), name)
+        config.settings(StoredBundle, {**values, "name": name}, name)
         for name, values in listed.items()
     )
-    return config.settings(InstalledRecord, _known(InstalledRecord, {**table, "entries": entries}))
-
-
-def _known(kind: Any, table: dict[str, Any]) -> dict[str, Any]:
-    """Return the entries of a table for which a dataclass has a field."""
-    names = {field.name for field in fields(kind)}
-    return {key: value for key, value in table.items() if key in names}
+    return config.settings(InstalledRecord, {**table, "entries": entries})

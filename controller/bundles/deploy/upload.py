@@ -23,15 +23,10 @@ FOLDER: Final = "incoming"
 
 
 class UploadReceiver:
-    """Receiver of one upload at a time.
-
-    Attributes:
-        whole: The complete file with the announced hash; None before.
-        objection: Reason that uploads are declined; "" if they are accepted.
-    """
+    """Receiver of one upload at a time: `whole` is the complete file, None before."""
 
     def __init__(self, store: Path, objection: str = "") -> None:
-        """Receive into the folder of the bundle store."""
+        """Receive into the folder of the bundle store; decline all if there is an objection."""
         self.whole: Path | None = None
         self.objection = objection
         self._folder = store / FOLDER

@@ -28,16 +28,7 @@ class EngineError(ValueError):
 
 
 def open_network(engine: str, model: bytes, graph: Graph) -> Network:
-    """Return a network as a function from a batch of inputs to a batch of outputs.
-
-    Args:
-        engine: One of `NAMES`.
-        model: The ONNX file.
-        graph: The same file, read by `onnx_reader.read`.
-
-    Raises:
-        EngineError: It cannot be run.
-    """
+    """Return a network, (n, ...) to (n, ...), of a file and its graph; EngineError if it fails."""
     network: Network = _module(engine).network(model, graph)
     return network
 
@@ -48,11 +39,7 @@ def standard() -> str:
 
 
 def version(engine: str) -> str:
-    """Return an engine's name and version, for recordings.
-
-    Raises:
-        EngineError: It is not installed.
-    """
+    """Return an engine's name and version, for recordings; EngineError if it is missing."""
     return str(_module(engine).version())
 
 

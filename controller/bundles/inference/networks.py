@@ -16,7 +16,6 @@ from controller.recognition.frames import Image, Window
 from controller.recognition.pipeline import Networks
 
 TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
-A_FEW = 8  # golden inputs for each network, if all were checked before
 
 Batch = NDArray[np.float32]  # (n, ...), inputs or outputs of a network; (n,) of one output
 
@@ -28,17 +27,8 @@ class Recognizer(Networks):
         engine: Name and version of the inference engine, for recordings.
     """
 
-    def __init__(self, bundle: Bundle, engine: str = "", *, proved: bool = False) -> None:
-        """Load the networks and check the golden vectors.
-
-        Args:
-            bundle: Networks and golden vectors.
-            engine: One of `engines.NAMES`; "" is the standard one.
-            proved: The same bytes passed all golden vectors on this machine before; check a few.
-
-        Raises:
-            BundleError: A network does not load, or an output differs from the golden one.
-        """
+    def __init__(self, bundle: Bundle, engine: str = "") -> None:
+        """Load and check all networks in an engine; BundleError if one answers differently."""
         engine = engine or engines.standard()
         try:
             self.engine = engines.version(engine)
@@ -55,34 +45,25 @@ class Recognizer(Networks):
         self._networks: dict[str, Network] = {}
         for name, (model, inputs, outputs) in models.items():
             if model or name == "gesture":
-                step = max(1, len(inputs) // A_FEW) if proved else 1
                 network = _network(name, model, inputs.shape[1:], outputs.shape[1], engine)
-                _check_golden(name, network, inputs[::step], outputs[::step])
+                _check_golden(name, network, inputs, outputs)
                 self._networks[name] = network
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        """Return the probability of each label, (classes,), for a window of z images.
+        """Return each label's probability, (classes,), for a window of z images.
 
-        Args:
-            window: The latest images, (window, rows, columns).
-            user: Name of a user, whose own network is used if there is one.
+        A user who has a network of their own is answered by that.
         """
         network = self._networks.get(f"gesture-{user}", self._networks["gesture"])
         return _finite(network(window[None])[0])
 
     def people(self, window: Window) -> NDArray[np.float32] | None:
-        """Return the probability of each user, (1 + users,), people not enrolled first.
-
-        None for a bundle that does not identify users.
-        """
+        """Return each user's probability, (1 + users,), strangers first, if it knows anybody."""
         network = self._networks.get("user")
         return None if network is None else _finite(network(window[None])[0])
 
     def touch(self, image: Image) -> tuple[float, float] | None:
-        """Return the position of a touch in a z image, (x, y) in grid units.
-
-        It is meaningless without a touch, and None for a bundle without positions.
-        """
+        """Return where a z image is touched, (x, y) in grid units; None: it has no positions."""
         network = self._networks.get("location")
         if network is None:
             return None
@@ -91,10 +72,7 @@ class Recognizer(Networks):
 
 
 def _finite(output: Batch) -> Batch:
-    """Return an output, (n,), unchanged, or "null" with probability 1 if a number is not finite.
-
-    A network of unknown origin may give such outputs although it passes its golden vectors.
-    """
+    """Return an output, (n,); "null" for certain if a number is not finite, as may happen."""
     if np.isfinite(output).all():
         return output
     certain = np.zeros_like(output)
@@ -103,11 +81,7 @@ def _finite(output: Batch) -> Batch:
 
 
 def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int, engine: str) -> Network:
-    """Return a network for inputs of a shape; its operators are checked before an engine loads it.
-
-    Raises:
-        BundleError: It is no plain network, too large, or has other inputs or outputs.
-    """
+    """Return a network for inputs of a shape; its operators are checked before it is loaded."""
     try:
         read = onnx_reader.read(model)
         given = onnx_shapes.sizes(read).shapes[read.output]
@@ -123,11 +97,7 @@ def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int, engi
 
 
 def _check_golden(name: str, network: Network, inputs: Batch, outputs: Batch) -> None:
-    """Compare a network's outputs with the golden ones, (n, ...), one at a time as in use.
-
-    Raises:
-        BundleError: The network fails, or an output differs by more than `TOLERANCE`.
-    """
+    """Compare a network's outputs with the golden ones, (n, ...), one at a time as in use."""
     for one, expected in zip(inputs, outputs, strict=True):
         try:
             given = network(one[None])

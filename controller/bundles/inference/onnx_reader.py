@@ -29,22 +29,15 @@ _DOMAINS: Final = ("", "ai.onnx")  # of ONNX's own operators
 # Each operator and its allowed attributes: integers, or lists of them.
 OPERATORS: Final[dict[str, str]] = {
     "Add": "",
-    "AveragePool": "kernel_shape strides",
-    "Conv": "kernel_shape strides pads dilations group",
-    "Div": "",
+    "Conv": "strides pads",
     "Flatten": "axis",
-    "Gemm": "transA transB",
-    "Identity": "",
-    "MatMul": "",
-    "MaxPool": "kernel_shape strides",
+    "Gemm": "transB",
     "Mul": "",
     "Relu": "",
     "Reshape": "",
-    "Sigmoid": "",
     "Softmax": "axis",
     "Sub": "",
     "Tanh": "",
-    "Transpose": "perm",
 }
 
 Attribute = int | tuple[int, ...]
@@ -61,46 +54,28 @@ class GraphError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """One operator of the graph.
+    """One operator of the graph."""
 
-    Attributes:
-        op: One of `OPERATORS`.
-        inputs: Names of its input arrays: outputs of earlier nodes, weights, or the graph's input.
-        output: Name of its output array.
-        attributes: Values of its attributes.
-    """
-
-    op: str
+    op: str  # one of `OPERATORS`
+    # names of its input arrays: outputs of earlier nodes, weights, or the graph's input
     inputs: tuple[str, ...]
-    output: str
-    attributes: dict[str, Attribute]
+    output: str  # name of its output array
+    attributes: dict[str, Attribute]  # values of its attributes
 
 
 @dataclass(frozen=True, slots=True)
 class Graph:
-    """A network: one array in, one out.
+    """A network: one array in, one out."""
 
-    Attributes:
-        nodes: In the order in which they run.
-        weights: Arrays by name, float32 or int64.
-        input: Name of the input array.
-        shape: Shape of the input, the batch's axis as 1.
-        output: Name of the output array.
-    """
-
-    nodes: tuple[Node, ...]
-    weights: dict[str, Array]
-    input: str
-    shape: tuple[int, ...]
-    output: str
+    nodes: tuple[Node, ...]  # in the order in which they run
+    weights: dict[str, Array]  # arrays by name, float32 or int64
+    input: str  # name of the input array
+    shape: tuple[int, ...]  # shape of the input, the batch's axis as 1
+    output: str  # name of the output array
 
 
 def read(data: bytes) -> Graph:
-    """Return the network in an ONNX file.
-
-    Raises:
-        GraphError: It is damaged, or holds anything that a plain network does not need.
-    """
+    """Return the network in an ONNX file; GraphError if it is no plain network."""
     model = _read(data, _MODEL)
     _check_version("has the IR version", model.number(1), IR_VERSIONS)
     imports = model.messages(8, _OPSET)

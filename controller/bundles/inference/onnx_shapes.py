@@ -20,25 +20,15 @@ Shape = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """The cost of one output.
+    """The cost of one output."""
 
-    Attributes:
-        shapes: The shape of each array, by name, weights included.
-        elements: Numbers in the arrays between operators.
-        macs: Multiplications.
-    """
-
-    shapes: dict[str, Shape]
-    elements: int
-    macs: int
+    shapes: dict[str, Shape]  # the shape of each array, by name, weights included
+    elements: int  # numbers in the arrays between operators
+    macs: int  # multiplications
 
 
 def sizes(graph: Graph) -> Sizes:
-    """Return the shapes of a graph and their cost.
-
-    Raises:
-        GraphError: The operators do not fit together, or exceed a limit.
-    """
+    """Return the cost of a graph; GraphError if operators do not fit or exceed a limit."""
     shapes = {name: array.shape for name, array in graph.weights.items()}
     shapes[graph.input] = graph.shape
     elements, macs = math.prod(graph.shape), 0
@@ -79,39 +69,26 @@ class Sliding:
     strides: Shape
     before: Shape  # pads
     after: Shape
-    dilations: Shape
 
     @classmethod
     def of(cls, node: Node, kernel: Shape) -> "Sliding":
-        """Return the attributes of a convolution or pooling.
-
-        Raises:
-            ValueError: They contradict each other, or are out of bounds.
-        """
+        """Return the attributes of a convolution; ValueError if they do not fit its kernel."""
         axes = len(kernel)
-        strides = attribute(node, "strides", (1,) * axes)
-        pads = attribute(node, "pads", (0,) * 2 * axes)
-        dilations = attribute(node, "dilations", (1,) * axes)
-        if attribute(node, "kernel_shape", kernel) != kernel:
-            raise ValueError("kernel_shape is not the kernel's")
-        if (len(strides), len(pads), len(dilations)) != (axes, 2 * axes, axes):
-            raise ValueError("strides, pads or dilations are not one for each axis")
-        if min(strides + dilations + kernel) < 1 or min(pads) < 0:
-            raise ValueError("strides, dilations and kernel must be above zero, pads not below")
-        return cls(kernel, strides, pads[:axes], pads[axes:], dilations)
-
-    @property
-    def reach(self) -> Shape:
-        """Places from the first to the last of a kernel, along each axis."""
-        return tuple(d * (k - 1) + 1 for k, d in zip(self.kernel, self.dilations, strict=True))
+        strides, pads = (
+            attribute(node, "strides", (1,) * axes),
+            attribute(node, "pads", (0,) * 2 * axes),
+        )
+        if (len(strides), len(pads)) != (axes, 2 * axes):
+            raise ValueError("strides or pads are not one for each axis")
+        if min(strides + kernel) < 1 or min(pads) < 0:
+            raise ValueError("strides and kernel must be above zero, pads not below")
+        return cls(kernel, strides, pads[:axes], pads[axes:])
 
     def out(self, shape: Shape) -> Shape:
         """Return the sizes of the output for axes of these sizes."""
-        if len(shape) != len(self.kernel):
-            raise ValueError(f"{len(shape)} axes for a kernel of {len(self.kernel)}")
         padded = map(sum, zip(shape, self.before, self.after, strict=True))
-        along = zip(padded, self.reach, self.strides, strict=True)
-        return tuple((size - reach) // stride + 1 for size, reach, stride in along)
+        along = zip(padded, self.kernel, self.strides, strict=True)
+        return tuple((size - kernel) // stride + 1 for size, kernel, stride in along)
 
 
 _Setting = TypeVar("_Setting", int, Shape)
@@ -146,38 +123,24 @@ def _broadcast(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shap
 
 def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     data, kernel = inputs[0], inputs[1]
-    group = attribute(node, "group", 1)
     if node.inputs[1] not in weights:
         raise ValueError("the kernel does not lie in the file")
-    if len(kernel) != len(data) or not 3 <= len(data) <= 5:
-        raise ValueError("as many axes as the kernel, three to five, are supported")
-    if group < 1 or kernel[0] % group or data[1] != kernel[1] * group:
-        raise ValueError(f"{data[1]} channels in {group} groups")
+    if len(kernel) != len(data) or not 3 <= len(data) <= 5 or data[1] != kernel[1]:
+        raise ValueError(
+            "as many axes and channels as the kernel, three to five axes, are supported"
+        )
     if len(inputs) == 3 and inputs[2] != kernel[:1]:
         raise ValueError("the bias is not one for each map")
-    out = Sliding.of(node, kernel[2:]).out(data[2:])
-    shape = (data[0], kernel[0], *out)
+    shape = (data[0], kernel[0], *Sliding.of(node, kernel[2:]).out(data[2:]))
     return shape, math.prod(shape) * math.prod(kernel[1:])
 
 
-def _pool(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
-    (data,) = inputs
-    kernel = attribute(node, "kernel_shape", ())
-    if not kernel:
-        raise ValueError("there is no kernel_shape")
-    shape = (*data[:2], *Sliding.of(node, kernel).out(data[2:]))
-    return shape, math.prod(shape) * math.prod(kernel)
-
-
-def _product(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
-    """Return the shape of Gemm, and of MatMul, which has none of its attributes."""
-    if attribute(node, "transA", 0):
-        raise ValueError("transA is not supported")
+def _gemm(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (rows, inner), right = inputs[:2]
     depth, width = reversed(right) if attribute(node, "transB", 0) else right
     if inner != depth:
         raise ValueError(f"{inner} against {depth}")
-    if len(inputs) == 3 and (node.op == "MatMul" or inputs[2] not in ((width,), (1, width))):
+    if len(inputs) == 3 and inputs[2] not in ((width,), (1, width)):
         raise ValueError("the bias is not one for each column")
     return (rows, width), rows * inner * width
 
@@ -205,30 +168,15 @@ def _reshape(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape,
     return tuple(new), 0
 
 
-def _transpose(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
-    (shape,) = inputs
-    order = attribute(node, "perm", tuple(reversed(range(len(shape)))))
-    if sorted(order) != list(range(len(shape))):
-        raise ValueError(f"the order is {order}")
-    return tuple(shape[axis] for axis in order), 0
-
-
 _RULES: Final[dict[str, _Rule]] = {
     "Add": _broadcast,
-    "AveragePool": _pool,
     "Conv": _conv,
-    "Div": _broadcast,
     "Flatten": _flatten,
-    "Gemm": _product,
-    "Identity": _same,
-    "MatMul": _product,
-    "MaxPool": _pool,
+    "Gemm": _gemm,
     "Mul": _broadcast,
     "Relu": _same,
     "Reshape": _reshape,
-    "Sigmoid": _same,
     "Softmax": _same,
     "Sub": _broadcast,
     "Tanh": _same,
-    "Transpose": _transpose,
 }

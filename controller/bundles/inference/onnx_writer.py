@@ -21,10 +21,7 @@ _VARINT, _BYTES = 0, 2  # the wire types of protocol buffers
 def write(graph: Graph, title: str = "gesture", width: int | None = None) -> bytes:
     """Return the ONNX file of a network; `onnx_reader.read` returns the same network.
 
-    Args:
-        graph: The network; its batch is left open.
-        title: Name of the graph in the file.
-        width: Numbers in its output; by default the rows of the last weights.
+    The batch is left open; the output has `width` numbers, by default the rows of the last weights.
     """
     if width is None:
         last = [name for node in graph.nodes for name in node.inputs if name in graph.weights][-1]

@@ -31,11 +31,7 @@ def version() -> str:
 
 
 def session(model: bytes) -> ort.InferenceSession:
-    """Return a session for a network.
-
-    Raises:
-        Exception: ONNX Runtime does not load it; its errors have no common class below this one.
-    """
+    """Return a session; errors of ONNX Runtime have no common class below Exception."""
     options = ort.SessionOptions()
     options.intra_op_num_threads = 1
     options.inter_op_num_threads = 1
@@ -46,11 +42,7 @@ def session(model: bytes) -> ort.InferenceSession:
 
 
 def network(model: bytes, graph: Graph) -> Network:
-    """Return a network as a function from a batch, (n, ...), to a batch, (n, ...).
-
-    Raises:
-        EngineError: ONNX Runtime does not load it.
-    """
+    """Return a network, (n, ...) to (n, ...); EngineError if ONNX Runtime does not load it."""
     try:
         opened = session(model)
         (entry,), (exit_,) = opened.get_inputs(), opened.get_outputs()

@@ -1,6 +1,5 @@
 """Bluetooth services of the device, through BlueZ on Linux; needs the extra [bluetooth].
 
-`identifiers` holds UUIDs and paths, `bluez` is the D-Bus edge, `pairing_agent` confirms pairings,
-and `registration` is the thread that registers services, again after bluetoothd or an adapter
-returns.
+`bluez` is the D-Bus edge, `pairing_agent` confirms pairings, and `registration` is the thread that
+registers services, again after bluetoothd or an adapter returns.
 """

@@ -1,4 +1,4 @@
-"""D-Bus client: one connection to the system bus, and BlueZ's objects as plain Python values.
+"""D-Bus client: one connection to the system bus, BlueZ's objects as plain values, identifiers.
 
 Everything here runs on one asyncio loop, on the thread of `controller.links.bluetooth.registration`
 in a device. Methods are called by signature without introspection, since BlueZ's interface is
@@ -27,6 +27,17 @@ _DBUS: Final = "org.freedesktop.DBus"
 _PROPERTIES: Final = "org.freedesktop.DBus.Properties"
 _OBJECTS: Final = "org.freedesktop.DBus.ObjectManager"
 
+# The orb's own service, which distinguishes it from other serial ports.
+SERVICE_UUID: Final = "6f726274-6f75-4368-9c1e-5a0d3f6b2a71"
+# The standard serial port service, for which Windows and macOS create an ordinary port.
+SERIAL_PORT_UUID: Final = "00001101-0000-1000-8000-00805f9b34fb"
+# A custom service record must name its RFCOMM channel, 1 to 30; BlueZ's own profiles have 9 to 17.
+CHANNEL: Final = 22
+ALIAS: Final = "OrbTouch"
+
+AGENT_PATH: Final = "/orbtouch/agent"
+SERIAL_PATH: Final = "/orbtouch/serial"
+
 Properties = dict[str, Any]  # of one interface, variants unwrapped
 Objects = dict[str, dict[str, Properties]]  # path → interface → properties
 # Called with (path, interface, changes); None instead of changes: the interface was removed.
@@ -35,11 +46,7 @@ Listener = Callable[[str, str, Properties | None], None]
 
 
 class BluetoothError(TroubleError, OSError):
-    """Bluetooth cannot be used here; the message is one sentence with what to do.
-
-    Attributes:
-        name: The D-Bus error's name, such as org.bluez.Error.NotPermitted; "" if there is none.
-    """
+    """Bluetooth cannot be used here; one sentence with what to do, and the D-Bus error's `name`."""
 
     def __init__(self, message: str, name: str = "") -> None:
         super().__init__(message)
@@ -64,11 +71,7 @@ class Bus:
 
     @classmethod
     async def connect(cls) -> Bus:
-        """Connect to the system bus, or to DBUS_SYSTEM_BUS_ADDRESS.
-
-        Raises:
-            BluetoothError: dbus-fast is missing, or there is no bus.
-        """
+        """Connect to the system bus, or to DBUS_SYSTEM_BUS_ADDRESS."""
         if not available():
             raise BluetoothError(
                 f"Bluetooth needs the package dbus-fast; {how_to_install('bluetooth')}"
@@ -102,17 +105,8 @@ class Bus:
     ) -> Any:
         """Call the method `member` of an object; return its one value, a list of several, or None.
 
-        Args:
-            path: The object.
-            interface: Its interface.
-            member: The method.
-            signature: D-Bus types of the body; variants in it are `variant(...)`.
-            body: The arguments.
-            timeout_s: Timeout for the reply.
-            to: The service.
-
-        Raises:
-            BluetoothError: The call failed, or timed out.
+        `signature` is the D-Bus types of the body; variants in it are `variant(...)`.
+        BluetoothError if the call failed, or timed out.
         """
         from dbus_fast import DBusError, Message, MessageFlag, MessageType
         from dbus_fast.unpack import unpack_variants
@@ -157,11 +151,7 @@ class Bus:
         return found
 
     async def adapter(self, name: str = "") -> str:
-        """Return the path of an adapter: "hci1", an address, or "" for the first.
-
-        Raises:
-            BluetoothError: There is no such adapter.
-        """
+        """Return the path of an adapter: "hci1", an address, or "" for the first."""
         found = adapters(await self.objects())
         for path, properties in found.items():
             if name in ("", path.rpartition("/")[2], properties.get("Address")):

@@ -4,8 +4,11 @@ New hosts can pair only within the pairing window; on a device with a screen, on
 has compared six digits. Services are for bonded hosts only.
 """
 
+import asyncio
 import contextlib
 import logging
+import sys
+import threading
 import time
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Final
@@ -14,8 +17,14 @@ from dbus_fast import DBusError
 from dbus_fast.annotations import DBusObjectPath, DBusStr, DBusUInt16, DBusUInt32
 from dbus_fast.service import ServiceInterface, dbus_method
 
-from controller.links.bluetooth.bluez import ADAPTER, ROOT, BluetoothError, bonded, named
-from controller.links.bluetooth.identifiers import AGENT_PATH
+from controller.links.bluetooth.bluez import (
+    ADAPTER,
+    AGENT_PATH,
+    ROOT,
+    BluetoothError,
+    bonded,
+    named,
+)
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.bluez import Bus
@@ -51,14 +60,9 @@ class PairingAgent(ServiceInterface):
         self._closes_s = 0.0
 
     async def register(self, capability: str, *, default: bool = True) -> None:
-        """Register with BlueZ.
+        """Register with BlueZ, with the capability `NO_SCREEN` or `SCREEN`.
 
-        Args:
-            capability: `NO_SCREEN` or `SCREEN`.
-            default: Serve all pairings, not only those that this program starts.
-
-        Raises:
-            BluetoothError: BlueZ refuses it.
+        The default agent serves all pairings, not only those that this program starts.
         """
         self._bus.export(AGENT_PATH, self)
         await self._bus.call(ROOT, MANAGER, "RegisterAgent", "os", AGENT_PATH, capability)
@@ -156,3 +160,33 @@ class PairingAgent(ServiceInterface):
 
 def _rejected(reason: str) -> DBusError:
     return DBusError("org.bluez.Error.Rejected", reason)
+
+
+class Prompt:
+    """Yes-no prompt at the terminal; a daemon thread reads the standard input."""
+
+    def __init__(self) -> None:
+        self._lines: asyncio.Queue[str] = asyncio.Queue()  # "" is the end of the input
+        self._loop = asyncio.get_running_loop()
+        threading.Thread(target=self._read, name="console", daemon=True).start()
+
+    def _read(self) -> None:
+        line = "-"
+        while line:
+            try:
+                line = sys.stdin.readline() if sys.stdin else ""
+            except (OSError, ValueError):  # it was closed
+                line = ""
+            with contextlib.suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(self._lines.put_nowait, line)
+
+    async def confirm(self, host: str, digits: str) -> bool:
+        """Return whether the user confirms a pairing; False at the end of the input."""
+        while not self._lines.empty():  # lines typed before the prompt
+            if not self._lines.get_nowait():
+                return False
+        question = f"{host} shows {digits}; is it the same there?" if digits else f"let {host} in?"
+        print(f"{question} [y/n] ", end="", flush=True)
+        answer = await self._lines.get()
+        print(flush=True)
+        return answer.strip().lower() in ("y", "yes")

@@ -16,8 +16,7 @@ from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
 from controller.links.base import Link
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
-from controller.links.bluetooth.identifiers import ALIAS
+from controller.links.bluetooth.bluez import ADAPTER, ALIAS, DEVICE, BluetoothError, Bus, Properties
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import PairingAgent
@@ -33,11 +32,7 @@ class Registration(ABC):
 
     @abstractmethod
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register over a new connection, on the powered adapter at a path.
-
-        Raises:
-            BluetoothError: It cannot be registered; the message is one sentence.
-        """
+        """Register over a new connection, on a powered adapter, or raise BluetoothError."""
 
     @abstractmethod
     async def end(self) -> None:
@@ -65,11 +60,7 @@ class RegistrationThread:
         self._off = False  # the adapter was switched off on purpose
 
     def start(self) -> None:
-        """Start the thread, and wait for the first registration.
-
-        Raises:
-            BluetoothError: The registration failed; the thread has ended.
-        """
+        """Start the thread, and wait for the first registration; BluetoothError ends it."""
         self._thread.start()
         try:
             self._first.result(timeout=START_S)

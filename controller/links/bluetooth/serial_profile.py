@@ -11,8 +11,19 @@ from dbus_fast.annotations import DBusObjectPath, DBusSignature, DBusUnixFd
 from dbus_fast.service import ServiceInterface, dbus_method
 
 # Annotations are evaluated as D-Bus types: no `from __future__ import annotations` here.
-from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, named, variant
-from controller.links.bluetooth.identifiers import ALIAS, CHANNEL, SERIAL_PATH, SERVICE_UUID, record
+from controller.links.bluetooth.bluez import (
+    ADAPTER,
+    ALIAS,
+    CHANNEL,
+    ROOT,
+    SERIAL_PATH,
+    SERVICE_UUID,
+    Bus,
+    bonded,
+    devices,
+    named,
+    variant,
+)
 from controller.links.bluetooth.registration import Registration
 
 MANAGER: Final = "org.bluez.ProfileManager1"
@@ -36,9 +47,8 @@ class SerialService(ServiceInterface, Registration):
     def __init__(self, accept: Accept, leave: Callable[[str], None]) -> None:
         """Prepare the service.
 
-        Args:
-            accept: Called with every connected host, on the registration's thread.
-            leave: Called with the path of a device that BlueZ is about to disconnect.
+        `accept` is called with every connected host, on the registration's thread; `leave` with the
+        path of a device that BlueZ is about to disconnect.
         """
         super().__init__("org.bluez.Profile1")
         self.address = ""
@@ -47,11 +57,7 @@ class SerialService(ServiceInterface, Registration):
         self._adapter = ""
 
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register the service and its record.
-
-        Raises:
-            BluetoothError: BlueZ refuses it, or another program has registered it.
-        """
+        """Register the service and its record; BluetoothError if another program has."""
         self.address = await bus.get(adapter, ADAPTER, "Address")
         bus.export(SERIAL_PATH, self)
         options = {
@@ -117,3 +123,27 @@ def _encrypted(connection: socket.socket) -> bool:
         level = connection.getsockopt(SOL_BLUETOOTH, BT_SECURITY, 2)
         return level[0] >= MEDIUM
     return False
+
+
+def record(channel: int = CHANNEL) -> str:
+    """Return the SDP service record in BlueZ's XML, for an RFCOMM channel, 1 to 30."""
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<record>
+  <attribute id="0x0001"> <!-- service classes: the orb's, then serial port -->
+    <sequence><uuid value="{SERVICE_UUID}"/><uuid value="0x1101"/></sequence>
+  </attribute>
+  <attribute id="0x0004"> <!-- protocols: L2CAP, then RFCOMM on this channel -->
+    <sequence>
+      <sequence><uuid value="0x0100"/></sequence>
+      <sequence><uuid value="0x0003"/><uint8 value="0x{channel:02x}"/></sequence>
+    </sequence>
+  </attribute>
+  <attribute id="0x0005"> <!-- public browse group -->
+    <sequence><uuid value="0x1002"/></sequence>
+  </attribute>
+  <attribute id="0x0009"> <!-- serial port profile, version 1.2 -->
+    <sequence><sequence><uuid value="0x1101"/><uint16 value="0x0102"/></sequence></sequence>
+  </attribute>
+  <attribute id="0x0100"><text value="{ALIAS}"/></attribute>
+</record>
+"""

@@ -1,18 +1,19 @@
-"""Quality check of a recording: all findings, and a verdict."""
+"""Quality check of a recording: all findings, and a verdict; frames that recordings share."""
 
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.recognition.dead_taxels import MOST
-from controller.recordings.quality import duplicates, labels, taxels, timing
-from controller.recordings.quality.labels import SourceLabels
-from controller.recordings.quality.response import Response, respond
-from controller.recordings.quality.timing import FrameTiming
+from controller.recordings.quality import labels, taxels
+from controller.recordings.quality.labels import FrameTiming, SourceLabels
+from controller.recordings.quality.taxels import Response, respond
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 
 RESTLESS: Final = 0.9  # share of touched frames that indicates a drifted baseline
@@ -20,6 +21,7 @@ REPEATED: Final = 0.01  # share of frames
 UNLABELLED: Final = 0.5  # share of frames
 EXCLUDED: Final = 0.5  # share of frames
 LATE_REST_S: Final = 10.0  # the device needs one second without touch
+RUN: Final = 10  # consecutive frames; equal runs of this length are copies
 
 
 class Level(IntEnum):
@@ -40,27 +42,14 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Quality of one file.
-
-    Attributes:
-        path: The file.
-        findings: All problems and notes.
-        seconds: From its first frame to its last.
-        cadence: Timing of the frames; None if the file cannot be read.
-        said: Labels of each source.
-        useless: Taxels that are dead, stuck or loose, (row, column).
-        unlabelled: Share of frames without a label of any source.
-        excluded: Share of frames that are left out of training.
-    """
+    """Quality of one file."""
 
     path: Path
     findings: tuple[Finding, ...]
-    seconds: float = 0.0
-    cadence: FrameTiming | None = None
+    seconds: float = 0.0  # from its first frame to its last
+    cadence: FrameTiming | None = None  # None if the file cannot be read
     said: tuple[SourceLabels, ...] = ()
-    useless: tuple[tuple[int, int], ...] = ()
-    unlabelled: float = 0.0
-    excluded: float = 0.0
+    useless: tuple[tuple[int, int], ...] = ()  # taxels, (row, column)
 
     @property
     def level(self) -> Level:
@@ -87,18 +76,16 @@ class Report:
 def examine(path: Path, recording: Recording) -> Report:
     """Return the quality of one recording."""
     response = respond(recording)
-    cadence = timing.measure(recording)
+    cadence = labels.measure(recording)
     sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)
     useless = taxels.useless(found, response)
-    unlabelled = np.all([getattr(recording, name) == UNKNOWN for name in LABELLERS], axis=0)
-    shares = float(unlabelled.mean()), float(recording.excluded.mean())
     findings = [
-        *_findings(cadence.complaints(), cadence.missing_share > timing.USELESS),
+        *_findings(cadence.complaints(), cadence.missing_share > labels.USELESS),
         # Only a small share of taxels can be interpolated from their neighbours.
         *_findings([one.text for one in found], useless.mean() > MOST),
         *_findings(line for one in sources for line in one.complaints()),
-        *_shares(*shares),
+        *_shares(recording),
         *_findings(_copies(recording, response)),
         *_findings(_rest(recording, response)),
     ]
@@ -111,17 +98,37 @@ def examine(path: Path, recording: Recording) -> Report:
         cadence,
         sources,
         tuple((int(row), int(column)) for row, column in np.argwhere(useless)),
-        *shares,
     )
 
 
-def duplicated(shared: Mapping[int, int], paths: list[Path]) -> list[Finding]:
-    """Return the findings about a recording with frames of others.
+@dataclass
+class FrameIndex:
+    """Index of the runs of frames in a set of recordings."""
 
-    Args:
-        shared: Number of shared frames, by number of the other recording.
-        paths: Of the recordings, by number.
-    """
+    _count: int = 0
+    _first: dict[int, int] = field(default_factory=dict)  # run, the first recording that has it
+    _pairs: Counter[tuple[int, int]] = field(default_factory=Counter)  # runs that two share
+
+    def add(self, recording: Recording) -> None:
+        """Add the next recording; they are numbered from 0."""
+        hashes = [hash(frame.tobytes()) for frame in recording.frames]
+        runs = (tuple(hashes[i : i + RUN]) for i in range(len(hashes) - RUN + 1))
+        for run in {hash(run) for run in runs if len(set(run)) > 1}:
+            first = self._first.setdefault(run, self._count)
+            if first != self._count:
+                self._pairs[first, self._count] += 1
+        self._count += 1
+
+    def shared(self) -> dict[int, dict[int, int]]:
+        """Return the approximate numbers of shared frames, by pairs of recordings."""
+        found: dict[int, dict[int, int]] = defaultdict(dict)
+        for (a, b), runs in sorted(self._pairs.items()):
+            found[a][b] = found[b][a] = runs + RUN - 1
+        return dict(found)
+
+
+def duplicated(shared: Mapping[int, int], paths: list[Path]) -> list[Finding]:
+    """Return findings on frames shared with other recordings, by their numbers in `paths`."""
     return _findings(
         f"{frames} of its frames are in {paths[other]} as well; learn from one of the two"
         for other, frames in shared.items()
@@ -132,23 +139,24 @@ def _findings(lines: Iterable[str], failed: bool = False) -> list[Finding]:
     return [Finding(Level.FAILED if failed else Level.DOUBTFUL, line) for line in lines]
 
 
-def _shares(unlabelled: float, excluded: float) -> list[Finding]:
-    findings = []
+def _shares(recording: Recording) -> Iterator[Finding]:
+    """Yield the findings on unlabelled and on excluded frames."""
+    unlabelled = np.all([getattr(recording, name) == UNKNOWN for name in LABELLERS], axis=0).mean()
     if unlabelled > UNLABELLED:
-        share = f"{100 * unlabelled:.0f} % of the frames are not labelled"
-        share = "no frame is labelled" if unlabelled == 1.0 else share
-        findings += _findings([f"{share}; label them with: controller recordings relabel"])
+        text = f"{100 * unlabelled:.0f} % of the frames are not labelled; label them with: "
+        yield Finding(Level.DOUBTFUL, f"{text}controller recordings relabel")
+    excluded = recording.excluded.mean()
     if excluded > EXCLUDED:
-        share = f"{100 * excluded:.0f} % of the frames are excluded"
-        findings += _findings([share], failed=excluded == 1.0)
-    return findings
+        level = Level.FAILED if excluded == 1.0 else Level.DOUBTFUL
+        yield Finding(level, f"{100 * excluded:.0f} % of the frames are excluded")
 
 
 def _copies(recording: Recording, response: Response) -> Iterator[str]:
-    """Yield the problem of repeated frames."""
-    again = duplicates.repeated(recording, response.touched)
-    if again > REPEATED * len(recording.t):
-        yield f"{again} frames repeat the one before them, bit for bit"
+    """Yield the problem of touched frames equal to the one before; at rest, counts may repeat."""
+    frames: NDArray[np.float32] = recording.frames
+    same = (frames[1:] == frames[:-1]).all(axis=(1, 2)) & response.touched[1:]
+    if same.sum() > REPEATED * len(frames):
+        yield f"{same.sum()} frames repeat the one before them, bit for bit"
 
 
 def _rest(recording: Recording, response: Response) -> Iterator[str]:

@@ -1,9 +1,8 @@
-"""Label quality: the labels of each source, and their delay against the response of the sensor.
+"""Timing and labels of a recording: rate and missing frames, and what each source labelled.
 
 A source is one of the label columns: the truth, the label button, the keyboard, the cues.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -11,87 +10,101 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recordings.quality.response import Response
-from controller.recordings.quality.timing import pauses
-from controller.recordings.recording import LABELLERS, UNKNOWN, Recording
+from controller.recordings.quality.taxels import Response
+from controller.recordings.recording import LABELLERS, RATE_TOLERANCE, UNKNOWN, Recording
 
-REACH_S: Final = 1.5  # greatest distance of a touch's edge from its label's
-HALF: Final = 0.5  # share of a touch's energy at its beginning and end
+MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap
+USELESS: Final = 0.2  # beyond this share nearly every window has one
+LATE: Final = 1.5  # times the intended interval after missing numbers is a pause
+PAUSE: Final = 5.0  # times the intended interval without a missing number: half a window at 10 Hz
 # Below this share of a typical touch's energy, a label holds no touch. Of 1,074 true gestures on
 # simulated orbs of both presets, 1 in 50 is weaker.
 EMPTY: Final = 0.2
-CUE: Final = "cue"  # begins before a gesture and ends after it: its delay means nothing
-# With a greater delay, a source labels half of a press (0.5 s: docs/data.md) wrongly.
-LATE_S: Final = 0.3
-SCATTER_S: Final = 0.5  # for the middle half of the delays
-EDGES: Final = 5  # least number of edges for a delay
+CUE: Final = "cue"  # begins before a gesture and ends after it
+ENOUGH: Final = 5  # least number of gestures to judge their touches
 EMPTY_SHARE: Final = 0.15  # allowed share of empty gestures
 IDLE_SHARE: Final = 0.7  # allowed share of untouched time; a noisy orb misses the rims
 
 
 @dataclass(frozen=True, slots=True)
-class LabelDelay:
-    """Delay of the edges of labels against the touch, seconds; below zero is early.
+class FrameTiming:
+    """Rate and missing frames of a recording."""
 
-    Attributes:
-        spread_s: Interquartile range.
-        edges: Number of edges.
-    """
+    intended_hz: float
+    measured_hz: float  # from the median interval
+    worst_ms: float  # the longest interval between consecutive numbers
+    missing: int  # without those in pauses
+    stretches: int  # segments between pauses
+    frames: int
 
-    median_s: float
-    spread_s: float
-    edges: int
+    @property
+    def missing_share(self) -> float:
+        """Share of missing frames."""
+        return self.missing / (self.missing + self.frames)
+
+    def complaints(self) -> list[str]:
+        """Return sentences about problems."""
+        lines = []
+        off = self.measured_hz / self.intended_hz - 1.0
+        if abs(off) > RATE_TOLERANCE:
+            lines.append(
+                f"frames came at {self.measured_hz:.2f} Hz, {abs(100 * off):.0f} % "
+                f"{'faster' if off > 0 else 'slower'} than the {self.intended_hz:g} Hz intended"
+            )
+        if self.missing_share > MISSING:
+            lines.append(f"{self.missing} of {self.missing + self.frames} frames are missing")
+        if self.worst_ms > PAUSE * 1000.0 / self.intended_hz:
+            lines.append(f"a frame came {self.worst_ms / 1000:.1f} s late and no number is missing")
+        return lines
+
+
+def pauses(recording: Recording) -> NDArray[np.bool_]:
+    """Return whether each frame follows a pause, (n,): more time than the missing frames take."""
+    steps = np.diff(recording.sequence, prepend=recording.sequence[0])
+    spent_s = np.diff(recording.t, prepend=recording.t[0])
+    return np.asarray((steps > 1) & (spent_s > LATE * steps / recording.origin.rate_hz))
+
+
+def measure(recording: Recording) -> FrameTiming:
+    """Return the timing of a recording."""
+    intended_hz = float(recording.origin.rate_hz)
+    steps, paused = np.diff(recording.sequence), pauses(recording)[1:]
+    spent_s = np.diff(recording.t)[steps == 1]
+    if not len(spent_s):
+        spent_s = np.array([1.0 / intended_hz])
+    return FrameTiming(
+        intended_hz,
+        1.0 / float(np.median(spent_s)),
+        1000.0 * float(spent_s.max()),
+        missing=int((steps - 1)[~paused].sum()),
+        stretches=1 + int(paused.sum()),
+        frames=len(recording.t),
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class SourceLabels:
-    """The labels of one source.
+    """The labels of one source."""
 
-    Attributes:
-        labeller: The label column.
-        events: Number of times of each label, without "null".
-        seconds: Duration of each label, without excluded frames; includes "null".
-        unknown: Share of frames without a label.
-        begin: Delay of the beginnings; None if there are none to compare.
-        end: Delay of the ends; None if there are none to compare.
-        empty: Number of labels without a touch.
-        idle: Share of untouched frames among the labelled ones.
-    """
-
-    labeller: str
-    events: dict[str, int]
-    seconds: dict[str, float]
-    unknown: float
-    begin: LabelDelay | None
-    end: LabelDelay | None
-    empty: int
-    idle: float
+    labeller: str  # the label column
+    events: dict[str, int]  # number of times of each label, without "null"
+    seconds: dict[str, float]  # of each label with "null", without excluded frames
+    unknown: float  # share of frames without a label
+    empty: int  # labels without a touch
+    idle: float  # share of untouched frames among the labelled ones
 
     def complaints(self) -> list[str]:
         """Return sentences about problems."""
-        name, count = self.labeller, sum(self.events.values())
+        name, total = self.labeller, sum(self.events.values())
         lines = []
-        if name != CUE:
-            lines += [*_delayed(name, "begins", self.begin), *_delayed(name, "ends", self.end)]
-        if count >= EDGES and self.empty > EMPTY_SHARE * count:
-            lines.append(f"nothing is felt in {self.empty} of {count} gestures that {name} names")
+        if total >= ENOUGH and self.empty > EMPTY_SHARE * total:
+            lines.append(f"nothing is felt in {self.empty} of {total} gestures that {name} names")
         if name != CUE and self.idle > IDLE_SHARE:
             lines.append(
                 f"nothing touches for {100 * self.idle:.0f} % of the time that {name} names a "
                 "gesture"
             )
         return lines
-
-
-def _delayed(name: str, edge: str, delay: LabelDelay | None) -> Iterator[str]:
-    """Yield sentences about a delay that is too long or too irregular."""
-    if delay is None or delay.edges < EDGES:
-        return
-    if abs(delay.median_s) > LATE_S:
-        when = "after" if delay.median_s > 0 else "before"
-        yield f"{name} usually {edge} {abs(delay.median_s):.2f} s {when} the touch"
-    if delay.spread_s > SCATTER_S:
-        yield f"{name} {edge} now early, now late: its lag varies by {delay.spread_s:.2f} s"
 
 
 def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
@@ -104,12 +117,7 @@ def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, .
 
 
 def spans(column: NDArray[np.int16], breaks: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
-    """Return (label, first frame, frame after the last) of every gesture in a column.
-
-    Args:
-        column: Index into the labels, 0 is "null", -1 unknown, (n,).
-        breaks: Whether each frame follows a pause, (n,).
-    """
+    """Return (label, first, end) of every gesture in a column, (n,), parted by `breaks`, (n,)."""
     edges = np.flatnonzero((np.diff(column) != 0) | breaks[1:]) + 1
     bounds = [0, *edges.tolist(), len(column)]
     return [
@@ -121,62 +129,25 @@ def _one(name: str, recording: Recording, response: Response) -> SourceLabels:
     column: NDArray[np.int16] = getattr(recording, name)
     labels, used = recording.origin.labels, ~recording.excluded
     found = spans(np.where(used, column, 0).astype(np.int16), pauses(recording))
-    events = {label: sum(f[0] == i for f in found) for i, label in enumerate(labels) if i}
     each_s = 1.0 / recording.rate_hz
-    seconds = {label: each_s * int((used & (column == i)).sum()) for i, label in enumerate(labels)}
     named = used & (column > 0) & response.known
-    begin, end, empty = _lags(recording.t, found, response)
     return SourceLabels(
         name,
-        events,
-        seconds,
+        {label: sum(f[0] == i for f in found) for i, label in enumerate(labels) if i},
+        {label: each_s * int((used & (column == i)).sum()) for i, label in enumerate(labels)},
         unknown=float((column == UNKNOWN).mean()),
-        begin=begin,
-        end=end,
-        empty=empty,
+        empty=_empty(found, response),
         idle=float((named & ~response.touched).sum() / max(1, named.sum())),
     )
 
 
-def _lags(
-    t: NDArray[np.float64], found: list[tuple[int, int, int]], response: Response
-) -> tuple[LabelDelay | None, LabelDelay | None, int]:
-    """Return the delays of begin and end, and the number of empty labels; `t` is (n,) seconds."""
-    known = [(first, end) for _, first, end in found if response.known[first]]
+def _empty(found: list[tuple[int, int, int]], response: Response) -> int:
+    """Return how many labels hold no touch."""
+    known = [slice(first, end) for _, first, end in found if response.known[first]]
     if not known or not response.idle.any():
-        return None, None, 0
-    energy = response.energy - np.median(response.energy[response.idle])
+        return 0
+    idle = np.median(response.energy[response.idle])
+    peaks = np.array([response.energy[span].max() for span in known]) - idle
     # The upper quartile: as many as three in four may be empty.
-    usual = float(np.quantile([energy[first:end].max() for first, end in known], 0.75))
-    begins, ends, empty = [], [], 0
-    for first, end in known:
-        low, high = np.searchsorted(t, (t[first] - REACH_S, t[end - 1] + REACH_S)).tolist()
-        peak = first + int(energy[first:end].argmax())
-        if energy[peak] < EMPTY * usual or usual <= 0.0:
-            empty += 1
-            continue
-        half = HALF * energy[peak]
-        before = np.flatnonzero(energy[low:peak] < half)
-        after = np.flatnonzero(energy[peak:high] < half)
-        if len(before):
-            begins.append(t[first] - _crossing(t, energy, low + int(before[-1]), half))
-        if len(after):
-            frame = peak + int(after[0]) - 1
-            ends.append(t[min(end, len(t) - 1)] - _crossing(t, energy, frame, half))
-    return _lag(begins), _lag(ends), empty
-
-
-def _crossing(
-    t: NDArray[np.float64], energy: NDArray[np.float64], frame: int, level: float
-) -> float:
-    """Return the time, seconds, of the energy, (n,), at a level between a frame and the next."""
-    low, high = float(energy[frame]), float(energy[frame + 1])
-    share = (level - low) / (high - low) if high != low else 0.0
-    return float(t[frame] + share * (t[frame + 1] - t[frame]))
-
-
-def _lag(lags_s: list[float]) -> LabelDelay | None:
-    if not lags_s:
-        return None
-    early, median, late = np.quantile(lags_s, (0.25, 0.5, 0.75)).tolist()
-    return LabelDelay(median, late - early, len(lags_s))
+    usual = float(np.quantile(peaks, 0.75))
+    return int((peaks < EMPTY * usual).sum()) if usual > 0.0 else len(peaks)

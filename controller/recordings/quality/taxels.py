@@ -1,4 +1,4 @@
-"""Faulty taxels in frames: stuck, saturated, loose, shorted, dead, noisy.
+"""Response of the taxels to touch, and faulty ones: stuck, saturated, loose, shorted, dead, noisy.
 
 Rows and columns count from the top left, from 0, as in docs/simulator.md. The definition of dead
 taxels is that of the device, in `recognition.dead_taxels`.
@@ -11,17 +11,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import (
-    DEAD,
-    TaxelInterpolator,
-    response_slope,
-    without_lead,
-)
+from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response_slope, without_lead
+from controller.recognition.frames import PreprocessSettings
+from controller.recognition.preprocess import Preprocessor
 from controller.recognition.sensor_health import taxel_names
-from controller.recordings.quality.response import Response
-from controller.recordings.recording import PICOFARAD
+from controller.recordings.recording import PICOFARAD, Recording
 
-Frames = NDArray[np.float32]  # (n, rows, columns), as they were read
+Frames = NDArray[np.float32]  # (n, rows, columns)
 Map = NDArray[np.float64]  # (rows, columns), one number a taxel
 Mask = NDArray[np.bool_]  # (rows, columns)
 
@@ -41,23 +37,84 @@ SOFT: Final = 0.2  # least share of responding taxels ...
 STRONG: Final = 0.2  # ... whose response has this share of the strongest one
 TOUCHES: Final = 30  # least number of touched frames to detect dead taxels
 IDLES: Final = 20  # least number of pairs of untouched frames to detect noise
+LEAST_PF: Final = 0.01  # least valid reading; a loose lead still couples 1 pF
+FASTEST_HZ: Final = 200.0  # limit of the device's stages; bounds the work
+# Without a known gate, a touch begins at this share of the range from idle to firm.
+TOUCHED: Final = 0.2
+IDLE_SHARE: Final = 0.05  # quantile of the energy that counts as idle
+FIRM_SHARE: Final = 0.95  # and as a firm touch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Response:
+    """Response of the sensor in n frames."""
+
+    change: Frames  # from rest: z - 1 in pF, else in the recording's unit, (n, rows, columns)
+    energy: NDArray[np.float64]  # mean of |change| over the taxels, (n,)
+    known: NDArray[np.bool_]  # whether the rest is known, so that the two above are valid, (n,)
+    touched: NDArray[np.bool_]  # (n,)
+
+    @property
+    def idle(self) -> NDArray[np.bool_]:
+        """Whether the sensor is known to be untouched, (n,)."""
+        return self.known & ~self.touched
+
+
+def respond(recording: Recording) -> Response:
+    """Return the response: in picofarads by the device's own stage, else by a fixed rest."""
+    rest = recording.rest if recording.rest is not None else _middle(recording)
+    if recording.origin.unit != PICOFARAD:
+        return _fixed((recording.frames - rest).astype(np.float32))
+    followed = _followed(recording)
+    if followed.known.any():
+        return followed
+    # The sensor was never untouched for a second, so the device's stage found no baseline.
+    change = recording.frames / np.where(rest > LEAST_PF, rest, np.inf)
+    return _fixed(np.where(rest > LEAST_PF, change - 1.0, 0.0).astype(np.float32))
+
+
+def _middle(recording: Recording) -> NDArray[np.float32]:
+    """Return the median of each taxel, (rows, columns)."""
+    return np.asarray(np.median(recording.frames, axis=0), dtype=np.float32)
+
+
+def _followed(recording: Recording) -> Response:
+    """Return the response by the device's preprocessor."""
+    frames = recording.frames
+    reads = _middle(recording) > LEAST_PF
+    frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
+    rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
+    settings = PreprocessSettings(rate_hz=rate_hz)
+    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # keeps dead taxels visible
+    steps = [stage.step(frame) for frame in frames.astype(np.float32)]
+    return Response(
+        np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0),
+        np.array([step.deviation for step in steps]),
+        known=np.array([step.ready for step in steps]),
+        touched=np.array([step.ready and not step.quiet for step in steps]),
+    )
+
+
+def _fixed(change: NDArray[np.float32]) -> Response:
+    """Return the response to a fixed rest, from the change, (n, rows, columns)."""
+    energy = np.abs(change).mean(axis=(1, 2), dtype=np.float64)
+    idle, firm = np.quantile(energy, (IDLE_SHARE, FIRM_SHARE))
+    return Response(
+        change,
+        energy,
+        known=np.ones(len(change), dtype=np.bool_),
+        touched=energy > idle + TOUCHED * (firm - idle),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TaxelFinding:
-    """A fault of taxels.
+    """A fault of taxels."""
 
-    Attributes:
-        kind: "stuck", "saturated", "loose", "short", "dead" or "noisy".
-        mask: The taxels, (rows, columns).
-        text: A sentence about them.
-        useless: They do not respond to touch.
-    """
-
-    kind: str
-    mask: Mask
-    text: str
-    useless: bool = True
+    kind: str  # "stuck", "saturated", "loose", "short", "dead" or "noisy"
+    mask: Mask  # of the taxels, (rows, columns)
+    text: str  # a sentence about them
+    useless: bool = True  # they do not respond to touch
 
 
 def useless(found: Sequence[TaxelFinding], response: Response) -> Mask:
@@ -68,13 +125,7 @@ def useless(found: Sequence[TaxelFinding], response: Response) -> Mask:
 
 
 def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]:
-    """Return the faults of the taxels in some frames.
-
-    Args:
-        frames: As they were read.
-        unit: Of their values.
-        response: Of the sensor in these frames.
-    """
+    """Return the faults of the taxels in frames of a unit, and the sensor's response in them."""
     found: list[TaxelFinding] = []
     unknown = bool(unjudged(response))
 

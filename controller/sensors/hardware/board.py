@@ -5,36 +5,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from controller.sensors.hardware import HardwareAwayError
-from controller.sensors.hardware.controls import Controls
-from controller.sensors.hardware.converters import Chip
+from controller.sensors.hardware.converters import CHANNELS, Chip
+from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
-
-
-class Pins(Protocol):
-    """The pins of a board, by GPIO number."""
-
-    def drive(self, pin: int, high: bool) -> None:
-        """Make it an output: to the supply, or to ground."""
-
-    def release(self, pin: int) -> None:
-        """Make it an input without any pull: the pin floats."""
-
-    def level(self, pin: int) -> bool:
-        """Return whether it is high, from any driver."""
-
-    def close(self) -> None:
-        """Release all."""
 
 
 class Spi(Protocol):
     """One chip on an SPI bus."""
 
     def transfer(self, data: bytes) -> bytes:
-        """Write bytes, and return as many that were read meanwhile.
-
-        Raises:
-            OSError: The bus fails.
-        """
+        """Write bytes, and return as many that were read meanwhile, or raise OSError."""
 
     def close(self) -> None:
         """Release the bus."""
@@ -42,39 +22,24 @@ class Spi(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """One orb's hardware, open.
+    """One orb's hardware, open."""
 
-    Attributes:
-        wiring: What hangs on it.
-        pins: Its pins.
-        chip: The type of its converters.
-        buses: One a converter.
-        knobs: Button, LED and pump.
-        wait: Waits for so many seconds.
-        clock: Seconds that never go back.
-    """
-
-    wiring: Wiring
-    pins: Pins
-    chip: Chip
-    buses: tuple[Spi, ...]
-    knobs: Controls
-    wait: Callable[[float], None]
-    clock: Callable[[], float]
+    wiring: Wiring  # what hangs on it
+    pins: GpioPins  # its pins
+    chip: Chip  # the type of its converters
+    buses: tuple[Spi, ...]  # one a converter
+    knobs: Controls  # button, LED and pump
+    wait: Callable[[float], None]  # waits for so many seconds
+    clock: Callable[[], float]  # seconds that never go back
 
     def convert(self, channel: int) -> int:
-        """Return one conversion, counts; channels number all converters through.
-
-        Raises:
-            HardwareAwayError: The bus fails, or no converter answers.
-        """
-        which, input_ = divmod(channel, self.chip.channels)
+        """Return one conversion, counts, by a channel of all, or raise HardwareAwayError."""
+        which, input_ = divmod(channel, CHANNELS)
         try:
             answer = self.buses[which].transfer(self.chip.request(input_))
         except OSError as error:
-            raise HardwareAwayError(
-                f"{self._device(which)} fails: {error.strerror or error}"
-            ) from None
+            words = f"{self._device(which)} fails: {error.strerror or error}"
+            raise HardwareAwayError(words) from None
         count = self.chip.decode(answer)
         if count is None:
             raise HardwareAwayError(

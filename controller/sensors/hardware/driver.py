@@ -43,10 +43,7 @@ class Driver:
         self._bounces = 0  # frames that are not believed yet
 
     def frame(self, now_s: float = 0.0) -> Frame:
-        """Scan, and return picofarads, (rows, columns).
-
-        Args:
-            now_s: The time, for the pump's limits.
+        """Scan, and return picofarads, (rows, columns); `now_s` is for the pump's limits.
 
         Raises:
             HardwareAwayError: The converter does not answer, or no orb hangs on it.

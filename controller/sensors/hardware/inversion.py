@@ -43,12 +43,7 @@ class Inversion:
     """Counts to picofarads, frame by frame."""
 
     def __init__(self, wiring: Wiring, full: int) -> None:
-        """Prepare.
-
-        Args:
-            wiring: The circuit, and each taxel's gain.
-            full: Counts of full scale, which is the supply.
-        """
+        """Prepare for a wiring; `full` are the counts of full scale, which is the supply."""
         self._row_pf, self._bleed = wiring.circuit.row_pf, wiring.circuit.bleed_mohm
         self._full = full * wiring.circuit.reach
         self._ghosting = wiring.circuit.ghosting
@@ -83,10 +78,7 @@ class Inversion:
 
 
 def picofarads(wiring: Wiring, counts: Array, age_s: Array, dark: Array, full: int) -> Array:
-    """Return a single frame's capacitances, pF, (rows, columns), without any ghosts.
-
-    Arguments as of `Inversion`.
-    """
+    """Return a single frame's capacitances without any ghosts; arguments as of `Inversion`."""
     wiring = replace(wiring, circuit=replace(wiring.circuit, ghosting=0.0))
     return Inversion(wiring, full).picofarads(counts, age_s, dark)
 

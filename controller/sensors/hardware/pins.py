@@ -1,27 +1,18 @@
 """The board's pins, by gpiozero: on a Raspberry Pi through lgpio, in tests on mock pins."""
 
-import os
-import tempfile
 from collections.abc import Iterable
+from contextlib import ExitStack
 from typing import Any
 
-from controller.errors import how_to_install
-from controller.sensors.hardware import HardwareError, MissingHardwareError
+from controller.sensors.hardware import HardwareError
+from controller.sensors.hardware.wiring import Wiring
 
 
 class GpioPins:
     """Pins as electrodes: driven to either side, or floating."""
 
     def __init__(self, factory: Any, pins: Iterable[int]) -> None:
-        """Take pins, and ground them.
-
-        Args:
-            factory: gpiozero's, closed with us.
-            pins: GPIO numbers.
-
-        Raises:
-            HardwareError: A pin does not exist, or is in use by another program.
-        """
+        """Take pins by GPIO numbers, and ground them; gpiozero's factory is closed with them."""
         from gpiozero import GPIODevice, GPIOZeroError
 
         self.factory = factory
@@ -60,26 +51,47 @@ class GpioPins:
         self.factory.close()
 
 
-def raspberry() -> Any:
-    """Return gpiozero's factory of this computer's pins.
+class Controls:
+    """The label button, the status LED and the pump of a wiring, as far as it has them."""
 
-    Raises:
-        MissingHardwareError: A library is missing, or this computer's pins cannot be had.
-    """
-    # lgpio leaves a pipe in the folder where it is imported.
-    os.environ.setdefault("LG_WD", tempfile.gettempdir())
-    try:
-        import lgpio
-        from gpiozero import GPIOZeroError
-        from gpiozero.pins.lgpio import LGPIOFactory
-    except ImportError as error:
-        raise MissingHardwareError(
-            f"the orb's pins need {error.name}; {how_to_install('pi')}, or try --sensor emulated"
-        ) from None
-    try:
-        return LGPIOFactory()
-    except (GPIOZeroError, OSError, lgpio.error) as error:
-        raise MissingHardwareError(
-            f"cannot open this computer's pins: {error}; on a Raspberry Pi join the group gpio, "
-            "elsewhere try --sensor emulated (docs/hardware.md)"
-        ) from None
+    def __init__(self, factory: Any, wiring: Wiring) -> None:
+        """Take their pins from gpiozero's factory; LED and pump are off."""
+        from gpiozero import LED, Button, GPIOZeroError, OutputDevice
+
+        self._button = self._led = self._pump = None
+        with ExitStack() as taken:
+            try:
+                if wiring.button is not None:
+                    self._button = Button(wiring.button, pull_up=True, pin_factory=factory)
+                    taken.callback(self._button.close)
+                if wiring.led is not None:
+                    self._led = LED(wiring.led, pin_factory=factory)
+                    taken.callback(self._led.close)
+                if wiring.pump is not None:
+                    self._pump = OutputDevice(wiring.pump.pin, pin_factory=factory)
+            except (GPIOZeroError, OSError) as error:
+                raise HardwareError(f"cannot use a pin: {error}") from None
+            taken.pop_all()
+
+    def pressed(self) -> bool | None:
+        """Return whether the label button is down; None: there is none."""
+        return None if self._button is None else bool(self._button.is_pressed)
+
+    def light(self, on: bool) -> None:
+        """Switch the LED."""
+        if self._led is not None:
+            self._led.value = int(on)
+
+    def pump(self, on: bool) -> None:
+        """Switch the pump."""
+        if self._pump is not None:
+            self._pump.value = int(on)
+
+    def close(self) -> None:
+        """Switch everything off, the pump first."""
+        for device in (self._pump, self._led):
+            if device is not None:
+                device.off()
+        for device in (self._pump, self._led, self._button):
+            if device is not None:
+                device.close()

@@ -1,85 +1,95 @@
-"""Runs the schedule on a board: from electrodes to counts."""
+"""Runs the schedule of a scan on a board: from electrodes to counts.
 
+A slot grounds all electrodes, lets its rows float, raises its column, lets that settle, converts,
+and lowers the column again.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.sensors.hardware import schedule
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.schedule import Slot
+from controller.sensors.hardware.converters import CHANNELS
+from controller.sensors.hardware.wiring import Wiring
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
+class Slot:
+    """One charge: a column, and the rows that are read against it."""
+
+    column: int | None  # which is raised; None: none is, so that what is read is the rows' own
+    rows: tuple[int, ...]  # which float, in the order of conversion; all others are grounded
+
+
+def slots(wiring: Wiring) -> Iterator[Slot]:
+    """Yield the slots of one frame: column by column (paper, section 3.2)."""
+    for column in wiring.order or range(wiring.columns):
+        for rows in _groups(wiring):
+            yield Slot(column, rows)
+
+
+def dark_slots(wiring: Wiring) -> Iterator[Slot]:
+    """Yield slots in which no column is raised: what they read is offset, leakage and injection."""
+    for rows in _groups(wiring):
+        yield Slot(None, rows)
+
+
+def _groups(wiring: Wiring) -> list[tuple[int, ...]]:
+    """Return which rows float together."""
+    if wiring.scheme == "column":
+        return [tuple(range(wiring.rows))]
+    return [(row,) for row in range(wiring.rows)]
+
+
+@dataclass(frozen=True, slots=True)
 class Scan:
-    """Result of a frame's slots.
+    """Result of a frame's slots."""
 
-    Attributes:
-        counts: Mean of each reading's conversions, (rows, columns).
-        age_s: Their mean time since the column's rise, (rows, columns).
-    """
-
-    counts: Array
-    age_s: Array
+    counts: Array  # mean of each reading's conversions, (rows, columns)
+    age_s: Array  # their mean time since the column's rise, (rows, columns)
 
 
 class Scanner:
-    """Reads taxels one by one, or a column at once.
-
-    Attributes:
-        board: On which.
-    """
+    """Reads taxels of its `board` one by one, or a column at once."""
 
     def __init__(self, board: Board) -> None:
         """Ground all electrodes."""
         self.board = board
         self._wiring = wiring = board.wiring
-        self._shape = wiring.rows, wiring.columns
-        self._slots = tuple(schedule.slots(wiring))
-        self._dark_slots = tuple(schedule.dark(wiring))
-        self.ground()
-
-    def ground(self) -> None:
-        """Ground all electrodes."""
-        electrodes = self._wiring.electrodes
-        for pin in (*electrodes.columns, *electrodes.rows):
-            self.board.pins.drive(pin, False)
+        self._slots, self._dark_slots = tuple(slots(wiring)), tuple(dark_slots(wiring))
+        for pin in (*wiring.electrodes.columns, *wiring.electrodes.rows):
+            board.pins.drive(pin, False)
 
     def scan(self) -> Scan:
-        """Return one frame.
-
-        Raises:
-            HardwareAwayError: The converter does not answer.
-        """
-        counts, age_s = np.empty(self._shape), np.empty(self._shape)
+        """Return one frame, or raise HardwareAwayError."""
+        shape = self._wiring.rows, self._wiring.columns
+        counts, age_s = np.empty(shape), np.empty(shape)
         for slot in self._slots:
             assert slot.column is not None
-            for row, (count, age) in zip(slot.rows, self.read(slot), strict=True):
+            for row, (count, age) in zip(slot.rows, self._read(slot), strict=True):
                 counts[row, slot.column], age_s[row, slot.column] = count, age
         return Scan(counts, age_s)
 
-    def dark(self, readings: int = 8) -> Array:
+    def dark(self, readings: int) -> Array:
         """Return what each row reads while no column is raised, (rows,): the mean of some readings.
 
-        It does not depend on what touches the orb.
-
-        Raises:
-            HardwareAwayError: The converter does not answer.
+        It does not depend on what touches the orb. HardwareAwayError as of `scan`.
         """
-        counts = np.zeros(self._shape[0])
+        counts = np.zeros(self._wiring.rows)
         for _ in range(readings):
             for slot in self._dark_slots:
-                for row, (count, _) in zip(slot.rows, self.read(slot), strict=True):
+                for row, (count, _) in zip(slot.rows, self._read(slot), strict=True):
                     counts[row] += count / readings
         return counts
 
-    def read(self, slot: Slot) -> list[tuple[float, float]]:
+    def _read(self, slot: Slot) -> list[tuple[float, float]]:
         """Return (mean counts, mean seconds since the column's rise) of one slot's rows.
 
-        Raises:
-            HardwareAwayError: The converter does not answer; all electrodes are grounded.
+        All electrodes are grounded afterwards, also if the converter does not answer.
         """
         board, times, electrodes = self.board, self._wiring.times, self._wiring.electrodes
         board.wait(times.discharge_s)
@@ -104,8 +114,7 @@ class Scanner:
         ground = self._wiring.converter.ground
         if ground is not None:
             # The converter's own capacitor still holds the last reading, another row's: empty it.
-            inputs = self.board.chip.channels
-            self.board.convert(channel - channel % inputs + ground)
+            self.board.convert(channel - channel % CHANNELS + ground)
         samples, began_s = self._wiring.times.samples, self.board.clock()
         total = sum(self.board.convert(channel) for _ in range(samples))
         return total / samples, (began_s + self.board.clock()) / 2 - rise_s

@@ -1,13 +1,20 @@
-"""Wiring of an orb: electrodes and their pins, and the times of a scan; pure.
+"""Wiring of an orb: electrodes and their pins, and the times of a scan, from a TOML file.
 
-`wiring_file` makes one from TOML: `config.settings` checks each entry against the metadata of its
-field. The defaults are in `default.toml`, with comments, and docs/hardware.md draws them.
+`config.settings` checks each entry against the metadata of its field. `default.toml` shows and
+explains all of them with their defaults, and docs/hardware.md draws them.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
-from controller.sensors.hardware.converters import names
+from controller import config
+from controller.config import MAX_BYTES, ConfigError, line_of, parse_toml
+from controller.errors import reason
+from controller.files import read_text
+from controller.sensors.hardware import HardwareError
+from controller.sensors.hardware.converters import CHANNELS, CHIPS
 
 Scheme = Literal["taxel", "column"]
 
@@ -34,120 +41,75 @@ def _pin(default: int | None) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Electrodes:
-    """Pins by their GPIO (BCM) numbers, and converter channels.
+    """Pins by their GPIO (BCM) numbers, and converter channels."""
 
-    Attributes:
-        columns: Pins of the columns, left to right.
-        rows: Pins of the rows, top to bottom.
-        channels: The converter's channel of each row; a second converter's begin where the
-            first one's end.
-    """
-
+    # pins of the columns, left to right
     columns: tuple[int, ...] = _numbers((5, 6, 13, 19, 26), 27)
-    rows: tuple[int, ...] = _numbers((17, 27, 22, 23, 24), 27)
+    rows: tuple[int, ...] = _numbers((17, 27, 22, 23, 24), 27)  # pins of the rows, top to bottom
+    # the converter's channel of each row; a second converter's begin where the first one's end
     channels: tuple[int, ...] = _numbers((0, 1, 2, 3, 4), 63)
 
 
 @dataclass(frozen=True, slots=True)
 class ConverterWiring:
-    """The converters, all of one type.
+    """The converters, all of one type."""
 
-    Attributes:
-        type: A module in `controller/sensors/hardware/converters`.
-        bus: The SPI bus.
-        devices: Its chip selects, one a converter.
-        clock_hz: SPI clock.
-        ground: The input of each converter that is tied to ground: reading it empties the
-            sampling capacitor of what the last reading left there. None: there is none, and each
-            row is read once while it is grounded, which only the scheme "taxel" can do.
-    """
-
-    type: str = field(default="mcp3208", metadata={"choices": tuple(names())})
-    bus: int = _number(0, 0, 6)
-    devices: tuple[int, ...] = _numbers((0,), 3, 4)
-    clock_hz: int = _number(1_000_000, 10_000, 10_000_000)
+    type: str = field(default="mcp3208", metadata={"choices": tuple(CHIPS)})  # a key of `CHIPS`
+    bus: int = _number(0, 0, 6)  # the SPI bus
+    devices: tuple[int, ...] = _numbers((0,), 3, 4)  # its chip selects, one a converter
+    clock_hz: int = _number(1_000_000, 10_000, 10_000_000)  # SPI clock
+    # the input of each converter that is tied to ground: reading it empties the sampling capacitor
+    # of what the last reading left there. None: there is none, and each row is read once while it
+    # is grounded, which only the scheme "taxel" can do
     ground: int | None = _number(6, 0, 7)
 
 
 @dataclass(frozen=True, slots=True)
 class CircuitWiring:
-    """The analogue parts, as they were soldered in.
+    """The analogue parts, as they were soldered in."""
 
-    Attributes:
-        row_pf: Capacitance of a row to ground: its capacitor, converter input, pin and lead.
-        bleed_mohm: R_m of the paper (section 3.2), from each row to ground.
-        reach: Share of a row's voltage that comes to the converter: below 1 with C_m in series.
-        ghosting: Share of its row's other taxels that is left in a taxel's reading. By default as
-            much as in the virtual orb's, on which the bundle that ships was trained.
-    """
-
+    # capacitance of a row to ground: its capacitor, converter input, pin and lead
     row_pf: float = _number(150.0, 1.0, 10_000.0)
+    # R_m of the paper (section 3.2), from each row to ground
     bleed_mohm: float = _number(50.0, 0.1, 10_000.0)
+    # share of a row's voltage that comes to the converter: below 1 with C_m in series
     reach: float = _number(1.0, 0.01, 1.0)
+    # share of its row's other taxels that is left in a taxel's reading. By default as much as in
+    # the virtual orb's, on which the bundle that ships was trained
     ghosting: float = _number(0.15, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """The slots of a scan.
+    """The slots of a scan."""
 
-    Attributes:
-        discharge_s: All electrodes grounded before each slot.
-        settle_s: From the column's rise to the first conversion.
-        samples: Conversions of one reading, which are averaged.
-    """
-
+    # all electrodes grounded before each slot
     discharge_s: float = _number(100e-6, 1.0, 100_000.0, divisor=1e6, key="discharge_us")
+    # from the column's rise to the first conversion
     settle_s: float = _number(100e-6, 1.0, 100_000.0, divisor=1e6, key="settle_us")
-    samples: int = _number(4, 1, 256)
+    samples: int = _number(4, 1, 256)  # conversions of one reading, which are averaged
 
 
 @dataclass(frozen=True, slots=True)
 class PumpWiring:
-    """The pump and its pressure sensor.
+    """The pump and its pressure sensor."""
 
-    Attributes:
-        pin: Switches the pump; high is on.
-        channel: The converter's channel of the pressure sensor.
-        zero_v: Its output without pressure.
-        v_per_kpa: Its slope.
-        target_kpa: What the orb is inflated to.
-        limit_kpa: Pressure at which the pump is refused until the next start.
-        longest_s: How long the pump may run without a rest.
-        rest_s: How long it then rests.
-    """
-
-    pin: int = _pin(12)
-    channel: int = _number(7, 0, 63)
-    zero_v: float = _number(0.2, 0.0, 5.0)
-    v_per_kpa: float = _number(0.27, 0.001, 10.0)
-    target_kpa: float = _number(2.2, 0.05, 20.0)
+    pin: int = _pin(12)  # switches the pump; high is on
+    channel: int = _number(7, 0, 63)  # the converter's channel of the pressure sensor
+    zero_v: float = _number(0.2, 0.0, 5.0)  # its output without pressure
+    v_per_kpa: float = _number(0.27, 0.001, 10.0)  # its slope
+    target_kpa: float = _number(2.2, 0.05, 20.0)  # what the orb is inflated to
+    # pressure at which the pump is refused until the next start
     limit_kpa: float = _number(2.4, 0.05, 20.0)
-    longest_s: float = _number(20.0, 0.5, 120.0)
-    rest_s: float = _number(20.0, 0.5, 600.0)
+    longest_s: float = _number(20.0, 0.5, 120.0)  # how long the pump may run without a rest
+    rest_s: float = _number(20.0, 0.5, 600.0)  # how long it then rests
 
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Everything about one orb's hardware.
+    """Everything about one orb's hardware."""
 
-    Attributes:
-        name: What the orb is called.
-        pitch_mm: Distance of two taxels.
-        electrodes: Pins and channels.
-        converter: Which, and where.
-        circuit: The analogue parts.
-        times: The slots.
-        scheme: "taxel": one row floats at a time, as in the paper; "column": all rows of a
-            column settle together.
-        order: The columns in the order of scanning; (): left to right.
-        supply_v: Of the pins; also the converter's reference.
-        button: The label button's pin, to ground; None: there is none.
-        led: The status LED's pin; None: there is none.
-        pump: The pump; None: the orb is inflated by hand.
-        gain: Factor of each taxel, (rows, columns), from a capacitance meter; (): all 1.
-    """
-
+    # what the orb is called
     name: str = field(
         default="orb",
         metadata={
@@ -155,17 +117,22 @@ class Wiring:
             "expected": "1 to 24 letters, digits, - and _",
         },
     )
-    pitch_mm: float = _number(10.0, 0.1, 1000.0)
-    electrodes: Electrodes = field(default_factory=Electrodes)
-    converter: ConverterWiring = field(default_factory=ConverterWiring)
-    circuit: CircuitWiring = field(default_factory=CircuitWiring)
-    times: Times = field(default_factory=Times)
+    pitch_mm: float = _number(10.0, 0.1, 1000.0)  # distance of two taxels
+    electrodes: Electrodes = field(default_factory=Electrodes)  # pins and channels
+    converter: ConverterWiring = field(default_factory=ConverterWiring)  # which, and where
+    circuit: CircuitWiring = field(default_factory=CircuitWiring)  # the analogue parts
+    times: Times = field(default_factory=Times)  # the slots
+    # "taxel": one row floats at a time, as in the paper; "column": all rows of a column settle
+    # together
     scheme: Scheme = "column"
+    # the columns in the order of scanning; (): left to right
     order: tuple[int, ...] = _numbers((), MAX_ELECTRODES - 1)
-    supply_v: float = _number(3.3, 1.0, 5.5)
-    button: int | None = _pin(16)
-    led: int | None = _pin(20)
+    supply_v: float = _number(3.3, 1.0, 5.5)  # of the pins; also the converter's reference
+    button: int | None = _pin(16)  # the label button's pin, to ground; None: there is none
+    led: int | None = _pin(20)  # the status LED's pin; None: there is none
+    # the pump; None: the orb is inflated by hand
     pump: PumpWiring | None = field(default_factory=PumpWiring)
+    # factor of each taxel, (rows, columns), from a capacitance meter; (): all 1
     gain: tuple[tuple[float, ...], ...] = ()
 
     @property
@@ -181,3 +148,144 @@ class Wiring:
     def scanned(self, scheme: Scheme) -> "Wiring":
         """Return the same wiring with another scheme."""
         return replace(self, scheme=scheme)
+
+
+# --- from a file ----------------------------------------------------------------------------------
+
+_PULLED: Final = (2, 3)  # pins with resistors to the supply on every Raspberry Pi
+_SPI: Final = {0: ((9, 10, 11), {0: 8, 1: 7}), 1: ((19, 20, 21), {0: 18, 1: 17, 2: 16})}
+_GAIN: Final = (0.1, 10.0)
+
+Use = tuple[str, str, str, int]  # table, key, what uses it, and the number of a pin or an input
+
+
+def read(path: Path | None) -> Wiring:
+    """Return the wiring in a file, or the default; HardwareError says what is wrong where."""
+    if path is None:
+        return Wiring()
+    try:
+        return parse(read_text(path, MAX_BYTES), str(path))
+    except OSError as error:
+        raise HardwareError(f"cannot read {path}: {reason(error)}") from None
+
+
+def parse(text: str, source: str) -> Wiring:
+    """Return the wiring in a text of TOML; HardwareError messages begin with its `source`."""
+    try:
+        table = parse_toml(text)
+    except ConfigError as error:
+        raise HardwareError(f"{source}, {error}") from None
+    try:
+        wiring = _wiring(table)
+        _check_pins(wiring)
+        _check_channels(wiring)
+        _check_scan(wiring)
+    except ConfigError as error:
+        line = line_of(text, error.table, error.key) or line_of(text, error.key)
+        raise HardwareError(f"{source}{line} {error} (docs/hardware.md)") from None
+    return wiring
+
+
+def _wiring(table: dict[str, Any]) -> Wiring:
+    """Return the wiring of a table, without what it does not name, or raise ConfigError."""
+    electrodes = table.get("electrodes")
+    if electrodes is None:
+        raise ConfigError("has no table [electrodes], which names the pins of rows and columns")
+    gain = _gain(table.pop("gain", []))
+    wiring = config.settings(Wiring, table)
+    for key in ("columns", "rows", "channels"):
+        if key not in electrodes:
+            raise ConfigError(f"has no {key} under [electrodes]", "electrodes")
+    absent: dict[str, Any] = {key: None for key in ("button", "led", "pump") if key not in table}
+    if "ground" not in table.get("converter", {}):
+        wiring = replace(wiring, converter=replace(wiring.converter, ground=None))
+        if "scheme" not in table:
+            wiring = wiring.scanned("taxel")
+    return replace(wiring, gain=gain, **absent)
+
+
+def _gain(rows: Any) -> tuple[tuple[float, ...], ...]:
+    """Return the gains of taxels, row by row, or raise ConfigError."""
+    low, high = _GAIN
+    if isinstance(rows, list) and all(isinstance(row, list) for row in rows):
+        numbers = [one for row in rows for one in row]
+        if all(type(one) in (int, float) and low <= one <= high for one in numbers):
+            return tuple(tuple(float(one) for one in row) for row in rows)
+    expected = f"rows of numbers from {low:g} to {high:g}, [[1.0, 0.98, ...], ...]"
+    raise ConfigError(f"has gain = {rows!r}; expected is {expected}", "", "gain")
+
+
+# --- entries that must go together ----------------------------------------------------------------
+
+
+def _check_scan(wiring: Wiring) -> None:
+    """Refuse a scan, a converter or a pump that cannot work like this."""
+    order, pump, converter = wiring.order, wiring.pump, wiring.converter
+    if order and sorted(order) != list(range(wiring.columns)):
+        words = f"has an order without each column, 0 to {wiring.columns - 1}, once"
+        raise ConfigError(words, "", "order")
+    if wiring.scheme == "column" and converter.ground is None:
+        words = "has scheme = 'column', which needs an input tied to ground: [converter] ground"
+        raise ConfigError(words, "", "scheme")
+    if wiring.gain and [len(row) for row in wiring.gain] != [wiring.columns] * wiring.rows:
+        words = f"has a gain that is not {wiring.rows} rows of {wiring.columns} numbers"
+        raise ConfigError(words, "", "gain")
+    fastest = CHIPS[converter.type].fastest_hz
+    if converter.clock_hz > fastest:
+        words = f"has clock_hz = {converter.clock_hz}, more than the {fastest} of {converter.type}"
+        raise ConfigError(words, "converter", "clock_hz")
+    if pump is not None and pump.target_kpa >= pump.limit_kpa:
+        words = f"has a target_kpa that is not below limit_kpa, {pump.limit_kpa:g}"
+        raise ConfigError(words, "pump", "target_kpa")
+
+
+def _check_pins(wiring: Wiring) -> None:
+    """Refuse pins with two uses, and rows on pins that cannot float."""
+    where, chosen = wiring.converter, wiring.electrodes
+    bus, selects = _SPI.get(where.bus, ((), {}))
+    taken = dict.fromkeys(bus, f"SPI {where.bus}")
+    for device in where.devices:
+        if device in selects:
+            taken[selects[device]] = f"chip select {device} of SPI {where.bus}"
+    uses = [("electrodes", "columns", f"column {i}", pin) for i, pin in enumerate(chosen.columns)]
+    uses += [("electrodes", "rows", f"row {i}", pin) for i, pin in enumerate(chosen.rows)]
+    if wiring.pump is not None:
+        uses.append(("pump", "pin", "the pump", wiring.pump.pin))
+    if wiring.button is not None:
+        uses.append(("", "button", "the button", wiring.button))
+    if wiring.led is not None:
+        uses.append(("", "led", "the LED", wiring.led))
+    _check_single(uses, taken, "GPIO")
+    for row, pin in enumerate(chosen.rows):
+        if pin in _PULLED:
+            words = f"gives GPIO {pin} to row {row}, but a resistor pulls it up; use another"
+            raise ConfigError(words, "electrodes", "rows")
+
+
+def _check_channels(wiring: Wiring) -> None:
+    """Refuse converter inputs that do not exist or have two uses."""
+    where, chosen = wiring.converter, wiring.electrodes
+    inputs = CHANNELS * len(where.devices)
+    if len(chosen.channels) != len(chosen.rows):
+        words = f"has {len(chosen.channels)} channels for {len(chosen.rows)} rows"
+        raise ConfigError(words, "electrodes", "channels")
+    taken: dict[int, str] = {}
+    if where.ground is not None:
+        taken = {i * CHANNELS + where.ground: "ground" for i in range(len(where.devices))}
+    uses = [("electrodes", "channels", f"row {i}", c) for i, c in enumerate(chosen.channels)]
+    if wiring.pump is not None:
+        uses.append(("pump", "channel", "the pressure sensor", wiring.pump.channel))
+    for table, key, what, channel in uses:
+        if channel >= inputs:
+            words = f"gives input {channel} to {what}, but there are only {inputs}"
+            raise ConfigError(words, table, key)
+    _check_single(uses, taken, "input")
+
+
+def _check_single(uses: Iterable[Use], taken: dict[int, str], kind: str) -> None:
+    """Refuse a number with two uses; `taken` has the use of those that are not free."""
+    for table, key, what, number in uses:
+        if number in taken:
+            words = f"gives {kind} {number} to {what}, but it is {taken[number]}'s"
+            raise ConfigError(words, table, key)
+        taken[number] = what

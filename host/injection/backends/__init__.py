@@ -1,13 +1,14 @@
-"""Key injection into the program with the focus: one back end per file, found by name.
+"""Key injection into the program with the focus: back ends, found by name.
 
-A back end is `create(kind)` in a module of this package. If its `ENDS_WITH_PROCESS` is true, the
-kernel releases its keys when its process dies.
+A back end is `create(name, kind)` in a module of this package. If its `ENDS_WITH_PROCESS` is true,
+the kernel releases its keys when its process dies.
 """
 
 import importlib
 import os
 import sys
 from abc import ABC, abstractmethod
+from types import ModuleType
 from typing import Final, cast
 
 from controller.errors import TroubleError
@@ -15,6 +16,7 @@ from controller.keymap.keymap import Kind
 
 AUTO: Final = "auto"
 NAMES: Final = ("uinput", "x11", "windows", "macos")
+_BY_SYSTEM: Final = {"win32": "windows", "darwin": "macos"}
 
 
 class BackendError(TroubleError, OSError):
@@ -41,17 +43,10 @@ class Backend(ABC):
 
 
 def open_backend(name: str, kind: Kind) -> tuple[str, Backend]:
-    """Open a back end by name, or the best there is; return its name with it.
-
-    Raises:
-        BackendError: It cannot be used here.
-    """
+    """Open a back end by name, or the best (BackendError: none); return its name with it."""
+    name = _BY_SYSTEM.get(sys.platform, AUTO) if name == AUTO else name
     if name != AUTO:
         return name, _create(name, kind)
-    if sys.platform == "win32":
-        return "windows", _create("windows", kind)
-    if sys.platform == "darwin":
-        return "macos", _create("macos", kind)
     try:
         return "uinput", _create("uinput", kind)
     except BackendError as error:
@@ -66,11 +61,16 @@ def open_backend(name: str, kind: Kind) -> tuple[str, Backend]:
 
 def ends_with_process(name: str) -> bool:
     """Return whether the system releases the keys of a back end when its process is killed."""
-    return bool(importlib.import_module(f"{__name__}.{name}").ENDS_WITH_PROCESS)
+    return bool(_module(name).ENDS_WITH_PROCESS)
 
 
 def _create(name: str, kind: Kind) -> Backend:
-    return cast(Backend, importlib.import_module(f"{__name__}.{name}").create(kind))
+    return cast(Backend, _module(name).create(name, kind))
+
+
+def _module(name: str) -> ModuleType:
+    own = "by_pynput" if name in ("x11", "macos") else name
+    return importlib.import_module(f"{__name__}.{own}")
 
 
 def _wayland() -> bool:

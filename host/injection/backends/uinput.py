@@ -42,11 +42,7 @@ class Uinput(Backend):
     """A virtual device with the lifetime of this object."""
 
     def __init__(self, kind: Kind, device: str = DEVICE, control: Control | None = None) -> None:
-        """Create the device; `control` is `fcntl.ioctl` by default.
-
-        Raises:
-            BackendError: It cannot be created; the message includes advice.
-        """
+        """Create the device (BackendError: it cannot); `control` is `fcntl.ioctl` by default."""
         self._control = control or fcntl.ioctl
         self._values: dict[int, int] = {}  # of axes
         try:
@@ -114,6 +110,6 @@ def _why(device: str, error: OSError) -> str:
     return f"cannot open {device}: {error.strerror} (docs/keys.md)"
 
 
-def create(kind: Kind) -> Uinput:
+def create(name: str, kind: Kind) -> Uinput:
     """Make a keyboard or a pad."""
     return Uinput(kind)

@@ -7,7 +7,7 @@ ignore the input of other programs.
 import ctypes
 import sys
 from collections.abc import Callable
-from ctypes import c_int32, c_size_t, c_uint16, c_uint32
+from ctypes import c_size_t, c_uint8, c_uint16, c_uint32
 from typing import Final
 
 from controller.keymap.key_names import EXTENDED, KEYS
@@ -19,6 +19,7 @@ INPUT_KEYBOARD: Final = 1
 KEYEVENTF_EXTENDEDKEY: Final = 1
 KEYEVENTF_KEYUP: Final = 2
 KEYEVENTF_SCANCODE: Final = 8
+WIDE: Final = ctypes.sizeof(c_size_t) == 8  # 64 bits
 
 
 class KeyboardInput(ctypes.Structure):
@@ -33,21 +34,9 @@ class KeyboardInput(ctypes.Structure):
     )
 
 
-class MouseInput(ctypes.Structure):
-    """MOUSEINPUT: the largest member, which gives the union its size."""
-
-    _fields_ = (
-        ("x", c_int32),
-        ("y", c_int32),
-        ("data", c_uint32),
-        ("flags", c_uint32),
-        ("time_ms", c_uint32),
-        ("extra", c_size_t),
-    )
-
-
 class _Union(ctypes.Union):
-    _fields_ = (("keyboard", KeyboardInput), ("mouse", MouseInput))
+    # MOUSEINPUT, the largest member, gives the union its size.
+    _fields_ = (("keyboard", KeyboardInput), ("mouse", c_uint8 * (32 if WIDE else 24)))
 
 
 class Input(ctypes.Structure):
@@ -79,12 +68,8 @@ class Windows(Backend):
             )
 
 
-def create(kind: Kind) -> Windows:
-    """Return the desktop's keyboard.
-
-    Raises:
-        BackendError: This is not Windows, or a pad is wanted.
-    """
+def create(name: str, kind: Kind) -> Windows:
+    """Return the desktop's keyboard; BackendError if this is not Windows, or a pad is wanted."""
     if kind != "keyboard":
         raise BackendError("Windows has no virtual pads of its own; use --target keyboard")
     if sys.platform != "win32":

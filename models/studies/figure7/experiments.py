@@ -64,19 +64,12 @@ Row = dict[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Amount of teaching and training.
+    """Amount of teaching and training."""
 
-    Attributes:
-        minutes: Of teaching; the paper's 29, and 30 for places.
-        epochs: Of the paper's CNN-3D; its own are 500.
-        place_epochs: Of the paper's CNN-2D; its own are 2,000.
-        seed: Of users, sessions, and training.
-    """
-
-    minutes: float = 12.0
-    epochs: int = 40
-    place_epochs: int = 400
-    seed: int = 7
+    minutes: float = 12.0  # of teaching; the paper's 29, and 30 for places
+    epochs: int = 40  # of the paper's CNN-3D; its own are 500
+    place_epochs: int = 400  # of the paper's CNN-2D; its own are 2,000
+    seed: int = 7  # of users, sessions, and training
 
     def recipe(self, name: str) -> Recipe:
         """Return a recipe, the paper's with these numbers of epochs."""
@@ -92,15 +85,12 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Training of one network, and its judgement on unseen sessions.
+    """Training of one network, and its judgement on unseen sessions."""
 
-    Attributes:
-        task: Returns the training task of a share of the examples, and their number.
-        judge: Returns a trained task's scores: "day", "people", ...; with True those of whole
-            touches as well, "day events" or "day presses", ...
-    """
-
+    # returns the training task of a share of the examples, and their number
     task: Callable[[float], tuple[Task, int]]
+    # returns a trained task's scores: "day", "people", ...; with True those of whole touches as
+    # well, "day events" or "day presses", ...
     judge: Callable[[Any, bool], Row]
 
 
@@ -225,16 +215,10 @@ def _error(trained: LocationTask, at: Index) -> float:
 def presses(
     preset: str, seed: int, user: int, day: int, minutes: float, *, on_sites: bool
 ) -> Source:
-    """Return a session of presses only.
+    """Return a session of presses only, by user and day, from 0.
 
-    Args:
-        preset: Quality of the orb.
-        seed: Of the users.
-        user: From 0.
-        day: Number of the user's session, from 0.
-        minutes: Its length.
-        on_sites: The taxels are pressed, and each press is labelled with the taxel aimed at; else
-            any place, and it is labelled with the true place.
+    If `on_sites`, the taxels are pressed, and each press is labelled with the taxel aimed at; else
+    any place, and it is labelled with the true place.
     """
     model = DataSet(preset=preset).model()
     orb, order = np.random.SeedSequence([_FAMILY, seed], spawn_key=(user, day, on_sites)).spawn(2)
@@ -317,12 +301,7 @@ def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:
 
 
 def label_lateness(preset: str, settings: Settings) -> dict[str, float]:
-    """Return the lateness of the label button while gestures were taught, and its errors.
-
-    Returns:
-        Medians of the lags, seconds, as estimated and true; and the share of frames labelled
-        wrongly, before and after the repair.
-    """
+    """Return median lags of the label button, s, and shares of wrong labels, before and after."""
     taught = DataSet(settings.seed, settings.minutes, "blocks", preset).session(0, 0)
     late = asdict(label_repair.repair(taught, "button")[1])
     kept = ("begin_s", "true_begin_s", "end_s", "true_end_s", "wrong", "wrong_after")

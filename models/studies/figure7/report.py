@@ -30,12 +30,7 @@ Found = Mapping[str, Any]
 
 @styled
 def draw(found: Found, folder: Path) -> list[Path]:
-    """Draw a picture for each preset, and return their paths.
-
-    Args:
-        found: Results of models/studies/figure7/study.py.
-        folder: Folder of the pictures.
-    """
+    """Draw a picture of the measured results for each preset, and return their paths."""
     paths = []
     for preset in dict.fromkeys(key.split()[0] for key in found["parts"]):
         figure, axes = panels(1000, 1000, 2, 3)

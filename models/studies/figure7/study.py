@@ -5,7 +5,6 @@ from the same session, which is the most that the paper can have done, and on ot
 people. The experiments are in models/studies/figure7/experiments.py.
 """
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -14,12 +13,12 @@ from typing import Any, Final
 import numpy as np
 import torch
 
-from controller.simulator.presets import PRESETS
-from models.data.recipe import RECIPES, Recipe
+from controller.simulator.orb import PRESETS
+from models.data.recipe import RECIPES
 from models.results import storage
 from models.results.training import Epoch
 from models.studies.figure7 import experiments
-from models.studies.figure7.experiments import RATE_HZ, WINDOW, Experiment, Row, Settings
+from models.studies.figure7.experiments import Experiment, Row, Settings
 from models.training.loop import fit
 
 SHARES: Final = (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # of the examples
@@ -34,17 +33,10 @@ Say = Callable[[str], None]
 
 
 def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
-    """Return all results, measuring what the file does not hold.
+    """Return all results, measuring what the file, written after each part, does not hold.
 
-    Args:
-        settings: Amount of teaching and training.
-        path: File of the results; written after each part, so that an interrupted study
-            continues.
-        say: Takes lines of progress.
-
-    Returns:
-        "settings"; "labels": `experiments.label_lateness` of each preset; and "parts": `curves` of
-        each preset, recipe and network, under "PRESET RECIPE NETWORK".
+    They are "settings"; "labels": `experiments.label_lateness` of each preset; and "parts":
+    `curves` of each preset, recipe and network, under "PRESET RECIPE NETWORK".
     """
     found: dict[str, Any] = {"settings": asdict(settings), "parts": {}}
     kept = storage.read_tables(path, "settings", "parts")
@@ -55,31 +47,21 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
     # The order of the tables: by preset and network, the paper's recipe first.
     for key in [f"{p} {r} {n}" for p in PRESETS for n in NETWORKS for r in reversed(RECIPES)]:
         preset, name, network = key.split()
-        digest = _digest(name, settings.recipe(name), network)
         part = found["parts"].pop(key, None)
-        if not isinstance(part, dict) or part.get("recipe") != digest:
+        if not isinstance(part, dict):
             experiment = NETWORKS[network](preset, name, settings)
             title = f"{preset}, recipe {name}: {network}"
-            part = {"recipe": digest, **curves(experiment, settings.seed, title, say)}
+            part = curves(experiment, settings.seed, title, say)
         found["parts"][key] = part
         storage.write_json(path, found)
     return found
 
 
-def _digest(name: str, recipe: Recipe, network: str) -> str:
-    """Return a digest of the numbers that a result depends on, beside the settings."""
-    more = [experiments.user_recipe(name, recipe)] if network == "users" else []
-    values = repr((recipe, recipe.settings(RATE_HZ, WINDOW), *more))
-    return hashlib.sha256(values.encode()).hexdigest()[:16]
-
-
 def curves(experiment: Experiment, seed: int, title: str, say: Say) -> dict[str, Any]:
     """Return a network's scores over the epochs, and over the number of examples.
 
-    Returns:
-        Plain data: `epochs` and `sizes`, each a dictionary of columns: "epoch", "examples",
-        "train", "random" and those of the experiment; and "kept", the number of the epoch that is
-        kept.
+    They are plain data: `epochs` and `sizes`, each a dictionary of columns: "epoch", "examples",
+    "train", "random" and those of the experiment; and "kept", the number of the kept epoch.
     """
     *epochs, last = _curve(experiment, 1.0, seed)
     say(f"{title}: {_words(last)}")
@@ -106,9 +88,9 @@ def _curve(experiment: Experiment, share: float, seed: int) -> list[Row]:
         scores = {"train": epoch.train, "random": epoch.random, **experiment.judge(task, last)}
         return {"epoch": float(epoch.number), "examples": float(examples), **scores}
 
-    def watch(epochs: list[Epoch], done: float) -> None:
-        if not done and epochs[-1].number in shown:
-            rows.append(row(epochs[-1], last=False))
+    def watch(epoch: Epoch) -> None:
+        if epoch.number in shown:
+            rows.append(row(epoch, last=False))
 
     fitted = fit(task, seed, None, watch)
     return [*rows, row(fitted.epochs[fitted.best - 1], last=True)]

@@ -1,4 +1,4 @@
-"""Capacity of a noisy channel, per use and per time.
+"""Capacity of a noisy channel, per use and per time, and played games as such a channel.
 
 Source: C. Shannon, A mathematical theory of communication, 1948; R. Blahut, Computation of channel
 capacity and rate-distortion functions, and S. Arimoto, An algorithm for computing the capacity of
@@ -6,51 +6,50 @@ arbitrary discrete memoryless channels, both IEEE Transactions on Information Th
 symbols of unequal duration, information per time is greatest where I - rate x duration is: the rate
 is found by W. Dinkelbach's iteration, On nonlinear fractional programming, Management Science 13,
 1967. Each use is taken to be independent of those before it.
+
+A game is what `host --demo --json` prints: its "events" are the intended gestures, its "commands"
+the recognised ones. One gesture is one use of the channel, and its output is the first command that
+answers it (controller/recognition/event_metric.py), or nothing. A further command for the same
+gesture is ignored, one for none is a false alarm.
 """
 
-import math
+import itertools
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import rel_entr  # the [train] extra
 
+from controller.config import ConfigError, parse_json
+from controller.errors import UserError
+from controller.recognition.event_metric import Answer, Event, attach
+from models.evaluation import bootstrap
+from models.results import storage
 from models.studies.information.histogram import mutual_information
 
 TOLERANCE: Final = 1e-9  # nats between the bounds of the capacity
 ROUNDS: Final = 20_000
+NOTHING: Final = "nothing"
+DRAWS: Final = 200
+HOW_TO_PLAY: Final = "host --demo --headless --speed 0 --json > FILE"
 _LEAST: Final = 1e-300
 
 Shares = NDArray[np.float64]  # (inputs,): how often each input is sent; sums to 1
 Transitions = NDArray[np.float64]  # (inputs, outputs): probability of each output given the input
+Numbers = NDArray[np.int64]  # (gestures,): index of a command, or of `NOTHING` behind the last
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Use:
-    """The best use of a channel.
+    """The best use of a channel."""
 
-    Attributes:
-        nats: Information of each use.
-        seconds: Mean duration of a use.
-        share: Relative frequency of each symbol, (inputs,).
-    """
-
-    nats: float
-    seconds: float
-    share: Shares
-
-    @property
-    def nats_per_min(self) -> float:
-        """Information per minute."""
-        return 60.0 * self.nats / self.seconds if self.seconds else math.nan
-
-
-def transitions(counts: ArrayLike) -> Transitions:
-    """Return the probability of outputs given inputs that occur, of counts (inputs, outputs)."""
-    table = np.asarray(counts, dtype=np.float64)
-    table = table[table.sum(axis=1) > 0]
-    return np.asarray(table / table.sum(axis=1, keepdims=True))
+    nats: float  # information of each use
+    seconds: float  # mean duration of a use
+    share: Shares  # relative frequency of each symbol, (inputs,)
 
 
 def information(share: ArrayLike, given: Transitions) -> float:
@@ -60,32 +59,15 @@ def information(share: ArrayLike, given: Transitions) -> float:
 
 
 def counted(counts: ArrayLike) -> float:
-    """Return I(input; output) of counted uses (inputs, outputs), nats, at least 0.
-
-    The bias is removed (Miller-Madow).
-    """
+    """Return I(input; output) of counted uses (inputs, outputs), nats, its bias removed."""
     table = np.asarray(counts, dtype=np.float64)
     total = float(table.sum())
-    if not total:
-        return math.nan
     return max(0.0, float(mutual_information(table[None] / total, total).information[0]))
 
 
-def best_use(given: Transitions, seconds: ArrayLike | None = None) -> Use:
-    """Return the use of most information (the capacity), or of most information per time.
-
-    Args:
-        given: Probability of each output given each input, (inputs, outputs).
-        seconds: Duration of a use of each input, (inputs,); None: most information per use.
-
-    Raises:
-        ValueError: A row is no distribution, or durations do not fit.
-    """
-    lasts = np.zeros(len(given)) if seconds is None else np.asarray(seconds, dtype=np.float64)
-    if given.ndim != 2 or lasts.shape != given.shape[:1] or (lasts < 0).any():
-        raise ValueError(f"{lasts.shape} durations for {given.shape} probabilities; one per row")
-    if (given < 0).any() or not np.allclose(given.sum(axis=1), 1.0):
-        raise ValueError("each row of a channel is a distribution; these do not sum to 1")
+def best_use(given: Transitions, seconds: ArrayLike = 0.0) -> Use:
+    """Return the best use of transitions (inputs, outputs), per use or per seconds (inputs,)."""
+    lasts = np.broadcast_to(np.asarray(seconds, dtype=np.float64), len(given))
     rate = 0.0  # nats per second
     while True:
         share = _blahut_arimoto(given, rate * lasts)
@@ -110,3 +92,130 @@ def _blahut_arimoto(given: Transitions, cost: NDArray[np.float64]) -> Shares:
 def _divergence(given: Transitions, output: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the relative entropy of each input's outputs to the outputs (outputs,), (inputs,)."""
     return np.asarray(rel_entr(given, np.maximum(output, _LEAST)).sum(axis=1))
+
+
+class GameError(UserError, ValueError):
+    """A file holds no game; the message is one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """One session of play: intended gestures and recognised commands in order, and its length."""
+
+    events: Sequence[Event]
+    answers: Sequence[Answer]
+    minutes: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Game:
+    """A game as a demo prints it; times in milliseconds."""
+
+    seconds: float
+    events: tuple[tuple[float, float, str], ...]  # begin, end, and intended command
+    commands: tuple[tuple[float, str], ...]  # time, and recognised command
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Played:
+    """Some sessions of one player, pooled."""
+
+    commands: tuple[str, ...]  # names of the commands, the inputs of the channel
+    meant: Numbers  # command intended by each gesture, (gestures,)
+    output: Numbers  # output of each gesture, (gestures,)
+    # duration of a use of each command, the mean gesture and a pause, (commands,)
+    seconds: NDArray[np.float64]
+    late_s: float  # from touch to command, median
+    minutes: float  # length
+    alarms: int  # commands that answer no gesture
+
+    def counts(self, pick: Numbers | slice = slice(None)) -> NDArray[np.int64]:
+        """Return the counts of picked gestures (n,) by intention (rows) and output (columns)."""
+        counts = np.zeros((len(self.commands), len(self.commands) + 1), dtype=np.int64)
+        np.add.at(counts, (self.meant[pick], self.output[pick]), 1)
+        return counts
+
+
+def read(path: Path) -> Session:
+    """Return the game in a file's last line that is JSON; raise UserError if there is none."""
+    for line in reversed(storage.read_text(path).splitlines()):
+        with suppress(ConfigError, TypeError, KeyError, ValueError, AttributeError):
+            return session(parse_json(line, storage.MAX_BYTES))
+    raise GameError(f"{path} holds no game; make one with: {HOW_TO_PLAY}")
+
+
+def session(value: Any) -> Session:
+    """Return a game, plain data, as a session."""
+    game = storage.from_plain(_Game, value)
+    events = [Event(on / 1000, off / 1000, name) for on, off, name in game.events]
+    answers = [Answer(ms / 1000, name) for ms, name in game.commands]
+    return Session(events, answers, game.seconds / 60.0)
+
+
+def gather(
+    sessions: Iterable[Session], commands: Sequence[str] = (), pause_s: float | None = None
+) -> Played:
+    """Return the sessions of one player pooled; raise GameError if they have no gesture.
+
+    Commands are those that occur, in alphabetical order, and the pause from one gesture's last
+    touch to the next is the median of the sessions, unless they are given.
+    """
+    meant: list[str] = []
+    outputs: list[str] = []
+    hand, pause, late = [], [], []
+    minutes, alarms = 0.0, 0
+    for one in sessions:
+        first: dict[int, Answer] = {}
+        for answer, owner in zip(one.answers, attach(one.events, one.answers), strict=True):
+            alarms += owner < 0
+            if owner >= 0:
+                first.setdefault(owner, answer)
+        late += [answer.time_s - one.events[owner].onset_s for owner, answer in first.items()]
+        meant += [event.kind for event in one.events]
+        outputs += [first[i].kind if i in first else NOTHING for i in range(len(one.events))]
+        hand += [event.release_s - event.onset_s for event in one.events]
+        pause += [b.onset_s - a.release_s for a, b in itertools.pairwise(one.events)]
+        minutes += one.minutes
+    if not meant:
+        raise GameError("the games have no intended gesture; play longer")
+    names = [*(commands or sorted({*meant, *outputs} - {NOTHING})), NOTHING]
+    of_meant, of_output = (
+        np.array([names.index(one) for one in kinds]) for kinds in (meant, outputs)
+    )
+    lasts = np.array(hand)
+    mean_s = [lasts[own if own.any() else slice(None)].mean()
+              for own in (of_meant == i for i in range(len(names) - 1))]  # fmt: skip
+    if pause_s is None:
+        pause_s = float(np.median(pause)) if pause else 0.0
+    late_s = float(np.median(late)) if late else np.nan
+    seconds = np.array(mean_s) + pause_s
+    return Played(tuple(names[:-1]), of_meant, of_output, seconds, late_s, minutes, alarms)
+
+
+def figures(played: Played) -> dict[str, Any]:
+    """Return the figures of a player's channel: plain data, nats and seconds.
+
+    `played` is the information of a gesture as commands were used, [value, low, high] by resampling
+    gestures; `capacity` that with the best use; `fastest` that with the most per minute.
+    """
+    counts, total = played.counts(), len(played.meant)
+    used = counts.sum(axis=1) > 0
+    lasts, uses = played.seconds[used], counts[used].sum(axis=1, keepdims=True)
+    best, fastest = (best_use(counts[used] / uses, seconds) for seconds in (0.0, lasts))
+    now, mean_s = counted(counts), float(uses[:, 0] @ lasts / total)
+    rng = np.random.default_rng(0)
+    drawn = [counted(played.counts(rng.integers(0, total, total))) for _ in range(DRAWS)]
+    return {
+        "commands": list(itertools.compress(played.commands, used)),
+        "gestures": total,
+        "minutes": round(played.minutes, 3),
+        "right": float(np.trace(counts) / total),
+        "alarms": played.alarms,
+        "late_s": played.late_s,
+        "mean_s": mean_s,
+        "played": [now, *bootstrap.middle(np.array(drawn))],
+        "played_per_min": 60.0 * now / mean_s,
+        "capacity": best.nats,
+        "fastest_s": fastest.seconds,
+        "fastest_per_min": 60.0 * fastest.nats / fastest.seconds,
+    }

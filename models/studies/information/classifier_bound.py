@@ -9,7 +9,7 @@ modern neural networks, ICML 2017, for the temperature).
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -20,7 +20,7 @@ from controller.bundles import vocabulary
 from models.data.augment import Symmetry, vary_windows
 from models.data.recipe import Augmentation
 from models.evaluation import bootstrap, scores
-from models.results.figure import Figure
+from models.results.evaluation import Figure
 from models.studies.information.windows import GAIN, Windows
 
 HIDDEN: Final = (96, 48)
@@ -40,8 +40,7 @@ Mask = NDArray[np.bool_]  # (n,)
 Examples = tuple[NDArray[np.float32], NDArray[np.int64]]  # inputs (n, d), and classes (n,)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fold:
+class Fold(NamedTuple):
     """Masks of the windows for training, for epoch and temperature, and for the test."""
 
     train: Mask
@@ -49,29 +48,17 @@ class Fold:
     test: Mask
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeldOut:
-    """Answers to held-out windows.
+class HeldOut(NamedTuple):
+    """Answers to held-out windows."""
 
-    Attributes:
-        raw: Logarithms of the probabilities, (n, classes); NaN where nothing was tested.
-        scaled: The same with the temperature.
-        temperature: Another temperature, of whole gestures, (n,).
-    """
-
-    raw: Logits
-    scaled: Logits
-    temperature: NDArray[np.float64]
+    # logarithms of calibrated probabilities, (n, classes); NaN where nothing was tested
+    log_p: Logits
+    temperature: NDArray[np.float64]  # another temperature, of whole gestures, (n,)
 
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """Augmentation of training examples by the symmetries of their gestures.
-
-    Attributes:
-        grid: Rows and columns of taxels.
-        symmetry: Permitted transformations of each class.
-    """
+    """Augmentation of training examples, of rows and columns, by their gestures' symmetries."""
 
     grid: tuple[int, int]
     symmetry: Symmetry
@@ -118,48 +105,35 @@ def held_out(
     epochs: int = EPOCHS,
     variation: Variation | None = None,
 ) -> HeldOut:
-    """Test each session by a classifier that was trained on the others.
-
-    Args:
-        windows: Of several sessions.
-        kind: "mlp", or "linear": one layer, logistic regression.
-        epochs: At most; the one with the least loss on the checking session is kept.
-        variation: Augmentation of the training examples.
-    """
+    """Test each session by a classifier that was trained on the others; see `trained`."""
     size = (len(windows.y), len(windows.labels))
-    raw, scaled, heat = np.full(size, np.nan), np.full(size, np.nan), np.full(size[0], np.nan)
+    log_p, heat = np.full(size, np.nan), np.full(size[0], np.nan)
     x, y = windows.flat, windows.y
     for seed, fold in enumerate(folds(windows)):
-        if not (fold.train.any() and fold.check.any() and fold.test.any()):
+        if not all(mask.any() for mask in fold):
             continue
         train, check = (x[fold.train], y[fold.train]), (x[fold.check], y[fold.check])
         classify = trained(train, check, size[1], seed, epochs, kind, variation)
-        known, logits = classify(check[0]), classify(x[fold.test])
+        known = classify(check[0])
         temperature = scores.temperature(known, check[1])
-        raw[fold.test] = _log_softmax(logits)
-        scaled[fold.test] = _log_softmax(logits / temperature)
+        log_p[fold.test] = _log_softmax(classify(x[fold.test]) / temperature)
         heat[fold.test] = _gesture_temperature(
             windows.pick(fold.check), _log_softmax(known / temperature)
         )
-    return HeldOut(raw, scaled, heat)
+    return HeldOut(log_p, heat)
 
 
 def rescaled(windows: Windows, probabilities: NDArray[np.floating]) -> HeldOut:
-    """Return the answers of another classifier, each day's temperatures from the other days.
-
-    Args:
-        windows: None of its training examples.
-        probabilities: Its answers, (n, classes).
-    """
+    """Return a finished classifier's answers (n, classes), calibrated on each day's others."""
     raw = _log(probabilities.astype(np.float64))
-    scaled, heat = raw.copy(), np.ones(len(raw))
+    log_p, heat = raw.copy(), np.ones(len(raw))
     for name in np.unique(windows.session):
         own = windows.session == name
         if own.all():
             break
-        scaled[own] = _log_softmax(raw[own] / scores.temperature(raw[~own], windows.y[~own]))
+        log_p[own] = _log_softmax(raw[own] / scores.temperature(raw[~own], windows.y[~own]))
         heat[own] = _gesture_temperature(windows.pick(~own), raw[~own])
-    return HeldOut(raw, scaled, heat)
+    return HeldOut(log_p, heat)
 
 
 def window_bound(windows: Windows, log_p: Logits) -> Figure:
@@ -170,33 +144,23 @@ def window_bound(windows: Windows, log_p: Logits) -> Figure:
 
 
 def gesture_bound(windows: Windows, answers: HeldOut) -> Figure:
-    """Return the same for whole gestures without the null class, nats per gesture.
-
-    A gesture's probabilities are the mean over its windows. Its begin and end are taken as known,
-    so this is the information of its shape, not of play.
-    """
-    y, p = gestures(windows, answers.scaled)
-    use = (windows.y > 0) & np.isfinite(answers.scaled[:, 0])
+    """Return the bound for whole gestures, begin and end known, by their mean answer, nats."""
+    y, p = gestures(windows, answers.log_p)
+    use = (windows.y > 0) & np.isfinite(answers.log_p[:, 0])
     _, first = np.unique(windows.event[use], return_index=True)
     log_p = _log_softmax(_log(p) / answers.temperature[use][first][:, None])
     return bootstrap.event_gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
 
 
 def gestures(windows: Windows, log_p: Logits) -> tuple[NDArray[np.int64], Logits]:
-    """Return class (gestures,), from 0, and probabilities (gestures, classes - 1) of each gesture.
-
-    Args:
-        windows: Of several gestures.
-        log_p: Log-probabilities, (n, classes); windows with NaN are left out.
-    """
+    """Return class, from 0, and mean probabilities of gestures, of known windows (n, classes)."""
     use = (windows.y > 0) & np.isfinite(log_p[:, 0])
     _, number = np.unique(windows.event[use], return_inverse=True)
     p = np.zeros((int(number.max(initial=-1)) + 1, log_p.shape[1] - 1))
     np.add.at(p, number, np.exp(log_p[use, 1:]))
     y = np.zeros(len(p), dtype=np.int64)
     y[number] = windows.y[use] - 1
-    p /= np.maximum(p.sum(axis=1, keepdims=True), 1e-300)
-    return y, p
+    return y, p / np.maximum(p.sum(axis=1, keepdims=True), LEAST)
 
 
 class _Classifier(nn.Module):
@@ -228,14 +192,8 @@ def trained(
 ) -> Callable[[NDArray[np.float32]], Logits]:
     """Train a network, and return its function from inputs (n, d) to logits (n, classes).
 
-    Args:
-        train: Examples of the training.
-        check: Examples that choose the epoch.
-        classes: Number of classes.
-        seed: Of weights, order and augmentation.
-        epochs: At most.
-        kind: "mlp" or "linear".
-        variation: Augmentation of the training examples.
+    The epoch with the least loss on `check` is kept. The kind "linear" has one layer: logistic
+    regression. The variation augments training examples.
     """
     torch.set_num_threads(1)
     generator = torch.Generator().manual_seed(seed)

@@ -20,7 +20,7 @@ from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.evaluation import scores
 from models.evaluation.replay import debounced_stream, network_inputs
-from models.studies.information import classifier_bound, games
+from models.studies.information import channel, classifier_bound
 from models.studies.information.windows import GAIN, cut
 
 TAUGHT: Final = 3  # days of training, and one more for the threshold
@@ -30,7 +30,7 @@ MINUTES: Final = 6.0  # of each day
 STEP: Final = 3
 EPOCHS: Final = 24
 ON: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
-PAUSE_S: Final = 0.67  # from one gesture's last touch to the next: the demo's median (games.py)
+PAUSE_S: Final = 0.67  # from one gesture's last touch to the next: the demo's median
 
 
 def order() -> tuple[str, ...]:
@@ -41,23 +41,14 @@ def order() -> tuple[str, ...]:
 
 
 def measure(preset: str, size: int, seed: int) -> dict[str, Any]:
-    """Return the channel of a vocabulary of so many gestures: plain data, nats and seconds.
-
-    Args:
-        preset: Quality of the orb.
-        size: Number of gestures.
-        seed: Of the owners and the days.
-
-    Returns:
-        `labels`, and `games.figures` of all owners together.
-    """
+    """Return `labels` of a vocabulary, and `channel.figures` of all owners on such an orb."""
     labels = order()[:size]
     data = DataSet(seed=seed, minutes=MINUTES, preset=preset, gestures=labels)
     sessions = [one for owner in range(OWNERS) for one in _played(data, owner, labels)]
-    return {"labels": list(labels), **games.figures(games.gather(sessions, labels, PAUSE_S))}
+    return {"labels": list(labels), **channel.figures(channel.gather(sessions, labels, PAUSE_S))}
 
 
-def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[games.Session]:
+def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[channel.Session]:
     """Return the sessions of the judged days, by a classifier trained on the owner's others."""
     days = [data.session(owner, day) for day in range(TAUGHT + 1 + JUDGED)]
     windows = cut(days[: TAUGHT + 1]).every(STEP)
@@ -72,17 +63,17 @@ def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[games.Se
     settings = PreprocessSettings(rate_hz=windows.rate_hz, window=windows.x.shape[1])
     named = ("null", *labels)
 
-    def session(day: int, on: float) -> games.Session:
+    def session(day: int, on: float) -> channel.Session:
         inputs = network_inputs(days[day].frames, settings)
         x = GAIN * (inputs.windows.reshape(len(inputs.windows), -1) - 1.0)
         given = scores.softmax(classify(x.astype(np.float32)), temperature).astype(np.float32)
         truth = GroundTruth.of(days[day], named, str(day))
         stream = debounced_stream(truth, inputs, given, named, DebounceSettings(on=on))
         minutes = float(truth.t[-1] - truth.t[0]) / 60.0
-        return games.Session(truth.events, stream.answers, minutes)
+        return channel.Session(truth.events, stream.answers, minutes)
 
     def right(on: float) -> float:
-        pooled = games.gather([session(TAUGHT, on)], labels)
+        pooled = channel.gather([session(TAUGHT, on)], labels)
         # A false alarm costs as much as a missed gesture.
         return float(np.trace(pooled.counts()) - pooled.alarms)
 

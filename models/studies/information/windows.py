@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles import vocabulary
 from controller.recognition.frames import PreprocessSettings
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data.examples import (
@@ -20,7 +19,7 @@ from models.data.examples import (
     renumbered,
     run_starts,
 )
-from models.data.ground_truth import labels_of, true_places
+from models.data.ground_truth import labels_of
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 WINDOW_S: Final = 1.0  # paper, section 4.1
@@ -28,35 +27,22 @@ REST_S: Final = 10.0  # paper, section 4.1: C0 is the mean of the first ten seco
 SILENCE: Final = 3  # frames without a class, beyond which one event ends
 LABELLERS: Final[tuple[Labels, ...]] = ("button", "key", "cue", "true")  # people's labels first
 
-Rest = Literal["first", "followed"]
 Numbers = NDArray[np.int64]  # (n,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """Windows of several sessions.
+    """Windows of several sessions."""
 
-    Attributes:
-        x: Changes of the taxels, about 1 under a touch, float32 (n, images, taxels).
-        y: Class of each window, that of its last frame, (n,).
-        session: Session of each, (n,).
-        frame: Last frame of each, counted among the usable ones of its session, (n,).
-        event: Number of the touch, or of the pause between touches, across sessions, (n,).
-        place: Position of the touch, grid units; NaN where unknown, (n, 2).
-        labels: Names of the classes, "null" first.
-        rate_hz: Frames per second.
-        grid: Rows and columns of taxels.
-    """
-
+    # changes of the taxels, about 1 under a touch, float32 (n, images, taxels)
     x: NDArray[np.float32]
-    y: Numbers
-    session: Numbers
-    frame: Numbers
-    event: Numbers
-    place: NDArray[np.float32]
-    labels: tuple[str, ...]
-    rate_hz: float
-    grid: tuple[int, int]
+    y: Numbers  # class of each window, that of its last frame, (n,)
+    session: Numbers  # session of each, (n,)
+    frame: Numbers  # last frame of each, counted among the usable ones of its session, (n,)
+    event: Numbers  # number of the touch, or of the pause between touches, across sessions, (n,)
+    labels: tuple[str, ...]  # names of the classes, "null" first
+    rate_hz: float  # frames per second
+    grid: tuple[int, int]  # rows and columns of taxels
 
     @property
     def flat(self) -> NDArray[np.float32]:
@@ -69,78 +55,37 @@ class Windows:
 
     def pick(self, index: Numbers | NDArray[np.bool_]) -> "Windows":
         """Return some windows, by numbers or by a mask (n,)."""
-        columns = ("x", "y", "session", "frame", "event", "place")
+        columns = ("x", "y", "session", "frame", "event")
         return replace(self, **{name: getattr(self, name)[index] for name in columns})
 
 
-def cut(
-    recordings: Sequence[Recording], *, choice: Choice = "auto", rest: Rest = "followed"
-) -> Windows:
-    """Cut windows from recordings of one sensor.
-
-    Args:
-        recordings: One of each session.
-        choice: Source of the labels; those that people gave are moved to the touches.
-        rest: "followed", as on the device; "first": the fixed mean of the first ten seconds, as
-            in the paper.
-
-    Raises:
-        ValueError: They are of several kinds, have no labels, or are too short.
-    """
+def cut(recordings: Sequence[Recording], choice: Choice = "auto") -> Windows:
+    """Cut windows from recordings of one sensor, people's labels moved to the touches."""
     names = _names(recordings)
     origin = recordings[0].origin
-    grid, rate_hz = (origin.rows, origin.columns), origin.rate_hz
-    images = max(1, round(WINDOW_S * rate_hz))
-    sources = []
-    for one in recordings:
-        label = renumbered(labels_of(one, choice), one.origin.labels, names)
-        place = true_places(one, label, vocabulary.of(names))
-        sources.append(Source(one.frames, label, place, one.sequence, one.excluded))
-    if rest == "first":
-        x, y, session, frame, place = _fixed_rest(sources, images, rate_hz)
-    else:
-        examples = prepare(sources, PreprocessSettings(rate_hz=rate_hz, window=images))
-        ends = examples.ends
-        x = GAIN * (examples.windows(ends).reshape(len(ends), images, -1) - 1.0)
-        y, place = examples.label[ends], examples.touch[ends]
-        session = examples.session[ends].astype(np.int64)
-        frame = ends - np.searchsorted(examples.session, np.arange(len(sources)))[session]
+    images = max(1, round(WINDOW_S * origin.rate_hz))
+    sources = [Source.of(one, names=names, label=labels_of(one, choice)) for one in recordings]
+    examples = prepare(sources, PreprocessSettings(rate_hz=origin.rate_hz, window=images))
+    ends = examples.ends
+    x = GAIN * (examples.windows(ends).reshape(len(ends), images, -1) - 1.0)
+    y, session = examples.label[ends].astype(np.int64), examples.session[ends].astype(np.int64)
+    frame = ends - np.searchsorted(examples.session, np.arange(len(sources)))[session]
     event = event_numbers(y, session, frame)
-    return Windows(x, y, session, frame, event, place, names, rate_hz, grid)
+    grid = origin.rows, origin.columns
+    return Windows(x, y, session, frame, event, names, origin.rate_hz, grid)
 
 
 def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Return the labels of recordings, "null" first.
-
-    Raises:
-        ValueError: They are of several kinds.
-    """
+    """Return the labels, "null" first; raise ValueError for recordings of several kinds."""
     origins = [one.origin for one in recordings]
     names = max((one.labels for one in origins), key=len)
     kinds = {f"{one.rows}×{one.columns} taxels at {one.rate_hz:g} Hz" for one in origins}
-    if len(kinds) > 1:
-        raise ValueError(f"recordings of {' and of '.join(sorted(kinds))}; estimate from one kind")
     odd = {", ".join(one.labels) for one in origins if not set(one.labels) <= set(names)}
-    if odd:
-        both = " and ".join([", ".join(names), *sorted(odd)])
-        raise ValueError(f"recordings with the labels {both}; estimate from one kind")
+    for several in (kinds, {", ".join(names), *odd}):
+        if len(several) > 1:
+            listed = " and of ".join(sorted(several))
+            raise ValueError(f"recordings of {listed}; estimate from one kind")
     return tuple(names)
-
-
-def _fixed_rest(
-    sources: Sequence[Source], images: int, rate_hz: float
-) -> tuple[NDArray[np.float32], Numbers, Numbers, Numbers, NDArray[np.float32]]:
-    """Return windows with a fixed C0: x (n, images, taxels), y, session, frame and place."""
-    parts: list[tuple[NDArray[Any], ...]] = []
-    for number, source in enumerate(sources):
-        z = GAIN * (fixed_ratio(source.frames, rate_hz) - 1.0)
-        ends = np.flatnonzero(source.label != UNKNOWN)
-        ends = ends[ends >= round(REST_S * rate_hz) + images - 1]
-        x = z[ends[:, None] + np.arange(1 - images, 1)].astype(np.float32)
-        y = source.label[ends].astype(np.int64)
-        parts.append((x, y, np.full(len(ends), number), ends, source.touch[ends]))
-    x, y, session, frame, place = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return x, y, session, frame, place
 
 
 def event_numbers(y: Numbers, session: Numbers, frame: Numbers) -> Numbers:
@@ -149,17 +94,16 @@ def event_numbers(y: Numbers, session: Numbers, frame: Numbers) -> Numbers:
     return np.cumsum(run_starts(frame, y, session, gap=SILENCE)) - 1
 
 
-def fixed_ratio(frames: NDArray[np.float32], rate_hz: float) -> NDArray[np.float32]:
+def fixed_ratio(frames: NDArray[np.float32], rate_hz: float) -> NDArray[np.float64]:
     """Return z, (n, taxels), of frames (n, rows, columns) divided by their first ten seconds."""
     rest = frames[: max(1, round(REST_S * rate_hz))].mean(axis=0)
-    return np.asarray((frames / rest).reshape(len(frames), -1))
+    return np.asarray((frames / rest).reshape(len(frames), -1), dtype=np.float64)
 
 
 def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], Numbers]:
     """Return z, (n, taxels), and labels, (n,), as section 6 has them: all frames, labels as given.
 
-    z is C / C0 with C0 the mean of the first ten seconds; labels are the button's, else the keys',
-    else the cues', else the truth.
+    Labels are the button's, else the keys', else the cues', else the truth.
     """
     signals, labels = [], []
     names = _names(recordings)
@@ -167,7 +111,6 @@ def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], 
         given = column(one, next(iter(labellers(one, LABELLERS)), LABELLERS[-1]))
         label = renumbered(given, one.origin.labels, names).astype(np.int64)
         known = (label != UNKNOWN) & ~one.excluded
-        z = fixed_ratio(one.frames, one.origin.rate_hz)
-        signals.append(z.astype(np.float64)[known])
+        signals.append(fixed_ratio(one.frames, one.origin.rate_hz)[known])
         labels.append(label[known])
     return np.concatenate(signals), np.concatenate(labels)

@@ -6,32 +6,43 @@
     [axes]                  lists: every combination is trained
 
 An axis is a setting of [train], of the recipe ("gesture.rate") or of a simulation
-("data.preset"). What the file leaves out has the default of `settings`.
+("data.preset").
 """
 
 import difflib
 import itertools
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from math import inf
 from pathlib import Path
-from typing import Any, Final
-
-import numpy as np
+from typing import Any, Final, TypeVar
 
 from controller import config, files
 from controller.errors import UserError, reason
-from models.data import splits
-from models.data.splits import HoldOut
-from models.studies.sweep import settings
-from models.studies.sweep.settings import RECORDINGS, SECTIONS, SIMULATION, TEST, TRAIN, Setting
+from controller.simulator.orb import PRESETS
+from models.data.examples import refuse_test_seed
+from models.data.recipe import (
+    RECIPES,
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
+from models.data.simulate import DataSet
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
 MOST_JOBS: Final = 100_000
-MOST_CHECKED: Final = 10_000  # recordings; of more, each training checks its own hold-out
+SECTIONS: Final = ("data", "train", "test", "axes")
+_TYPES: Final = {
+    bool: "true or false", int: "a whole number", float: "a number", str: "a text",
+    list: "a list of texts", tuple: "a row",
+}  # fmt: skip
 
 Job = dict[str, Any]  # "data", "train", "test" and "at", its place on the axes; JSON
+_Made = TypeVar("_Made")
 
 
 class PlanError(UserError, ValueError):
@@ -39,22 +50,100 @@ class PlanError(UserError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
+class Setting:
+    """Type and range of one setting."""
+
+    default: Any  # value if the file does not set it; a list holds any number of texts
+    least: float = -inf
+    most: float = inf
+    words: tuple[str, ...] = ()  # allowed texts; empty: any
+    check: Callable[[Any], object] | None = None  # raises ValueError for an unusable value
+
+    def read(self, value: Any) -> Any:
+        """Return a value of the file with the default's type.
+
+        Raises:
+            ValueError: It has another type, is out of range, or cannot be used.
+        """
+        default = self.default
+        if isinstance(default, tuple) and isinstance(value, list) and len(value) == len(default):
+            return [Setting(one).read(item) for one, item in zip(default, value, strict=True)]
+        made = float(value) if type(value) is int and type(default) is float else value
+        if isinstance(default, list) and isinstance(value, str):
+            made = [value]
+        if type(made) is not type(default) or not self._allows(made):
+            raise ValueError(f"expected {self}, found {toml(value)}")
+        if self.check is not None:
+            self.check(made)
+        return made
+
+    def _allows(self, value: Any) -> bool:
+        if isinstance(value, list):
+            return bool(value) and all(isinstance(text, str) for text in value)
+        if isinstance(value, str):
+            return value in self.words or not self.words
+        return bool(self.least <= value <= self.most)
+
+    def __str__(self) -> str:
+        """Return what the file may say, such as "a whole number from 1 to 9"."""
+        if self.words:
+            return f"one of {', '.join(self.words)}"
+        name = _TYPES[type(self.default)]
+        if self.most < inf:
+            return f"{name} from {self.least:g} to {self.most:g}"
+        return f"{name}, such as {toml(self.default)}"
+
+
+def _seed(use: str) -> Setting:
+    """Return the setting of a seed; those of tests are refused."""
+    return Setting(0, 0, 2**32 - 1, check=lambda seed: refuse_test_seed(seed, use))
+
+
+SIMULATION: Final = {
+    "seed": _seed("this simulation"),
+    "users": Setting(10, 1, 100_000),
+    "sessions": Setting(2, 1, 10_000),
+    "minutes": Setting(3.0, 0.5, 600.0),
+    "preset": Setting("nominal", words=tuple(PRESETS)),
+    "protocol": Setting("free", words=("free", "blocks")),
+    "hand": Setting("person", words=("person", "pointer")),
+    "rate_hz": Setting(10.0, 1.0, 200.0),
+    "rows": Setting(5, 2, 32),
+    "columns": Setting(5, 2, 32),
+    "one_orb": Setting(False),
+    "gestures": Setting(
+        list(DataSet().gestures),
+        check=lambda labels: DataSet(gestures=tuple(labels)).repertoire(),
+    ),
+}
+RECORDINGS: Final = {"folders": Setting(["data"])}
+TRAIN: Final = {
+    "task": Setting("gesture", words=("gesture", "location", "user")),
+    "recipe": Setting("default", words=tuple(RECIPES)),
+    "labels": Setting("auto", words=("auto", "true", "button", "key", "cue")),
+    "all": Setting(False),
+    "window": Setting(0, 0, 250),
+    "seed": _seed("this training"),
+    "users": Setting(0, 0, 100_000),
+    "sessions": Setting(0, 0, 100_000),
+    "minutes": Setting(0.0, 0.0, 6000.0),
+}
+TEST: Final = {
+    "by": Setting("user", words=("user", "session")),
+    "folds": Setting(5, 2, 1000),
+    "hold": Setting(1, 1, 10_000),
+}
+
+
+@dataclass(frozen=True, slots=True)
 class Plan:
-    """A sweep's data, recipe, hold-out and axes.
+    """A sweep's data, recipe, hold-out and axes."""
 
-    Attributes:
-        name: Name of the file, without its suffix.
-        data: Settings of the simulation, or {"folders": [...]}.
-        train: Settings of [train], the recipe's by their dotted names.
-        test: Settings of [test]: "by", and "folds" or "hold".
-        axes: Name and values of each axis, in the file's order.
-    """
-
-    name: str
-    data: dict[str, Any]
-    train: dict[str, Any]
-    test: dict[str, Any]
-    axes: dict[str, list[Any]]
+    name: str  # of the file, without its suffix
+    data: dict[str, Any]  # settings of the simulation, or {"folders": [...]}
+    train: dict[str, Any]  # settings of [train], the recipe's by their dotted names
+    test: dict[str, Any]  # settings of [test]: "by", and "folds" or "hold"
+    axes: dict[str, list[Any]]  # name and values of each axis, in the file's order
 
     @property
     def simulated(self) -> bool:
@@ -64,8 +153,7 @@ class Plan:
     def jobs(self, digest: str = "") -> list[Job]:
         """Return all trainings in the order of the axes; folds of one point are neighbours.
 
-        Args:
-            digest: Hash of the recordings and their vocabulary; "" if data are simulated.
+        The digest is a hash of the recordings and their vocabulary; "" if data are simulated.
         """
         made: list[Job] = []
         for values in itertools.product(*self.axes.values()):
@@ -86,35 +174,17 @@ class _FaultError(ValueError):
     """A mistake in a section, or at one of its keys."""
 
     def __init__(self, section: str, key: str, problem: object) -> None:
-        known = section in SECTIONS
-        super().__init__(f"[{section}]{' ' * bool(key)}{key}: {problem}" if known else problem)
+        super().__init__(f"[{section}] {key}: {problem}" if key else problem)
         self.section, self.key = section, key
 
     def line(self, text: str) -> str:
         """Return ", line N" of the mistake in the file's text; "" if it cannot be found."""
-        parts = self.key.split(".")
-        for inner in range(len(parts) if self.key else 0):  # [axes.gesture] is a table, too
-            table, key = ".".join([self.section, *parts[:inner]]), ".".join(parts[inner:])
-            if found := config.line_of(text, table, key):
-                return found
-        return config.line_of(text, self.section) or config.line_of(text, "", self.section)
-
-
-@contextmanager
-def _at(section: str, key: str) -> Iterator[None]:
-    """Make errors in here mistakes at a key of the file."""
-    try:
-        yield
-    except ValueError as error:
-        raise _FaultError(section, key, error) from None
+        whole = config.line_of(text, self.section) or config.line_of(text, "", self.section)
+        return config.line_of(text, self.section, self.key) if self.key else whole
 
 
 def read(path: Path) -> Plan:
-    """Return the plan in a file.
-
-    Raises:
-        PlanError: It cannot be read, or holds a mistake.
-    """
+    """Return the plan in a file; raise PlanError if it cannot be read, or holds a mistake."""
     try:
         text = files.read_text(path, config.MAX_BYTES)
     except OSError as error:
@@ -139,32 +209,30 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
         if section not in SECTIONS or not isinstance(inside, dict):
             listed = ", ".join(f"[{one}]" for one in SECTIONS)
             raise _FaultError(section, "", f"{section!r} is no section; there are {listed}")
-    given = {section: dict(settings.flattened(table.get(section, {}))) for section in SECTIONS}
-    known = RECORDINGS if "folders" in given["data"] else SIMULATION
-    data = settings.defaults(SIMULATION) if known is SIMULATION else {}
-    data |= {key: _value("data", key, value, known) for key, value in given["data"].items()}
-    train = settings.defaults(TRAIN)
-    recipe = str(given["train"].get("recipe", train["recipe"]))
-    for key, value in given["train"].items():
-        train[key] = _value("train", key, value, settings.of_train(recipe))
-    simulated = known is SIMULATION
-    axes = {
-        key: _axis(key, values, recipe, simulated=simulated)
-        for key, values in given["axes"].items()
-    }
+    given = {section: dict(_flattened(table.get(section, {}))) for section in SECTIONS}
+    simulated = "folders" not in given["data"]
+    own = SIMULATION if simulated else RECORDINGS
+    data = {**_defaults(own), **_settings("data", given["data"], own)}
+    known = _of_train(str(given["train"].get("recipe", "default")))
+    train = {**_defaults(TRAIN), **_settings("train", given["train"], known)}
+    varied = {f"data.{key}": own for key, own in SIMULATION.items()} if simulated else {}
+    axes = {key: _axis(key, values, known | varied) for key, values in given["axes"].items()}
     made = Plan(name, data, train, _test(given["test"], train["task"] == "user"), axes)
     count = made.test.get("folds", 1) * math.prod(map(len, axes.values()))
     if count > MOST_JOBS:
         raise _FaultError("axes", "", f"these are {count:,} trainings; at most {MOST_JOBS:,}")
-    if made.simulated:
-        _check_amounts(made)
     return made
+
+
+def _settings(section: str, given: Mapping[str, Any], known: Mapping[str, Setting]) -> Job:
+    """Return the values of given settings."""
+    return {key: _value(section, key, value, known) for key, value in given.items()}
 
 
 def _test(given: Mapping[str, Any], enrolled: bool) -> dict[str, Any]:
     """Return the settings of [test]."""
-    test = {key: _value("test", key, value, TEST) for key, value in given.items()}
-    if enrolled and test.get("by") == "user":
+    test = {"by": "session" if enrolled else "user", **_settings("test", given, TEST)}
+    if enrolled and test["by"] == "user":
         why = 'a user who is not enrolled cannot be identified; say by = "session"'
         raise _FaultError("test", "by", why)
     if {"folds", "hold"} <= test.keys():
@@ -172,48 +240,93 @@ def _test(given: Mapping[str, Any], enrolled: bool) -> dict[str, Any]:
     if not {"folds", "hold"} & test.keys():
         key = "hold" if enrolled else "folds"
         test[key] = TEST[key].default
-    return {"by": "session" if enrolled else TEST["by"].default, **test}
+    return test
 
 
-def _axis(key: str, values: Any, recipe: str, *, simulated: bool) -> list[Any]:
+def _axis(key: str, values: Any, known: Mapping[str, Setting]) -> list[Any]:
     """Return the values of an axis."""
     if not isinstance(values, list) or not values:
-        found = settings.toml(values)
-        raise _FaultError("axes", key, f"expected a list of values, found {found}")
+        raise _FaultError("axes", key, f"expected a list of values, found {toml(values)}")
     if key == "task":
         raise _FaultError("axes", key, "scores of tasks do not compare; make a sweep for each")
-    if not key.startswith("data."):
-        return [_value("axes", key, one, settings.of_train(recipe)) for one in values]
-    if not simulated:
-        why = "only simulations have such an axis; make a sweep for each data set"
-        raise _FaultError("axes", key, why)
-    known = {f"data.{setting}": own for setting, own in SIMULATION.items()}
     return [_value("axes", key, one, known) for one in values]
 
 
 def _value(section: str, key: str, value: Any, known: Mapping[str, Setting]) -> Any:
     """Return the value of a known setting."""
-    with _at(section, key):
-        if key not in known:
-            close = difflib.get_close_matches(key, known, 1)
-            hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
-            raise ValueError(f"there is no such setting; {hint}")
+    if key not in known:
+        close = difflib.get_close_matches(key, known, 1)
+        hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
+        raise _FaultError(section, key, f"there is no such setting; {hint}")
+    try:
         return known[key].read(value)
+    except ValueError as error:
+        raise _FaultError(section, key, error) from None
 
 
-def _check_amounts(plan: Plan) -> None:
-    """Refuse to hold out, or to learn from, more than the smallest simulation has."""
-    least = {key: min(plan.axes.get(f"data.{key}", [plan.data[key]])) for key in AMOUNTS}
-    most = {key: max(plan.axes.get(key, [plan.train[key]])) for key in AMOUNTS}
-    if most["minutes"] > least["minutes"]:
-        why = f"{most['minutes']:g} are wanted, and {least['minutes']:g} simulated; simulate more"
-        raise _FaultError("axes" if "minutes" in plan.axes else "train", "minutes", why)
-    if least["users"] * least["sessions"] > MOST_CHECKED:
-        return
-    session = np.arange(least["users"] * least["sessions"])
-    user = session // least["sessions"]
-    with _at("test", "folds" if "folds" in plan.test else "hold"):
-        rule = HoldOut(**plan.test, enrolled=plan.train["task"] == "user")
-        held = rule.held(user, session)
-    with _at("axes" if {"users", "sessions"} & plan.axes.keys() else "train", ""):
-        splits.learned(user, session, held, most["users"], most["sessions"], 0)
+def _defaults(settings: Mapping[str, Setting]) -> dict[str, Any]:
+    return {key: setting.default for key, setting in settings.items()}
+
+
+def data_set(data: Mapping[str, Any]) -> DataSet:
+    """Return the simulation of [data]."""
+    own = {field.name for field in fields(DataSet)}
+    chosen = {key: value for key, value in data.items() if key in own}
+    return DataSet(**{**chosen, "gestures": tuple(data["gestures"])})
+
+
+def _of_train(recipe: str) -> dict[str, Setting]:
+    """Return the settings of [train]: its own, and a recipe's by dotted names."""
+    if recipe not in RECIPES:
+        return TRAIN
+    parts = {**asdict(RECIPES[recipe]), "user": asdict(USER), "mood": asdict(VARIED_USER)}
+    del parts["name"]
+    return {**TRAIN, **{name: Setting(value) for name, value in _flattened(parts)}}
+
+
+def recipe_of(train: Mapping[str, Any]) -> Recipe:
+    """Return the recipe of the gesture and location networks, from the settings of [train]."""
+    own = {key: value for key, value in train.items() if key not in TRAIN}
+    known = {key: own[key] for key in own if not key.startswith(("user.", "mood."))}
+    return _changed(RECIPES[train["recipe"]], known)
+
+
+def user_recipe_of(train: Mapping[str, Any]) -> tuple[NetworkRecipe, UserAugmentation]:
+    """Return how users are learned; the paper's recipe learns them as it does gestures."""
+    if train["recipe"] == "paper":
+        return recipe_of(train).gesture, UNVARIED_USER
+    user, mood = (
+        {key.removeprefix(part): value for key, value in train.items() if key.startswith(part)}
+        for part in ("user.", "mood.")
+    )
+    return _changed(USER, user), _changed(VARIED_USER, mood)
+
+
+def _changed(made: _Made, settings: Mapping[str, Any]) -> _Made:
+    """Return a dataclass in which settings, by dotted names, have other values."""
+    for key, value in settings.items():
+        made = _set(made, key.split("."), tuple(value) if isinstance(value, list) else value)
+    return made
+
+
+def _set(made: Any, path: list[str], value: Any) -> Any:
+    first, *rest = path
+    return replace(made, **{first: _set(getattr(made, first), rest, value) if rest else value})
+
+
+def _flattened(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested tables by dotted names."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _flattened(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def toml(value: Any) -> str:
+    """Return a value as TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml, value))}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)

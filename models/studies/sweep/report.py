@@ -1,108 +1,216 @@
-"""Report of a sweep: a table and the best point as text, a CSV, and curves."""
+"""Report of a sweep: scores of its points with their intervals, as a table, a CSV and curves.
+
+Seeds and folds repeat a training: a point is all of them together. Intervals are 95 %, by
+resampling whole users (or sessions) that were held out; each counts once, however many seeds judged
+it.
+"""
 
 import csv
 import io
+import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
 
 from controller.errors import count
+from models.evaluation import bootstrap
 from models.reports import markdown
 from models.reports.tables import Table
 from models.results import storage
-from models.studies.sweep import figures
-from models.studies.sweep.figures import MEASURES, Choice, Measure, Point
+from models.results.evaluation import Figure
+from models.studies.sweep.plan import AMOUNTS
+
+if TYPE_CHECKING:
+    from matplotlib import figure
 
 POINTS: Final = "points.csv"
 CURVES: Final = "curves.svg"
 FEW: Final = 6  # users or sessions: of fewer, resampling says too little
+LEARNED: Final = (*AMOUNTS, "windows")
+FAR: Final = 8.0  # ratio of an axis's largest value to its smallest, from which it is logarithmic
+LINES: Final = 10  # in a legend
+
+
+class Measure(NamedTuple):
+    """Score of a task."""
+
+    key: str  # name in a result's "held"
+    words: str  # what it is
+    share: bool = True  # it is a share, and more is better; else an error
+
+
+MEASURES: Final = {
+    "gesture": Measure("events", "unseen events named rightly"),
+    "user": Measure("events", "unseen gestures given to the right person"),
+    "location": Measure("error", "mean error of unseen touches, grid units", share=False),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One point of a sweep."""
+
+    at: dict[str, Any]  # values on the axes, without the seed
+    trainings: int  # number of trainings
+    figure: Figure  # score on what was held out
+    random: float  # score on windows at random, mean of the trainings; NaN: unknown
+    learned: dict[str, float]  # users, sessions, minutes and windows learned from, means
+    held: int  # number of held-out users or sessions
+
+    def amount(self, axis: str) -> float:
+        """Return the place on a numeric axis; for 0, "all", what was learned from."""
+        users, sessions = max(1.0, self.learned["users"]), max(1.0, self.learned["sessions"])
+        whole = (users, sessions / users, self.learned["minutes"] / sessions)
+        every = dict(zip(AMOUNTS, whole, strict=True)).get(axis, 0.0)
+        return float(self.at[axis] or every)
+
+
+def points(found: Mapping[str, Any]) -> list[Point]:
+    """Return all points that have a result, in order, from the content of results.json."""
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for job in found["jobs"]:
+        if "result" in job:
+            at = {axis: value for axis, value in job["at"].items() if axis != "seed"}
+            groups.setdefault(json.dumps(at), []).append(job["result"])
+    group, measure = found["test"]["by"], MEASURES[found["train"]["task"]]
+    return [_point(json.loads(at), results, group, measure) for at, results in groups.items()]
+
+
+def _point(at: dict[str, Any], results: list[dict[str, Any]], by: str, measure: Measure) -> Point:
+    rows: dict[str, list[Any]] = {}  # of each held-out group, sum and count in each training
+    for result in results:
+        sums: dict[str, Any] = {}
+        for session in result["held"]:
+            counts = np.array(session[measure.key], dtype=np.float64)
+            sums[session[by]] = sums.get(session[by], 0.0) + counts
+        for name, counts in sums.items():
+            rows.setdefault(name, []).append(counts)
+    score, amount = np.array([np.mean(rows[name], axis=0) for name in sorted(rows)]).T
+    random = [one["random"] for one in results if one["random"] is not None]
+    return Point(
+        at,
+        len(results),
+        (bootstrap.share if measure.share else bootstrap.rate)(score, amount),
+        float(np.mean(random)) if random else float("nan"),
+        {key: float(np.mean([one["learned"][key] for one in results])) for key in LEARNED},
+        len(rows),
+    )
+
+
+def score(result: Mapping[str, Any]) -> float:
+    """Return the score of one training; raise an error if its result cannot be shown."""
+    measure = MEASURES["gesture" if "events" in result["held"][0] else "location"]
+    if not all(isinstance(note, str) for note in result["notes"]):
+        raise TypeError("a note is no text")
+    return _point({}, [dict(result)], "user", measure).figure.value
+
+
+def title(at: Mapping[str, Any]) -> str:
+    """Return a place on the axes, such as "users 3, seed 1"."""
+    return ", ".join(f"{axis} {place(axis, value)}" for axis, value in at.items()) or "no axes"
+
+
+def place(axis: str, value: Any) -> str:
+    """Return a value on an axis, in words."""
+    if axis in AMOUNTS and not value:
+        return "all"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        return "/".join(place("", one) for one in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def table(found: Mapping[str, Any]) -> str:
-    """Return the report as text: every point, the best, and what failed."""
-    measure, points = MEASURES[found["train"]["task"]], figures.points(found)
+    """Return the report as text: every point, remarks, and what failed."""
+    made = points(found)
     done = sum("result" in job for job in found["jobs"])
     parts = [
-        f"{found['sweep']}: {done} of {count(len(found['jobs']), 'training')}; "
-        f"held out: {figures.title(found['test'])}; scores: {measure.words}"
+        f"{found['sweep']}: {done} of {count(len(found['jobs']), 'training')}; held out: "
+        f"{title(found['test'])}; scores: {MEASURES[found['train']['task']].words}"
     ]
-    if points:
-        head, *cells = rows(points, measure)
+    if made:
+        head, *cells = rows(made)
         parts.append(markdown.table(Table(head, cells)))
-    if chosen := figures.choose(points, measure):
-        parts.append(best(chosen, len(points)))
-    fewest = min((len(point.held) for point in points), default=FEW)
+    fewest = min((point.held for point in made), default=FEW)
     if fewest < FEW:
         parts.append(
             f"Only {count(fewest, found['test']['by'])} held out: others may score otherwise, and "
             "the intervals are too narrow to show how much; hold out more, or give folds."
         )
     notes = (note for job in found["jobs"] for note in job.get("result", {}).get("notes", ()))
-    if lines := [*dict.fromkeys(notes), *failed(found)]:
+    if lines := [*dict.fromkeys(notes), *_failed(found)]:
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
 
-def best(chosen: Choice, points: int) -> str:
-    """Return sentences about the best point."""
-    one, other = figures.title(chosen.best.at), figures.title(chosen.second.at)
-    lines = [
-        f"Best of {points} on what was held out: {one}, {chosen.best.figure}.",
-        f"Next is {other}; the lead is {chosen.lead}.",
-    ]
-    if chosen.lead.low <= 0.0:
-        lines.append("These data do not separate the two: take the cheaper one, or judge more.")
-    lines.append(
-        "The best was chosen by the scores shown here, so part of its lead is luck; judge it on "
-        "recordings that no sweep has used: models evaluate."
-    )
-    return "\n".join(lines)
-
-
-def failed(found: Mapping[str, Any]) -> list[str]:
+def _failed(found: Mapping[str, Any]) -> list[str]:
     """Return a sentence for each reason why trainings failed."""
     reasons: dict[str, list[str]] = {}
     for job in found["jobs"]:
         if "failed" in job:
-            where = figures.title({**job["at"], "fold": job["fold"] + 1})
+            where = title({**job["at"], "fold": job["fold"] + 1})
             reasons.setdefault(job["failed"], []).append(where)
-    return [
-        f"failed ({len(where)}): {why} [{'; '.join(where[:3])}{'; ...' if len(where) > 3 else ''}]"
-        for why, where in reasons.items()
-    ]
+    return [f"failed ({len(where)}): {why} [{where[0]}]" for why, where in reasons.items()]
 
 
-def rows(points: Sequence[Point], measure: Measure) -> list[list[str]]:
+def rows(points: Sequence[Point]) -> list[list[str]]:
     """Return a table of all points: a head, and a row for each."""
-    learned = [f"learned {key}" for key in figures.LEARNED]
-    scores = ["score", "low", "high", "frames", "at random", "worst seed", "best seed"]
-    made = [[*points[0].at, "trainings", *scores, *learned]]
+    learned = [f"learned {key}" for key in LEARNED]
+    made = [[*points[0].at, "trainings", "score", "low", "high", "at random", *learned]]
     for point in points:
-        figure, seeds = point.figure, sorted(point.by_seed, reverse=not measure.share)
-        numbers = [figure.value, figure.low, figure.high, point.frames, point.random]
-        numbers += [seeds[0], seeds[-1], *point.learned.values()]
+        figure = point.figure
+        numbers = [figure.value, figure.low, figure.high, point.random, *point.learned.values()]
         cells = ["" if number != number else f"{number:.4g}" for number in numbers]
-        at = [figures.place(axis, value) for axis, value in point.at.items()]
+        at = [place(axis, value) for axis, value in point.at.items()]
         made.append([*at, str(point.trainings), *cells])
     return made
 
 
 def write(found: Mapping[str, Any], folder: Path) -> list[Path]:
     """Write the points as CSV and, if an axis has amounts, curves; return the files."""
-    points, measure = figures.points(found), MEASURES[found["train"]["task"]]
-    if not points:
+    made = points(found)
+    if not made:
         return []
     whole = io.StringIO(newline="")
-    csv.writer(whole, lineterminator="\n").writerows(rows(points, measure))
+    csv.writer(whole, lineterminator="\n").writerows(rows(made))
     storage.write_text(folder / POINTS, whole.getvalue())
-    axes = [axis for axis, values in found["axes"].items() if numeric(axis, values)]
+    axes = [
+        axis for axis, values in found["axes"].items()
+        if axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
+    ]  # fmt: skip
     if not axes:
         return [folder / POINTS]
-    from models.studies.sweep import curves  # imports matplotlib
+    from models.reports import drawing
 
-    return [folder / POINTS, curves.save(points, axes, measure, folder / CURVES)]
+    drawn = drawing.styled(draw)(made, axes, MEASURES[found["train"]["task"]].words)
+    return [folder / POINTS, drawing.save(drawn, folder / CURVES)]
 
 
-def numeric(axis: str, values: Sequence[Any]) -> bool:
-    """Whether an axis has several amounts, and is drawn as a curve."""
-    return axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
+def draw(points: Sequence[Point], axes: Sequence[str], words: str) -> "figure.Figure":
+    """Return a drawing of the score over each axis, a line for each place on the others."""
+    from models.reports import drawing
+
+    drawn, panels = drawing.panels(640.0, 290.0 * len(axes), 1, len(axes))
+    for axis, panel in zip(axes, panels[:, 0], strict=True):
+        lines: dict[str, list[Point]] = {}
+        amounts = [point.amount(axis) for point in points]
+        for _, point in sorted(zip(amounts, points, strict=True), key=itemgetter(0)):
+            others = {key: value for key, value in point.at.items() if key != axis}
+            lines.setdefault(title(others), []).append(point)
+        for (name, line), marker in zip(lines.items(), cycle("os^Dv"), strict=False):
+            x, own = [point.amount(axis) for point in line], [point.figure for point in line]
+            down, up = [one.value - one.low for one in own], [one.high - one.value for one in own]
+            y = [one.value for one in own]
+            panel.errorbar(x, y, (down, up), marker=marker, capsize=3.0, label=name)
+        if min(amounts) > 0.0 and max(amounts) / min(amounts) >= FAR:
+            panel.set_xscale("log")
+        panel.set(xlabel=axis, ylabel=words)
+        if 1 < len(lines) <= LINES:
+            panel.legend()
+    return drawn

@@ -1,4 +1,4 @@
-"""Run of a sweep: each missing training on this machine (joblib) or on a Dask cluster.
+"""Run of a sweep: each missing training on this machine or on a Dask cluster, by joblib.
 
 A job says everything that its result depends on, and is named by a hash of that and of the
 program's version. Its result is one file, so an interrupted sweep goes on with what is missing.
@@ -7,7 +7,6 @@ program's version. Its result is one file, so an interrupted sweep goes on with 
 import hashlib
 import io
 import json
-import logging
 import os
 import platform
 import threading
@@ -27,13 +26,12 @@ from controller.recordings.recording import software
 from models import formatting, processes
 from models.data.load import Say
 from models.results import storage
-from models.studies.sweep import figures
+from models.studies.sweep import report
 from models.studies.sweep.plan import Job, Plan
 
 JOBS: Final = "jobs"  # folder of the results, a file each
 RESULTS: Final = "results.json"
 LETTERS: Final = 24  # of a job's name: 96 bits
-DEATHS: Final = 3  # of worker processes, without a finished job between them
 ANSWER_S: Final = 10.0  # for a scheduler to answer
 
 Answer = dict[str, Any]  # "name"; "result", or "failed"; "where", "cpu_s"; JSON
@@ -45,29 +43,20 @@ class ClusterError(ValueError):
     """The cluster cannot be used; the message is one sentence."""
 
 
-class ClusterLostError(TroubleError):
-    """The cluster went away; the message is one sentence."""
+class LostError(TroubleError):
+    """The cluster went away, or a process died; the message is one sentence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A plan, and where it is run.
+    """A plan, and where it is run."""
 
-    Attributes:
-        plan: What is trained.
-        folder: Holds the results.
-        digest: Hash of the recordings and their vocabulary; "" if data are simulated.
-        places: Absolute folders of the recordings.
-        workers: Processes on this machine.
-        cluster: Address of a Dask scheduler; "": this machine.
-    """
-
-    plan: Plan
-    folder: Path
-    digest: str = ""
-    places: tuple[str, ...] = ()
-    workers: int = 1
-    cluster: str = ""
+    plan: Plan  # what is trained
+    folder: Path  # holds the results
+    digest: str = ""  # hash of the recordings and their vocabulary; "" if data are simulated
+    places: tuple[str, ...] = ()  # absolute folders of the recordings
+    workers: int = 1  # processes on this machine
+    cluster: str = ""  # address of a Dask scheduler; "": this machine
 
     def named(self) -> dict[str, Job]:
         """Return all jobs by name, in the plan's order."""
@@ -81,33 +70,24 @@ class Sweep:
 
 
 def run(sweep: Sweep, say: Say) -> dict[str, Any]:
-    """Train what is missing; write `RESULTS` and return its content.
-
-    Raises:
-        ClusterError: The cluster cannot be used.
-        ClusterLostError: It went away.
-    """
+    """Train what is missing; write `RESULTS` and return its content."""
     storage.folder_target(sweep.folder / JOBS)
     named, done = sweep.named(), answers(sweep.folder)
     finished = sum(name in done for name in named)
     say(count(len(named), "training") + (f", {finished} of them done already" if finished else ""))
-    if len(done) > finished:
-        others = len(done) - finished
-        say(f"not used, being of other settings or another version: {count(others, 'result')}")
     failed: dict[str, str] = {}
     began = time.monotonic()
     orders = [sweep.order(name, job) for name, job in named.items() if name not in done]
-    for number, answer in enumerate(_answers(sweep, orders, say), 1):
+    for number, answer in enumerate(_answers(sweep, orders), 1):
         if "failed" in answer:
             failed[answer["name"]] = answer["failed"]
             outcome = f"failed: {answer['failed']}"
         else:
             storage.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
-            outcome = f"score {figures.score(answer['result']):.4g}"
+            outcome = f"score {report.score(answer['result']):.4g}"
         left = (time.monotonic() - began) / number * (len(orders) - number)
-        more = f"; {formatting.duration(left)} left" if number < len(orders) else ""
         at = describe(named[answer["name"]])
-        say(f"{finished + number}/{len(named)} {at}: {outcome}{more}")
+        say(f"{finished + number}/{len(named)} {at}: {outcome}; {formatting.duration(left)} left")
     found = results(sweep, answers(sweep.folder), failed)
     storage.write_text(sweep.folder / RESULTS, _json(found))
     return found
@@ -116,7 +96,6 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
 def results(sweep: Sweep, done: Mapping[str, Answer], failed: Mapping[str, str]) -> dict[str, Any]:
     """Return all results in the plan's order, without where and when they were made."""
     plan = sweep.plan
-    died = "its process died again and again (out of memory?)"
     return {
         "sweep": plan.name,
         "version": own_version(),
@@ -126,8 +105,7 @@ def results(sweep: Sweep, done: Mapping[str, Answer], failed: Mapping[str, str])
         "test": plan.test,
         "jobs": [
             {"name": name, "at": job["at"], "fold": job["test"]["fold"]}
-            | ({"result": done[name]["result"]} if name in done
-               else {"failed": failed.get(name, died)})
+            | ({"failed": failed[name]} if name in failed else {"result": done[name]["result"]})
             for name, job in sweep.named().items()
         ],
     }  # fmt: skip
@@ -140,7 +118,7 @@ def answers(folder: Path) -> dict[str, Answer]:
         with suppress(storage.UserFileError, KeyError, TypeError, AttributeError, ValueError):
             answer = storage.read_json(path)
             if answer["name"] == path.stem:
-                figures.score(answer["result"])
+                report.score(answer["result"])
                 found[path.stem] = answer
     return found
 
@@ -148,7 +126,7 @@ def answers(folder: Path) -> dict[str, Answer]:
 def describe(job: Job) -> str:
     """Return a job's place, such as "users 3, seed 1, fold 2"."""
     fold = {"fold": job["test"]["fold"] + 1} if "folds" in job["test"] else {}
-    return figures.title({**job["at"], **fold})
+    return report.title({**job["at"], **fold})
 
 
 def name_of(job: Job, version: str) -> str:
@@ -168,9 +146,8 @@ def own_version() -> str:
         for path in sorted(root.rglob("*"), key=lambda path: path.as_posix()):
             if path.suffix in (".py", ".toml"):
                 source = path.read_bytes().replace(b"\r\n", b"\n")
-                digest.update(
-                    f"{path.relative_to(root).as_posix()}:{len(source)}:".encode() + source
-                )
+                digest.update(f"{path.relative_to(root).as_posix()}:{len(source)}:".encode())
+                digest.update(source)
     numpy, torch = map(_version, ("numpy", "torch"))
     return f"{software()} (sources {digest.hexdigest()[:12]}, NumPy {numpy}, PyTorch {torch})"
 
@@ -183,11 +160,7 @@ def _version(package: str) -> str:
 
 
 def perform(order: Job) -> Answer:
-    """Do one job, on whatever machine; every error becomes a sentence.
-
-    Args:
-        order: As `Sweep.order` makes it.
-    """
+    """Do one job as `Sweep.order` makes it, on any machine; every error becomes a sentence."""
     with _ALONE, redirect_stderr(io.StringIO()):
         began = time.thread_time()
         outcome = _outcome(order)
@@ -212,55 +185,43 @@ def _outcome(order: Job) -> dict[str, Any]:
         return {"failed": f"{type(error).__name__} in {place}: {' '.join(str(error).split())}"}
 
 
-def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
-    """Yield the answers to all orders, in any order."""
+def _answers(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
+    """Yield the answers to all orders, in any order; raise ClusterError or LostError."""
     if not orders:
         return
-    if sweep.cluster:
-        yield from _on_cluster(orders, sweep.cluster, say)
-    else:
-        yield from _on_this_machine(orders, sweep.workers, say)
-
-
-def _on_this_machine(orders: Sequence[Job], workers: int, say: Say) -> Iterator[Answer]:
-    """Do jobs in processes of one thread each; those of a dead process are done again."""
     from joblib import Parallel, delayed, parallel_config
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     processes.spare()
-    left, deaths = {order["name"]: order for order in orders}, 0
-    workers = min(workers, len(orders))  # of one, joblib makes no process
+    workers = min(sweep.workers, len(orders))  # of one, joblib makes no process
+    client = _connected(sweep.cluster) if sweep.cluster else None
+    how: dict[str, Any] = (
+        {"backend": "dask", "wait_for_workers_timeout": ANSWER_S}
+        if client
+        else {"backend": "loky", "n_jobs": workers, "inner_max_num_threads": 1}
+    )
+    calls = [delayed(perform)(order) for order in orders]
+    again = "the same command goes on from here"
     try:
-        while left and deaths < DEATHS:
-            calls = [delayed(perform)(order) for order in left.values()]
-            try:
-                with parallel_config("loky", n_jobs=workers, inner_max_num_threads=1):
-                    with processes.deaf():
-                        done = Parallel(return_as="generator_unordered", batch_size=1)(calls)
-                    for answer in done:
-                        del left[answer["name"]]
-                        deaths = 0
-                        yield answer
-            except TerminatedWorkerError:
-                deaths += 1
-                say(f"a process died (out of memory?); begun again: {len(left)}")
+        with parallel_config(**how):
+            with processes.deaf():
+                done = Parallel(return_as="generator_unordered", batch_size=1)(calls)
+            yield from done
+    except TerminatedWorkerError:
+        raise LostError(f"a process died (out of memory?); {again}, with fewer --workers") from None
     finally:
-        if workers > 1:
+        if client:
+            client.close()
+        elif workers > 1:
             get_reusable_executor().shutdown(wait=True, kill_workers=True)
 
 
-def _on_cluster(orders: Sequence[Job], address: str, say: Say) -> Iterator[Answer]:
-    """Do jobs on the workers of a scheduler, which repeats those of lost workers.
-
-    Dask is called directly: joblib's back end for it waits forever for a job that kills its worker.
-    """
+def _connected(address: str) -> Any:
+    """Return a client of a scheduler; raise ClusterError if it is silent or has no workers."""
     import distributed
 
-    for name in ("distributed", "distributed.client"):  # errors are reported here
-        logging.getLogger(name).disabled = True
     connect: Any = distributed.Client
-    completed: Any = distributed.as_completed
     try:
         if not address.rpartition(":")[2].isdigit():
             raise ValueError("it has no port")
@@ -270,38 +231,9 @@ def _on_cluster(orders: Sequence[Job], address: str, say: Say) -> Iterator[Answe
             f"no Dask scheduler answers at {address!r} ({error}); give HOST:PORT, and start one "
             "with: dask scheduler (docs/sweeps.md)"
         ) from None
-    with client:
-        _check_workers(client, address, say)
-        futures = {client.submit(perform, order, pure=False): order["name"] for order in orders}
-        for future in completed(futures):
-            if future.status == "finished":
-                yield future.result(timeout=ANSWER_S)
-            elif future.status == "error":
-                problem = future.exception(timeout=ANSWER_S)
-                said = f"{type(problem).__name__}: {' '.join(str(problem).split())}"
-                yield {"name": futures[future], "failed": said}
-            else:
-                raise ClusterLostError(
-                    "the scheduler is gone; start it again, and the same command goes on from here"
-                )
-
-
-def _check_workers(client: Any, address: str, say: Say) -> None:
-    """Refuse a cluster without workers, or with one of another version."""
-    found = client.run(own_version, on_error="return")
-    if not found:
-        raise ClusterError(
-            f"the scheduler at {address} has no workers; start some with: dask worker {address} "
-            "--nthreads 1"
-        )
-    for worker, theirs in found.items():
-        if theirs != own_version():
-            raise ClusterError(
-                f"the worker {worker} has {' '.join(str(theirs).split())} instead of "
-                f"{own_version()}; install one version everywhere, with the [train,sweep] extras, "
-                "and restart the workers"
-            )
-    say(f"{address}: {count(len(found), 'worker')} of this version")
+    if not client.scheduler_info()["workers"]:
+        raise ClusterError(f"the scheduler has no workers; start some: dask worker {address}")
+    return client
 
 
 def _json(content: Any) -> str:

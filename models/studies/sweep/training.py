@@ -25,7 +25,7 @@ from models.data.simulate import generate
 from models.data.splits import HoldOut
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
-from models.studies.sweep import settings
+from models.studies.sweep import plan
 from models.training import user_task
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
@@ -42,23 +42,16 @@ Scores = NDArray[np.bool_] | NDArray[np.floating]  # one for each judged item, (
 
 
 def train(job: Mapping[str, Any]) -> Result:
-    """Train one network, and judge it on what is held out.
+    """Train one network, judge it on what is held out, and return plain data; or raise ValueError.
 
-    Args:
-        job: One of `Plan.jobs`.
-
-    Returns:
-        "learned": number of users, sessions, minutes and windows; "notes": sentences about
-        recordings that are left out; "epochs", and the "best" of them; "check" and "random": scores
-        on the windows that chose the epoch, and on windows at random; "held": for each held-out
-        session its "user", "session", and [sum, count] of its scores.
-
-    Raises:
-        ValueError: It cannot be done; one sentence.
+    "learned": number of users, sessions, minutes and windows; "notes": sentences about recordings
+    that are left out; "epochs", and the "best" of them; "check" and "random": scores on the windows
+    that chose the epoch, and at random; "held": for each held-out session its "user", "session",
+    and [sum, count] of its scores.
     """
     asked = job["train"]
     prepare_torch(asked["seed"])
-    recipe = settings.recipe_of(asked)
+    recipe = plan.recipe_of(asked)
     plain = replace(recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
     source = json.dumps(job["data"], sort_keys=True)
     data = _read(source, plain, asked["labels"], asked["window"], asked["all"])
@@ -95,7 +88,7 @@ def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool)
 
     if "folders" not in data:
         with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as folder:
-            simulation = settings.data_set(data)
+            simulation = plan.data_set(data)
             generate(simulation, Path(folder), data["users"], data["sessions"], 1, _ignore)
             return read([Path(folder)])
     found = read([Path(folder) for folder in data["folders"]])
@@ -125,21 +118,17 @@ def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
 
 
 def _gestures(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
-    """Train CNN-3D; frames and events are judged, and events counted, true by named class."""
+    """Train CNN-3D; frames and events are judged."""
     split = splits.split_windows(taught, "", asked["seed"])
     found, net = train_gestures(TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None))
-    examples, classes = unseen.examples, len(unseen.vocabulary.labels)
-    held, confusion = [], np.zeros((classes, classes), dtype=np.int64)
+    examples, held = unseen.examples, []
     for number in np.unique(examples.session[examples.ends]):
         ends = examples.ends[examples.session[examples.ends] == number]
         logits = _logits(net, examples.windows(ends))
         events = scores.events(examples, ends, scores.softmax(logits))
-        confusion += scores.confusion(events.named, events.label, classes)
         right = logits.argmax(axis=1) == examples.label[ends]
         held.append(_session(unseen, number, frames=right, events=events.named == events.label))
-    labels = list(unseen.vocabulary.labels)
-    summary = _summary(found, len(split.windows.train))
-    return {"labels": labels, **summary, "held": held, "confusion": confusion.tolist()}
+    return {**_summary(found, len(split.windows.train)), "held": held}
 
 
 def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
@@ -175,7 +164,7 @@ def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
     )
     if not len(own.label) or not len(new.label):
         raise ValueError("no recording has a gesture, and users are identified by gestures")
-    how, augmentation = settings.user_recipe_of(asked)
+    how, augmentation = plan.user_recipe_of(asked)
     random = user_task.random_windows(len(own.ends), asked["seed"])
     net, score = user_task.train_users(
         own, 1 + len(names), asked["seed"], recipe=how, augmentation=augmentation, random=random
@@ -194,7 +183,7 @@ def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
             "random": _number(score), "held": held}  # fmt: skip
 
 
-# A task is a line here, and its measure in models/studies/sweep/figures.py.
+# A task is a line here, and its measure in models/studies/sweep/report.py.
 TASKS: Final[dict[str, Callable[[Data, Data, Recipe, Train], Result]]] = {
     "gesture": _gestures,
     "location": _locations,

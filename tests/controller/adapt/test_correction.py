@@ -30,7 +30,7 @@ from controller.runtime.assemble import Parts, exchange, open_device, prepare, r
 from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
 from host.ui.correction_keys import CorrectionKeys
-from tests.support.loop_bench import FINGER, HELLO, Bench
+from tests.support.loop_bench import FINGER, Bench
 
 RATE_HZ = 10.0
 Run = tuple[Parts, Device, BundleStore]
@@ -80,9 +80,7 @@ def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
 
 
 @pytest.mark.slow
-def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(
-    tmp_path: Path,
-) -> None:
+def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path: Path) -> None:
     shelf = BundleStore(tmp_path)
     seen, install = images((25, 31)), copied(shelf)
 
@@ -103,27 +101,27 @@ def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(
     assert not list((tmp_path / "incoming").iterdir())
 
 
-def outcome(clerk: BundleUpdater) -> UploadStatus | None:
-    """What the clerk says when its thread has ended."""
-    assert clerk._thread is not None
-    clerk._thread.join()
-    return clerk.poll()
-
-
-def test_the_loop_hears_at_once_and_again_when_it_is_learned(tmp_path: Path) -> None:
+@pytest.mark.parametrize("problem", ["", "that touch is too weak to learn from"])
+def test_the_loop_hears_at_once_and_again_when_it_is_learned_or_not(
+    tmp_path: Path, problem: str
+) -> None:
     asked = []
 
     def learn(label: str, seen: list[np.ndarray]) -> str:
         asked.append((label, len(seen)))
+        if problem:
+            raise AdaptError(problem)
         return "learned"
 
     clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
-    assert clerk.correct(Correction("pinch"), list(images())) == UploadStatus(
-        PROVING, 0, "learning"
-    )
-    assert outcome(clerk) == UploadStatus(IN_USE, 0, "learned")
+    told = clerk.correct(Correction("pinch"), list(images()))
+    assert told == UploadStatus(PROVING, 0, "learning")
+    assert clerk._thread is not None
+    clerk._thread.join()
+    end = UploadStatus(DECLINED, 0, problem) if problem else UploadStatus(IN_USE, 0, "learned")
+    assert clerk.poll() == end
     assert asked == [("pinch", 40)]
-    assert clerk.switched
+    assert clerk.switched is not bool(problem)
 
 
 def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path) -> None:
@@ -131,16 +129,6 @@ def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path
         UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
     )
     assert clerk.correct(Correction("pinch"), []) == UploadStatus(DECLINED, 0, "no key")
-
-
-def test_what_cannot_be_learned_is_told_and_play_goes_on(tmp_path: Path) -> None:
-    def learn(label: str, seen: list[np.ndarray]) -> str:
-        raise AdaptError("that touch is too weak to learn from")
-
-    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
-    clerk.correct(Correction("pinch"), [])
-    assert outcome(clerk) == UploadStatus(DECLINED, 0, "that touch is too weak to learn from")
-    assert not clerk.switched
 
 
 def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
@@ -162,68 +150,40 @@ def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
     assert keys.told(40.0) == ""
 
 
-def test_the_loop_hands_over_the_latest_images_and_switches() -> None:
-    """It never waits: the clerk answers at once, and ends the loop when it has learned."""
-    given: list[tuple[str, int]] = []
+class Patient(BundleUpdater):
+    """A clerk that answers at once, and has learned at the twentieth look."""
 
-    class Patient(BundleUpdater):
-        polled = 0
+    def __init__(self) -> None:
+        self.switched = False
+        self.given: list[tuple[str, int]] = []
+        self.looks = 20
 
-        def __init__(self) -> None:
-            self.switched = False
+    def correct(self, message: Correction, images: list[np.ndarray]) -> UploadStatus:
+        self.given.append((message.label, len(images)))
+        return UploadStatus(PROVING, 0, "learning")
 
-        def correct(self, message: Correction, images: list[np.ndarray]) -> UploadStatus:
-            given.append((message.label, len(images)))
-            return UploadStatus(PROVING, 0, "learning")
+    def poll(self) -> UploadStatus | None:
+        self.looks -= bool(self.given)
+        if self.looks or self.switched:
+            return None
+        self.switched = True
+        return UploadStatus(IN_USE, 0, "learned")
 
-        def poll(self) -> UploadStatus | None:
-            if not given:
-                return None
-            self.polled += 1
-            if self.polled < 20:
-                return None
-            self.switched = True
-            return UploadStatus(IN_USE, 0, "learned")
 
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_the_loop_hands_over_the_latest_images_and_switches(exchanged: bool) -> None:
+    """It never waits; a device that cannot exchange its networks ends the loop."""
     bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correction("pinch")))
-    bench.loop._updater = clerk = Patient()
+    clerk = bench.loop._updater = Patient()
+    bench.loop._exchange = lambda device: exchanged
     bench.run(20.0)
-    assert given == [("pinch", 40)]  # four seconds of images
-    assert clerk.switched
-    assert bench.world.now_s - bench.world.start_s < 10.0
+    assert clerk.given == [("pinch", 40)]  # four seconds of images
+    assert (bench.world.now_s - bench.world.start_s < 10.0) is not exchanged
+    assert len(bench.sensors) == 1
     said = bench.messages(UploadStatus)
     assert said == [UploadStatus(PROVING, 0, "learning"), UploadStatus(IN_USE, 0, "learned")]
     frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
     assert frames == list(range(1, len(frames) + 1))  # none was missed meanwhile
-
-
-class Switching(BundleUpdater):
-    """A clerk with whom another bundle comes into use at the first look."""
-
-    def __init__(self) -> None:
-        self.switched = False
-        self.answers = [UploadStatus(IN_USE, 0, "learned")]
-
-    def poll(self) -> UploadStatus | None:
-        self.switched = self.switched or bool(self.answers)
-        return self.answers.pop() if self.answers else None
-
-
-def test_a_loop_whose_device_exchanges_networks_goes_on() -> None:
-    bench = Bench((0.0, HELLO))
-    asked: list[Device] = []
-
-    def exchange(device: Device) -> bool:
-        asked.append(device)
-        return True
-
-    bench.loop._updater, bench.loop._exchange = Switching(), exchange
-    bench.run(3.0)
-    assert bench.messages(UploadStatus) == [UploadStatus(IN_USE, 0, "learned")]
-    assert len(asked) == 1
-    assert len(bench.sensors) == 1
-    frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
-    assert frames == list(range(1, 30))
 
 
 @pytest.fixture
@@ -276,9 +236,7 @@ def test_networks_are_exchanged_while_the_orb_runs(run_of_a_bundle: Run, tmp_pat
     np.testing.assert_array_equal(steps[-1].probabilities, step.probabilities)
 
 
-def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(
-    run_of_a_bundle: Run,
-) -> None:
+def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(run_of_a_bundle: Run) -> None:
     parts, _, _ = run_of_a_bundle
     fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))
     assert refreshed(parts) is not None

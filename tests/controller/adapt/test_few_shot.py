@@ -15,7 +15,7 @@ from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.preprocess import Preprocessor
-from controller.simulator.presets import preset
+from controller.simulator.orb import preset
 from controller.simulator.session import simulate
 from controller.simulator.user_style import person
 
@@ -154,7 +154,7 @@ def test_a_bundle_without_material_rehearses_its_golden_windows(
     parts = bundles.content(bundles.unpack(DATA))
     del parts[bundles.REHEARSAL]
     manifest = bundles.unpack(DATA)[bundles.MANIFEST]
-    bare = adapt.AdaptedBundle(manifest, parts, 1.0, 1.0)
+    bare = adapt.AdaptedBundle(manifest, parts, 1.0)
     made = adapt.teach(written(bare), examples("squeeze", 3))
     assert bundles.parse(written(made)).labels[-1] == "squeeze"
 
@@ -189,7 +189,7 @@ def test_a_rehearsal_of_another_sensor_is_refused() -> None:
         np.zeros((4, 3, 3), np.uint8), np.zeros(4, np.int8), np.zeros(4, np.bool_)
     )
     parts[bundles.REHEARSAL] = odd.pack()
-    made = adapt.AdaptedBundle(bundles.unpack(DATA)[bundles.MANIFEST], parts, 1.0, 1.0)
+    made = adapt.AdaptedBundle(bundles.unpack(DATA)[bundles.MANIFEST], parts, 1.0)
     with pytest.raises(BundleError, match="rehearsal of another sensor"):
         adapt.teach(written(made), examples("squeeze", 1))
 

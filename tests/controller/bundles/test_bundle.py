@@ -7,6 +7,7 @@ import re
 import tracemalloc
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
 from controller.bundles.inference.engines import Network
-from controller.bundles.inference.networks import A_FEW, Recognizer
+from controller.bundles.inference.networks import Recognizer
 from controller.recognition.touch_position import PositionSpread
 
 SHIPPED = bundle.default_path()
@@ -182,38 +183,27 @@ def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
     manifest, parts = parts_of()
     buffer = io.BytesIO()
     np.savez(buffer, windows=np.array([Trap()], dtype=object))
-    with pytest.raises(BundleError, match="pickled objects"):
-        bundle.write(
-            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": buffer.getvalue()}
-        )
-    with pytest.raises(BundleError, match="not a whole"):
-        bundle.write(
-            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": pickle.dumps({})}
-        )
-
-
-def test_golden_vectors_of_another_shape_are_refused(tmp_path: Path) -> None:
-    manifest, parts = parts_of()
-    arrays = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
-    arrays["touches"] = arrays["touches"][:-1]
-    with pytest.raises(BundleError, match="different numbers of golden"):
-        bundle.write(
-            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": npz.pack(arrays)}
-        )
+    fewer = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    fewer["touches"] = fewer["touches"][:-1]
+    for golden, complaint in (
+        (buffer.getvalue(), "pickled objects"),
+        (pickle.dumps({}), "not a whole"),
+        (npz.pack(fewer), "different numbers of golden"),
+    ):
+        changed = {**parts, "golden.npz": golden}
+        with pytest.raises(BundleError, match=complaint):
+            bundle.write(tmp_path / "x.orb", manifest=manifest, parts=changed)
 
 
 def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -> None:
     shipped = bundle.read(SHIPPED)
-    golden = dataclasses.replace(
-        shipped.golden, probabilities=shipped.golden.probabilities + np.float32(2e-4)
-    )
-    with pytest.raises(BundleError, match="gesture network answers differently"):
-        Recognizer(dataclasses.replace(shipped, golden=golden))
-    golden = dataclasses.replace(
-        shipped.golden, touches=shipped.golden.touches * np.float32(np.nan)
-    )
-    with pytest.raises(BundleError, match="location network answers differently"):
-        Recognizer(dataclasses.replace(shipped, golden=golden))
+    golden = shipped.golden
+    far: dict[str, Any] = {"probabilities": golden.probabilities + np.float32(2e-4)}
+    none: dict[str, Any] = {"touches": golden.touches * np.float32(np.nan)}
+    for network, changes in (("gesture", far), ("location", none)):
+        other = dataclasses.replace(shipped, golden=dataclasses.replace(golden, **changes))
+        with pytest.raises(BundleError, match=f"{network} network answers differently"):
+            Recognizer(other)
 
 
 def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:
@@ -224,26 +214,6 @@ def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:
     finally:
         tracemalloc.stop()
     assert peak < 8 * SHIPPED.stat().st_size
-
-
-def test_a_bundle_that_was_proved_before_is_asked_some_of_its_questions() -> None:
-    shipped = bundle.read(SHIPPED)
-
-    def wrong(first: int, last: int) -> bundle.Bundle:
-        """A bundle some of whose golden answers are not what its network says."""
-        answers = shipped.golden.probabilities.copy()
-        answers[first:last] += np.float32(2e-4)
-        golden = dataclasses.replace(shipped.golden, probabilities=answers)
-        return dataclasses.replace(shipped, golden=golden)
-
-    many = len(shipped.golden.windows)
-    assert many >= 2 * A_FEW
-    for damaged in (wrong(0, 1), wrong(many // 2, many), wrong(0, many)):
-        with pytest.raises(BundleError, match="gesture network answers differently"):
-            Recognizer(damaged, proved=True)
-    Recognizer(wrong(1, 2), proved=True)
-    with pytest.raises(BundleError, match="gesture network answers differently"):
-        Recognizer(wrong(1, 2))
 
 
 def test_a_model_that_is_none_is_refused() -> None:

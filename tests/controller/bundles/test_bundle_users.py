@@ -2,16 +2,14 @@
 
 import dataclasses
 import re
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from controller import npz
-from controller.bundles import archive, bundle, users_table
+from controller.bundles import bundle, users_table
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy import selftest
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.mapping import Rule
 from controller.recognition.user_id import NO_USERS
@@ -29,13 +27,6 @@ def test_a_bundle_says_whom_it_knows_and_what_their_gestures_mean(path: Path) ->
     assert read.users.mapping("bob", read.mapping).rules["pinch"] == (Rule("hold"),)
     assert read.users.mapping("ann", read.mapping) == read.mapping
     assert list(read.heads) == ["ann"]
-
-
-def test_any_zip_tool_shows_the_parts_of_people_before_the_sums(path: Path) -> None:
-    with zipfile.ZipFile(path) as file:
-        own = ["user.onnx", "gesture-ann.onnx", "rehearsal.npz", "SHA256SUMS"]
-        assert file.namelist()[-4:] == own
-        assert file.testzip() is None
 
 
 def test_a_bundle_without_people_has_no_word_about_them() -> None:
@@ -63,28 +54,19 @@ def test_every_engine_asks_the_user_network_and_the_head_of_whom_it_is_told(
     )
 
 
-def test_the_proof_of_the_shelf_includes_the_networks_of_people(path: Path) -> None:
-    assert not selftest.measure(bundle.read(path), "numpy").problem
-
-
-def test_a_user_network_that_answers_differently_than_when_it_was_made_is_refused(
-    path: Path,
-) -> None:
+def test_networks_that_answer_differently_or_are_of_another_shape_are_refused(path: Path) -> None:
     read = bundle.read(path)
-    golden = dataclasses.replace(read.golden, people=read.golden.people + np.float32(2e-4))
-    with pytest.raises(BundleError, match="user network answers differently"):
-        Recognizer(dataclasses.replace(read, golden=golden))
-    golden = dataclasses.replace(read.golden, heads={"ann": read.golden.probabilities})
-    with pytest.raises(BundleError, match="gesture-ann network answers differently"):
-        Recognizer(dataclasses.replace(read, golden=golden))
-
-
-def test_networks_of_another_shape_are_refused(path: Path) -> None:
-    read = bundle.read(path)
-    with pytest.raises(BundleError, match=r"user network makes \(5,\) of \(10, 5, 5\)"):
-        Recognizer(dataclasses.replace(read, user_onnx=read.gesture_onnx))
-    with pytest.raises(BundleError, match=r"gesture-ann network makes \(3,\)"):
-        Recognizer(dataclasses.replace(read, heads={"ann": read.user_onnx}))
+    people = dataclasses.replace(read.golden, people=read.golden.people + np.float32(2e-4))
+    ann = dataclasses.replace(read.golden, heads={"ann": read.golden.probabilities})
+    for changes, complaint in (
+        ({"golden": people}, "user network answers differently"),
+        ({"golden": ann}, "gesture-ann network answers differently"),
+        ({"user_onnx": read.gesture_onnx}, r"user network makes \(5,\) of \(10, 5, 5\)"),
+        ({"heads": {"ann": read.user_onnx}}, r"gesture-ann network makes \(3,\)"),
+    ):
+        changed = dataclasses.replace(read, **changes)
+        with pytest.raises(BundleError, match=complaint):
+            Recognizer(changed)
 
 
 def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_path: Path) -> None:
@@ -142,21 +124,9 @@ def test_parts_that_the_manifest_does_not_name_are_refused(tmp_path: Path) -> No
         bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
 
 
-def test_one_flipped_bit_anywhere_is_refused(path: Path) -> None:
-    whole = path.read_bytes()
-    headers = [match.start() for match in re.finditer(rb"PK[\1-\6][\2-\6]", whole)]
-    places = {start + offset for start in headers for offset in range(0, 62, 3)}
-    places |= {int(p) for p in np.random.default_rng(1).integers(0, len(whole), 30)}
-    for place in sorted(place for place in places if place < len(whole)):
-        damaged = bytearray(whole)
-        damaged[place] ^= 1 << place % 8
-        with pytest.raises(BundleError, match="damaged"):
-            bundle.parse(bytes(damaged))
-
-
 def test_parts_in_another_order_are_refused(path: Path) -> None:
     parts = bundle.unpack(path.read_bytes())
     last = list(parts)
     last[-2], last[-3] = last[-3], last[-2]
     with pytest.raises(BundleError, match="damaged"):
-        bundle.parse(archive.pack({name: parts[name] for name in last}))
+        bundle.parse(bundle.pack({name: parts[name] for name in last}))

@@ -6,25 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import engines, onnx_reader, onnx_shapes, onnx_writer
-from controller.bundles.inference.engines import EngineError, Network
+from controller.bundles.inference import engines, onnx_shapes, onnx_writer
 from controller.bundles.inference.networks import Recognizer
-from controller.bundles.inference.onnx_reader import Attribute, Graph, GraphError, Node
+from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
 
 SHIPPED = bundle.read(bundle.default_path())
-GRAPHS = {"gesture": SHIPPED.gesture_onnx, "location": SHIPPED.location_onnx}
-
-
-def opened(engine: str, name: str = "gesture") -> Network:
-    model = GRAPHS[name]
-    return engines.open_network(engine, model, onnx_reader.read(model))
-
-
-def sliding(frames: int, seed: int) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
-    """The windows of a stream: each lost the oldest image of the one before, and has a new one."""
-    noise = np.random.default_rng(seed).normal(1.0, 0.1, (frames, SHIPPED.rows, SHIPPED.columns))
-    stream = noise.astype(np.float32)
-    return [stream[i : i + SHIPPED.window][None] for i in range(frames - SHIPPED.window + 1)]
 
 
 @pytest.mark.parametrize("engine", engines.NAMES)
@@ -37,56 +23,23 @@ def test_every_engine_gives_the_golden_answers(engine: str) -> None:
     assert np.abs(np.array(touches) - golden.touches).max() <= 1e-5
 
 
-def test_engines_agree_while_the_window_slides() -> None:
-    standard, streaming = opened("onnxruntime"), opened("numpy")
-    for window in sliding(60, seed=1):
-        assert np.abs(standard(window) - streaming(window)).max() < 1e-5
-
-
 @settings(deadline=None, max_examples=60)
 @given(st.data())
-def test_engines_agree_on_every_convolution_and_pooling(data: st.DataObject) -> None:
+def test_engines_agree_on_every_convolution(data: st.DataObject) -> None:
     axes = data.draw(st.integers(1, 3))
     sizes = st.lists(st.integers(1, 3), min_size=axes, max_size=axes)
-    kernel, strides, dilations = data.draw(sizes), data.draw(sizes), data.draw(sizes)
+    kernel, strides = data.draw(sizes), data.draw(sizes)
     pads = data.draw(st.lists(st.integers(0, 2), min_size=2 * axes, max_size=2 * axes))
-    groups, rng = data.draw(st.integers(1, 2)), np.random.default_rng(0)
+    rng = np.random.default_rng(0)
     weights = {
-        "k": rng.normal(size=(2 * groups, 2, *kernel)).astype(np.float32),
-        "b": rng.normal(size=2 * groups).astype(np.float32),
+        "k": rng.normal(size=(3, 2, *kernel)).astype(np.float32),
+        "b": rng.normal(size=3).astype(np.float32),
     }
-    window: dict[str, Attribute] = {
-        "kernel_shape": tuple(data.draw(sizes)),
-        "strides": tuple(strides),
-    }
-    nodes = (
-        Node("Conv", ("x", "k", "b"), "c", {
-            "group": groups, "pads": tuple(pads), "dilations": tuple(dilations),
-            "strides": tuple(strides),
-        }),
-        Node(data.draw(st.sampled_from(["MaxPool", "AveragePool"])), ("c",), "p", window),
-        Node("Flatten", ("p",), "y", {}),
-    )  # fmt: skip
-    graph = Graph(nodes, weights, "x", (1, 2 * groups, *(7,) * axes), "y")
-    try:
-        width = onnx_shapes.sizes(graph).shapes["y"][1]
-    except GraphError:  # the pooling is larger than what the convolution leaves
-        return
+    window: dict[str, Attribute] = {"strides": tuple(strides), "pads": tuple(pads)}
+    nodes = Node("Conv", ("x", "k", "b"), "c", window), Node("Flatten", ("c",), "y", {})
+    graph = Graph(nodes, weights, "x", (1, 2, *(7,) * axes), "y")
+    width = onnx_shapes.sizes(graph).shapes["y"][1]
     model = onnx_writer.write(graph, width=width)
     batch = rng.normal(size=(3, *graph.shape[1:])).astype(np.float32)
     ours, theirs = (engines.open_network(name, model, graph)(batch) for name in engines.NAMES)
     np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-4)
-
-
-def test_an_answer_is_the_askers_own_and_does_not_change_later() -> None:
-    network = opened("numpy")
-    first, second = sliding(SHIPPED.window + 1, seed=2)
-    kept = network(first)
-    copy = kept.copy()
-    network(second)
-    assert np.array_equal(kept, copy)
-
-
-def test_an_unknown_engine_is_named_with_those_that_exist() -> None:
-    with pytest.raises(EngineError, match="no engine is named 'abacus'; there are onnxruntime"):
-        opened("abacus")

@@ -1,7 +1,6 @@
 """The walk through an ONNX file: what a device runs is read, all else is refused with a reason."""
 
 import struct
-from collections.abc import Callable
 from contextlib import suppress
 
 import pytest
@@ -22,7 +21,7 @@ GIVEN = value(12, "y", 0, 4)
 
 def chain(*parts: bytes) -> bytes:
     """A network from x to y: some operators, and one that does nothing at the end."""
-    return model(*parts, node("Identity", "z", "y"), ASKED, GIVEN)
+    return model(*parts, node("Relu", "z", "y"), ASKED, GIVEN)
 
 
 # --- what is read ---
@@ -57,7 +56,7 @@ BAD: dict[str, tuple[bytes, str]] = {
     "an unknown operator set": (model(opset=99), "operator set 99"),
     "foreign operators": (
         model(extra=text(8, text(1, "com.evil") + number(2, 1))),
-        "imports other operators",
+        "imports other",
     ),
     "functions": (model(extra=text(25, b"")), "a model with field 25"),
     "training": (model(extra=text(20, b"")), "a model with field 20"),
@@ -65,10 +64,7 @@ BAD: dict[str, tuple[bytes, str]] = {
     "a loop": (chain(node("Loop", "x", "z")), "the operator Loop; a device runs"),
     "a custom domain": (chain(node("Relu", "x", "z", domain="com.evil")), "com.evil.Relu"),
     "a subgraph": (chain(node("Relu", "x", "z", text(1, "axis") + text(6, b""))), "field 6"),
-    "a setting nobody knows": (
-        chain(node("Relu", "x", "z", ints("secret", 1))),
-        "the setting 'secret'",
-    ),
+    "a setting nobody knows": (chain(node("Relu", "x", "z", ints("secret", 1))), "'secret'"),
     "an array in another file": (
         chain(text(5, number(1, 4) + number(2, 1) + text(8, "w") + text(13, b"path"))),
         "an array with field 13",
@@ -76,10 +72,7 @@ BAD: dict[str, tuple[bytes, str]] = {
     "an array that claims more than it has": (chain(array("w", 1 << 40, raw=b"")), "0 bytes for"),
     "an array of a negative size": (chain(array("w", -4, raw=b"")), "of the shape"),
     "an array of texts": (chain(array("w", 0, kind=8)), "another type"),
-    "weights that are no numbers": (
-        chain(array("w", 1, raw=struct.pack("<f", float("nan")))),
-        "no numbers",
-    ),
+    "weights that are no numbers": (chain(array("w", 1, raw=b"\0\0\xc0\x7f")), "no numbers"),
     "two arrays of one name": (chain(array("w", 1), array("w", 1)), "two arrays"),
     "an operator before its input": (chain(node("Relu", "later", "z")), "'later'"),
     "an output twice": (chain(node("Relu", "x", "x")), "two arrays named 'x'"),
@@ -91,10 +84,7 @@ BAD: dict[str, tuple[bytes, str]] = {
     "an open shape": (model(node("Relu", "x", "y"), value(11, "x", 0, 0), GIVEN), "leaves open"),
     "a long name": (chain(node("Relu", "x", "z" * 300)), "name of 300 bytes"),
     "a name that is no text": (chain(text(1, text(4, b"\xff"))), "no text"),
-    "too many operators": (
-        chain(*(node("Relu", "x", f"z{i}") for i in range(101))),
-        "more than 100 operators",
-    ),
+    "too many operators": (chain(*(node("Relu", "x", f"z{i}") for i in range(101))), "than 100"),
     "a number without an end": (b"\xff" * 20, "no end"),
 }
 
@@ -106,59 +96,41 @@ def test_what_a_plain_network_does_not_need_is_refused(name: str) -> None:
         onnx_reader.read(data)
 
 
+IMAGE = value(11, "x", 0, 1, 5, 5)
+
+
+def conv(size: int, *attributes: bytes) -> bytes:
+    """A convolution with a square kernel."""
+    return model(array("k", 1, 1, size, size), node("Conv", "x k", "y", *attributes), IMAGE, GIVEN)
+
+
+def sizes(name: str, *numbers: int) -> bytes:
+    return array(name, len(numbers), kind=7, raw=struct.pack(f"<{len(numbers)}q", *numbers))
+
+
 COSTLY: dict[str, tuple[bytes, str]] = {
-    "pads of a million": (
+    "pads of a million": (conv(3, ints("pads", *[1_000_000] * 4)), "more than"),
+    "a stride of nothing": (conv(3, ints("strides", 0, 0)), "above zero"),
+    "a window larger than its input": (conv(9), "give an array of the shape"),
+    "an outer product": (
         model(
-            array("k", 1, 1, 3, 3),
-            node("Conv", "x k", "y", ints("pads", *[1_000_000] * 4)),
-            value(11, "x", 0, 1, 5, 5),
-            GIVEN,
+            array("v", 8000, 4), node("Mul", "v x", "a"), sizes("s", 1, 32000),
+            node("Reshape", "a s", "b"), sizes("t", 32000, 1), node("Reshape", "a t", "c"),
+            node("Mul", "b c", "y"), ASKED, GIVEN,
         ),
         "more than",
     ),
-    "a stride of nothing": (
-        model(
-            array("k", 1, 1, 3, 3),
-            node("Conv", "x k", "y", ints("strides", 0, 0)),
-            value(11, "x", 0, 1, 5, 5),
-            GIVEN,
-        ),
-        "above zero",
-    ),
-    "a window larger than its input": (
-        model(
-            array("k", 1, 1, 9, 9),
-            node("Conv", "x k", "y"),
-            value(11, "x", 0, 1, 5, 5),
-            GIVEN,
-        ),
-        "give an array of the shape",
-    ),
-    "an outer product that grows without end": (
-        model(
-            array("w", 4000, 1),
-            node("Mul", "x w", "a"),
-            node("Transpose", "a", "b"),
-            node("Mul", "a b", "c"),
-            node("MatMul", "c c", "y"),
-            ASKED,
-            GIVEN,
-        ),
-        "more than|does not fit",
-    ),
     "matrices that do not fit": (
-        model(array("w", 5, 2), node("MatMul", "x w", "y"), ASKED, GIVEN),
-        "4 against 5",
+        model(array("w", 5, 2), node("Gemm", "x w", "y"), ASKED, GIVEN), "4 against 5",
     ),
     "a new shape that is computed": (
-        model(node("Reshape", "x x", "y"), ASKED, GIVEN),
-        "lies in the file",
+        model(node("Reshape", "x x", "y"), ASKED, GIVEN), "lies in the file",
     ),
     "whole numbers for weights": (
         model(array("w", 1, kind=7, raw=bytes(8)), node("Add", "x w", "y"), ASKED, GIVEN),
         "whole numbers",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", COSTLY)
@@ -175,34 +147,19 @@ def test_any_bytes_are_read_or_refused(data: bytes) -> None:
         onnx_reader.read(data)
 
 
-def mutations() -> st.SearchStrategy[Callable[[bytes], bytes]]:
-    """Ways to change a file: cut it, flip a bit, write one piece over another."""
-    place = st.floats(0, 1, exclude_max=True)
-
-    def cut(at: float) -> Callable[[bytes], bytes]:
-        return lambda data: data[: int(at * len(data))]
-
-    def flip(at: float, bit: int) -> Callable[[bytes], bytes]:
-        def change(data: bytes) -> bytes:
-            changed = bytearray(data)
-            changed[int(at * len(data))] ^= 1 << bit
-            return bytes(changed)
-
-        return change
-
-    return st.one_of(st.builds(cut, place), st.builds(flip, place, st.integers(0, 7)))
-
-
 @settings(deadline=None, max_examples=150)
-@given(mutations(), st.booleans())
+@given(st.floats(0, 1, exclude_max=True), st.integers(0, 8), st.booleans())
 def test_a_damaged_network_is_refused_or_has_bounded_cost(
-    change: Callable[[bytes], bytes], at_the_end: bool
+    at: float, bit: int, at_the_end: bool
 ) -> None:
-    """The weights are most of a file; the operators lie in front of them or behind."""
-    whole = SHIPPED.gesture_onnx
-    head, tail = (whole[:-2000], whole[-2000:]) if at_the_end else (b"", whole[:2000])
-    rest = b"" if at_the_end else whole[2000:]
+    """A bit is flipped, or the file cut; weights are most of it, operators before or behind."""
+    whole = bytearray(SHIPPED.gesture_onnx)
+    place = int(at * 2000) + (len(whole) - 2000 if at_the_end else 0)
+    if bit < 8:
+        whole[place] ^= 1 << bit
+    else:
+        del whole[place:]
     with suppress(GraphError):
-        sizes = onnx_shapes.sizes(onnx_reader.read(head + change(tail) + rest))
+        sizes = onnx_shapes.sizes(onnx_reader.read(bytes(whole)))
         assert sizes.elements <= onnx_shapes.MAX_ELEMENTS
         assert sizes.macs <= onnx_shapes.MAX_MACS

@@ -15,34 +15,9 @@ def test_the_paper_s_gestures_ship_and_ask_for_what_the_bundle_does() -> None:
     assert paper.labels == orb.labels
     assert paper.mapping == orb.mapping
     assert paper.located == ("press",)
-
-
-def test_symmetries_are_those_of_the_simulated_hand() -> None:
-    for entry in vocabulary.shipped().entries:
+    for entry in paper.entries:
         hand = hands()[entry.label]
-        assert (entry.rotations, entry.mirror) == (hand.rotations, hand.mirror)
-
-
-def test_the_whole_is_as_symmetric_as_its_least_symmetric_gesture() -> None:
-    paper = vocabulary.shipped()
-    assert paper.rotations(5, 5) == "all"
-    assert paper.rotations(27, 15) == "half"  # no quarter turns where the grid is no square
-    assert paper.mirrors == {"twist_cw": "twist_ccw", "twist_ccw": "twist_cw"}
-    swipe = vocabulary.of(("null", "press", "left_swipe"))
-    assert swipe.rotations(5, 5) == "none"
-    assert swipe.mirrors is None
-
-
-def test_a_gesture_is_the_same_anywhere_only_if_it_says_so() -> None:
-    text = '[[gesture]]\nlabel = "tap"\nshifts = true\n[[gesture]]\nlabel = "swipe"\n'
-    mine = vocabulary.parse(text, "mine", Path())
-    assert [entry.shifts for entry in mine.entries] == [True, False]
-    assert not any(entry.shifts for entry in vocabulary.shipped().entries)
-
-
-def test_a_gesture_whose_mirror_image_is_not_taught_declares_nothing() -> None:
-    alone = vocabulary.of(("null", "twist_cw"))
-    assert alone.mirrors is None
+        assert (entry.rotations, entry.mirror, entry.shifts) == (hand.rotations, hand.mirror, False)
 
 
 KNOCK = """
@@ -50,6 +25,7 @@ name = "mine"
 [[gesture]]
 label = "press"
 located = true
+shifts = true
 [[gesture]]
 label = "knock"
 say = "knock twice"
@@ -67,6 +43,7 @@ def test_a_vocabulary_is_read_with_its_commands_and_files(tmp_path: Path) -> Non
     assert mine.mapping.command("knock", None) == "hold"
     assert mine.files == (tmp_path / "knock.toml",)
     assert [entry.say for entry in mine.entries] == ["press", "knock twice"]
+    assert [entry.shifts for entry in mine.entries] == [True, False]
     assert mine.text == KNOCK
 
 

@@ -21,73 +21,67 @@ LABELS = 5  # null and four gestures
 # --- keys that are held ---------------------------------------------------------------------------
 
 
-def type_at(holds: HeldKeys, key: str, *times: float) -> list[KeyChange]:
-    return [change for t_s in times for change in holds.take(typed(key), t_s)]
+Feed = list[tuple[str, float]]  # "1" is typed, "+1" pressed, "-1" released, "" time that passes
 
 
-def repeats(
-    first_s: float, until_s: float, delay_s: float = 0.5, every_s: float = 0.03
-) -> list[float]:
-    """Return when a keyboard sends the characters of a key that is held."""
-    count = int((until_s - first_s - delay_s) / every_s)
-    return [first_s, *(first_s + delay_s + i * every_s for i in range(count + 1))]
+def fed(feed: Feed) -> list[KeyChange]:
+    """Return the changes that a keyboard's events make."""
+    holds, changes = HeldKeys(), []
+    for what, t_s in feed:
+        stroke = {"+": pressed, "-": released}.get(what[:1], typed)(what.lstrip("+-"))
+        changes += holds.take(stroke, t_s) if what else holds.pass_time(t_s)
+    return changes
 
 
-def test_a_terminal_that_tells_releases_is_taken_at_its_word() -> None:
-    holds = HeldKeys()
-    assert holds.take(pressed("1"), 2.0) == [KeyChange("1", True, 2.0)]
-    assert holds.pass_time(60.0) == []
-    assert holds.take(released("1"), 61.0) == [KeyChange("1", False, 61.0)]
-    assert holds.take(released("1"), 62.0) == []  # it was down before we came
+def repeats(key: str, first_s: float, until_s: float, delay_s: float = 0.5) -> Feed:
+    """Return what a keyboard sends of a key that is held: a character, and repeats of it."""
+    count = int((until_s - first_s - delay_s) / 0.03)
+    return [(key, first_s), *((key, first_s + delay_s + i * 0.03) for i in range(count + 1))]
 
 
-def test_characters_mean_a_key_is_down_and_their_end_up() -> None:
-    holds = HeldKeys()
-    times = repeats(2.0, 4.0)
-    assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
-    assert holds.pass_time(times[-1] + 0.2) == []  # perhaps the next one is late
-    assert holds.pass_time(times[-1] + 0.3) == [KeyChange("1", False, times[-1])]
+def down(t_s: float, key: str = "1") -> KeyChange:
+    return KeyChange(key, True, t_s)
 
 
-def test_over_a_network_that_stutters_a_key_stays_down() -> None:
-    holds = HeldKeys()
-    times = [2.0, 2.5, 2.53, 2.56, 2.76, 2.77, 2.78, 3.1, 3.13, 3.4]
-    assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
+def up(t_s: float, tapped: bool = False) -> KeyChange:
+    return KeyChange("1", False, t_s, tapped)
 
 
-def test_a_key_that_was_typed_once_has_no_length() -> None:
-    holds = HeldKeys()
-    type_at(holds, "1", 2.0)
-    assert holds.pass_time(2.0 + FIRST_REPEAT_S) == []
-    assert holds.pass_time(2.1 + FIRST_REPEAT_S) == [KeyChange("1", False, 2.0, tapped=True)]
+HELD: Feed = repeats("1", 2.0, 4.0)
+LAST_S = HELD[-1][1]
+STUTTER = (2.0, 2.5, 2.53, 2.56, 2.76, 2.77, 2.78, 3.1, 3.13, 3.4)
+
+
+@pytest.mark.parametrize(
+    ("feed", "changes"),
+    [
+        ([("+1", 2.0), ("", 60.0), ("-1", 61.0), ("-1", 62.0)], [down(2.0), up(61.0)]),
+        # Characters mean that a key is down, and their end that it is up.
+        ([*HELD, ("", LAST_S + 0.2)], [down(2.0)]),  # perhaps the next one is late
+        ([*HELD, ("", LAST_S + 0.3)], [down(2.0), up(LAST_S)]),
+        ([("1", t_s) for t_s in STUTTER], [down(2.0)]),  # over a network
+        ([*HELD, ("2", 4.1)], [down(2.0), up(LAST_S), down(4.1, "2")]),
+        # A key that was typed once has no length.
+        ([("1", 2.0), ("", 2.0 + FIRST_REPEAT_S)], [down(2.0)]),
+        ([("1", 2.0), ("", 2.1 + FIRST_REPEAT_S)], [down(2.0), up(2.0, True)]),
+        ([("1", 2.0), ("1", 2.15)], [down(2.0), up(2.0, True), down(2.15)]),
+    ],
+)
+def test_events_of_a_keyboard_are_keys_that_go_down_and_up(
+    feed: Feed, changes: list[KeyChange]
+) -> None:
+    assert fed(feed) == changes
 
 
 def test_the_wait_for_the_first_repeat_is_learned() -> None:
-    holds = HeldKeys()
-    type_at(holds, "1", *repeats(2.0, 3.0, delay_s=0.25))
-    holds.pass_time(5.0)
-    type_at(holds, "1", 6.0)
-    assert holds.pass_time(6.4) == [KeyChange("1", False, 6.0, tapped=True)]
-
-
-def test_a_key_typed_twice_at_once_went_down_twice() -> None:
-    holds = HeldKeys()
-    up_down = [KeyChange("1", False, 2.0, tapped=True), KeyChange("1", True, 2.15)]
-    assert type_at(holds, "1", 2.0, 2.15) == [KeyChange("1", True, 2.0), *up_down]
-
-
-def test_another_key_ends_the_first_because_its_characters_do() -> None:
-    holds = HeldKeys()
-    times = repeats(2.0, 3.0)
-    type_at(holds, "1", *times)
-    change = [KeyChange("1", False, times[-1]), KeyChange("2", True, 3.1)]
-    assert type_at(holds, "2", 3.1) == change
+    early = repeats("1", 2.0, 3.0, delay_s=0.25)
+    assert fed([*early, ("", 5.0), ("1", 6.0), ("", 6.4)])[-1] == up(6.0, True)
 
 
 def test_keys_are_let_go_of_when_nobody_looks() -> None:
     holds = HeldKeys()
     holds.take(pressed("1"), 2.0)
-    assert holds.let_go(3.0) == [KeyChange("1", False, 3.0)]
+    assert holds.let_go(3.0) == [up(3.0)]
     assert holds.take(released("1"), 4.0) == []
 
 
@@ -97,9 +91,7 @@ ONE_STROKE = st.tuples(
 
 
 @given(st.lists(ONE_STROKE))
-def test_every_key_goes_down_as_often_as_up(
-    told: list[tuple[KeyEvent, float]],
-) -> None:
+def test_every_key_goes_down_as_often_as_up(told: list[tuple[KeyEvent, float]]) -> None:
     holds, now_s = HeldKeys(), 0.0
     changes: list[KeyChange] = []
     for stroke, later_s in told:

@@ -165,9 +165,6 @@ def test_the_line_is_written_over_and_fits_the_screen() -> None:
     status.clear()
     lines = screen.getvalue().replace("\r\r", "\n").strip("\r").split("\n")
     assert lines == ["a long line", "short      ", "x" * 79, " " * 79]
-
-
-def test_where_there_is_no_screen_nothing_is_written() -> None:
-    file = io.StringIO()
+    file = io.StringIO()  # no screen
     StatusLine(file, LABELS, keyboard=True).write("go")
     assert file.getvalue() == ""

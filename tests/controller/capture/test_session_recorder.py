@@ -15,7 +15,6 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.sensors.base import SensorError
 from tests.controller.capture.test_cues import cues
 from tests.support.loop_bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
 
@@ -34,17 +33,6 @@ def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> No
     assert loaded.button.tolist() == loaded.label.tolist()  # this slab's button is never late
     assert loaded.rest is not None
     assert loaded.rest[0, 0] == 40.0
-
-
-def test_a_lost_sensor_ends_the_session_and_seals_its_recording(tmp_path: Path) -> None:
-    path = tmp_path / "lost.npz"
-    bench = Bench(record=path, lost_s=3.0)
-    with pytest.raises(SensorError, match="the slab was unplugged; plug it in again"):
-        bench.run(60.0)
-    assert bench.sensors[0].closed
-    loaded = reader.load(path)
-    assert loaded.t[-1] == 2.9
-    assert [(m.t_s, m.kind) for m in loaded.marks] == [(3.0, "lost")]
 
 
 @pytest.mark.parametrize("owned_by_host", [False, True])

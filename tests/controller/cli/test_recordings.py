@@ -1,6 +1,5 @@
 """`controller recordings`, as somebody types it."""
 
-import io
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +11,7 @@ from controller.__main__ import main
 from controller.recordings import reader, writer
 from controller.recordings.recording import Mark, Recording
 from tests.controller.recordings.test_importer import CAPFINGERID, screen
-from tests.support.recordings import broken, of, origin, played
+from tests.support.recordings import broken, of, played
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -53,25 +52,6 @@ def test_info_says_who_when_what_and_draws_it(tmp_path: Path, run: Run) -> None:
     assert max(map(len, lines[1:])) <= 80
 
 
-def test_a_terminal_without_blocks_gets_ascii(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write(tmp_path / "one.npz", played())
-    raw = io.BytesIO()
-    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))
-    assert main(["recordings", "info", str(path)]) == 0
-    assert b"##" in raw.getvalue()
-
-
-@pytest.mark.slow
-def test_a_large_grid_fits_as_well(tmp_path: Path, run: Run) -> None:
-    frames = np.random.default_rng(1).normal(40, 4, (200, 64, 64))
-    about = origin(64, 64, labels=tuple(f"label-{i}" for i in range(6)))
-    path = write(tmp_path / "large.npz", of(frames, about, label=np.arange(200) // 5 % 6))
-    _, out, _ = run("info", path)
-    assert max(len(line) for line in out.splitlines()[1:]) <= 80
-
-
 def test_info_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None:
     paths = [write(tmp_path / f"{seed}.npz", played(seed=seed)) for seed in (0, 1)]
     _, out, _ = run("info", "--json", *paths)
@@ -86,13 +66,6 @@ def test_what_a_file_says_cannot_move_the_cursor(tmp_path: Path, run: Run) -> No
     _, out, _ = run("info", path)
     assert "\x1b" not in out
     assert "marks     note\\x1b[2J 1" in out
-
-
-def test_what_is_no_recording_is_one_sentence(tmp_path: Path, run: Run) -> None:
-    status, out, err = run("info", tmp_path / "none.npz")
-    assert (status, out) == (2, "")
-    assert err.startswith("controller: the recording ")
-    assert err.count("\n") == 1
 
 
 # --- check ----------------------------------------------------------------------------------------
@@ -127,13 +100,7 @@ def test_check_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None
     status, out, _ = run("check", "--json", tmp_path)
     told = json.loads(out)
     assert (status, told["verdict"], told["useless"]) == (1, "doubtful", [[2, 3]])
-    assert told["cadence"]["median_ms"] == pytest.approx(100.0)
-
-
-def test_an_empty_folder_is_told(tmp_path: Path, run: Run) -> None:
-    status, _, err = run("check", tmp_path)
-    assert status == 2
-    assert f"there are no recordings in {tmp_path}" in err
+    assert told["cadence"]["measured_hz"] == pytest.approx(10.0)
 
 
 # --- new files ------------------------------------------------------------------------------------
@@ -178,13 +145,6 @@ def test_a_piece_and_a_correction_are_new_files(tmp_path: Path, run: Run) -> Non
     assert loaded.origin.id != reader.load(piece).origin.id
 
 
-def test_a_name_that_no_folder_search_would_find_is_refused(tmp_path: Path, run: Run) -> None:
-    path = write(tmp_path / "one.npz", played())
-    status, _, err = run("trim", path, "--out", tmp_path / "piece")
-    assert status == 2
-    assert "end its name in .npz" in err
-
-
 def test_arrays_of_another_sensor_become_recordings_and_a_rerun_goes_on(
     tmp_path: Path, run: Run
 ) -> None:
@@ -216,3 +176,26 @@ def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run)
     assert status == 1
     assert err.startswith(f"controller: the journal {journal} ")
     assert journal.exists()
+
+
+# --- mistakes -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("info", "none.npz"), "the recording none.npz does not exist"),
+        (("check", "."), "there are no recordings in ."),
+        (("trim", "one.npz", "--out", "piece"), "end its name in .npz"),
+        (("trim", "none.npz", "--out", "piece.npz"), "does not exist"),
+    ],
+)
+def test_a_mistake_is_one_sentence(
+    words: tuple[str, ...], complaint: str, tmp_path: Path, run: Run,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    status, out, err = run(*words)
+    assert (status, out) == (2, "")
+    assert complaint in err
+    assert err.count("\n") == 1

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from controller.__main__ import main
-from controller.cli.commands import COMMANDS
+from controller.cli import COMMANDS
 from tests.support.special_files import KINDS, answer, make
 
 if sys.platform != "linux":
@@ -17,6 +17,8 @@ if sys.platform != "linux":
 
 DEMO = "assets/demo.npz"
 EMPTY = ("empty", "locked")  # a file without content, which root can read
+NEW = ("folder", "missing")
+SLOW = ("pipe", "endless", "sparse", "dots")  # kinds for a command that takes its time
 
 
 @dataclass(frozen=True)
@@ -61,32 +63,25 @@ ROWS = {
     (" ", "--mapping"): Row("--replay {DEMO} --mapping @", fine=EMPTY),
     (" ", "--key"): Row("--link listen://127.0.0.1:0 --key @"),
     (" ", "--record"): Row("--record @", fine=("folder",)),
-    (" ", "--record .npz"): Row("--record @", name="one.npz", fine=("folder", "missing")),
+    (" ", "--record .npz"): Row("--record @", name="one.npz", fine=NEW),
     (" ", "--cues"): Row("--record % --cues @"),
     (" ", "--replay"): Row("--replay @"),
     (" ", "--link hid:"): Row("--link hid:?keys=@"),
     ("teach", "--labels"): Row("teach --speed 0 --out %/out --labels @"),
-    ("teach", "--out"): Row("teach --speed 0 --out @", fine=("folder", "missing")),
+    ("teach", "--out"): Row("teach --speed 0 --out @", fine=NEW),
     ("teach", "--bundle"): Row("teach --speed 0 --out %/out --bundle @"),
     ("teach", "--wiring"): Row("teach --speed 0 --out %/out --sensor emulated --wiring @"),
-    ("teach", "--example"): Row("teach --example @", fine=("folder", "missing")),
+    ("teach", "--example"): Row("teach --example @", fine=NEW),
     ("calibrate", "--wiring"): Row("calibrate --sensor emulated --wiring @"),
-    ("doctor", "--wiring"): Row(
-        "doctor --sensor emulated --no-touch --wiring @",
-        kinds=("pipe", "endless", "sparse", "dots"),
-    ),
-    ("doctor", "--bundle"): Row(
-        "doctor --no-touch --bundle @", prints=True, kinds=("pipe", "endless")
-    ),
+    ("doctor", "--wiring"): Row("doctor --sensor emulated --no-touch --wiring @", kinds=SLOW),
+    ("doctor", "--bundle"): Row("doctor --no-touch --bundle @", prints=True, kinds=SLOW[:2]),
     ("install", "file"): Row("install @"),
     ("key", "file"): Row("key @", fine=("missing",)),
     ("recordings info", "files"): Row("recordings info @"),
     ("recordings check", "paths"): Row("recordings check @", prints=True),
     ("recordings recover", "paths"): Row("recordings recover @", fine=("folder",)),
     ("recordings export", "files"): Row("recordings export @ --out %"),
-    ("recordings export", "--out"): Row(
-        "recordings export {DEMO} --out @", fine=("folder", "missing")
-    ),
+    ("recordings export", "--out"): Row("recordings export {DEMO} --out @", fine=NEW),
     ("recordings import", "source"): Row(
         "recordings import @ %/told.toml --out %/out", name="x.npy", prepare=_frames
     ),
@@ -94,9 +89,7 @@ ROWS = {
         "recordings import %/frames.npy @ --out %/out", prepare=_frames
     ),
     ("recordings import", "--out"): Row(
-        "recordings import %/frames.npy %/told.toml --out @",
-        prepare=_frames,
-        fine=("folder", "missing"),
+        "recordings import %/frames.npy %/told.toml --out @", prepare=_frames, fine=NEW
     ),
     ("recordings trim", "file"): Row("recordings trim @ --out %/new.npz"),
     ("recordings trim", "--out"): Row(
@@ -115,7 +108,7 @@ def grammars() -> Iterator[tuple[str, argparse.ArgumentParser]]:
     def caught(grammar: argparse.ArgumentParser, *_: object) -> None:
         raise LookupError(grammar)
 
-    for command in (" ", *COMMANDS):
+    for command in (name or " " for name in COMMANDS):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(argparse.ArgumentParser, "parse_args", caught)
             with pytest.raises(LookupError) as found:

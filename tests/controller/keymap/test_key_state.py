@@ -9,8 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from controller.keymap.key_names import danger
 from controller.keymap.key_state import SILENCE_S, KeyState
-from controller.keymap.keymap import KEYBOARD, KeyMap
-from controller.keymap.keymap_file import parse
+from controller.keymap.keymap import KEYBOARD, KeyMap, parse
 
 MAP = parse(
     {
@@ -134,6 +133,9 @@ def told(pressed: KeyState, line: str) -> str:
     return strokes(pressed)
 
 
+WORDS = ", ".join(f"{hundredth / 100}: word" for hundredth in range(101, 141))
+
+
 @pytest.mark.parametrize(
     ("line", "made"),
     [
@@ -146,37 +148,17 @@ def told(pressed: KeyState, line: str) -> str:
         ("1.0: hold, 1.1: right, 1.2: tick, 1.3: hold", "+shift +left -left -shift"),
         ("1.0: desk, 1.1: left", "+meta +d"),  # an allowed chord allows no key beside it
         (f"1.0: hold, {1.0 + SILENCE_S}: tick", "+shift -shift"),  # the orb fell silent
+        (f"1.0: down, {1.0 + SILENCE_S}: tick", "+down -down"),
+        (f"1.0: down, 1.0: [down], {WORDS}", "+down"),  # until the orb says that it is let go
+        (f"1.0: down, 1.0: [down], {WORDS}, 1.5: []", "+down -down"),
+        (f"1.0: drop, {WORDS}, 1.41: tick", "+space -space +space -space +space"),
+        (f"1.0: drop, {WORDS}, 1.41: []", "+space -space +space -space +space -space"),
+        ("1.0: hold, 1.9: [], 2.8: [], 3.7: []", "+shift"),  # until the next time
+        ("1.0: hold, 1.9: [], 2.8: [], 3.0: hold", "+shift -shift"),
     ],
 )
 def test_commands_snapshots_and_time_press_keys(line: str, made: str) -> None:
     assert told(armed(), line) == made
-
-
-def test_hold_lasts_until_the_orb_says_that_it_is_let_go() -> None:
-    pressed = armed()
-    words = ", ".join(f"{tenth / 10}: word" for tenth in range(11, 50))
-    assert told(pressed, f"1.0: down, 1.0: [down], {words}") == "+down"
-    assert told(pressed, "5.0: []") == "-down"
-
-
-def test_hold_ends_when_the_orb_says_nothing_of_it_any_more() -> None:
-    pressed = armed()
-    assert told(pressed, f"1.0: down, {1.0 + SILENCE_S}: tick") == "+down -down"
-    assert "no longer reports" in pressed.notes[-1]
-
-
-def test_repeat_presses_again_and_again_while_it_is_held() -> None:
-    pressed = armed()
-    words = ", ".join(f"{hundredth / 100}: word" for hundredth in range(101, 145))
-    assert told(pressed, f"1.0: drop, {words}") == "+space -space +space -space +space"
-    assert told(pressed, "1.445: []") == "-space"
-
-
-def test_toggle_stays_down_until_the_next_time() -> None:
-    pressed = armed()
-    snapshots = ", ".join(f"{second - 0.1}: []" for second in range(2, 60))
-    assert told(pressed, f"1.0: hold, {snapshots}") == "+shift"
-    assert told(pressed, "59.0: hold") == "-shift"
 
 
 def test_text_is_typed_letter_by_letter_with_nothing_else_down() -> None:

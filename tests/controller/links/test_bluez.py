@@ -20,8 +20,7 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.links import LinkError, open_link
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE
-from controller.links.bluetooth.identifiers import SERIAL_PATH, SERVICE_UUID
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE, SERIAL_PATH, SERVICE_UUID
 from controller.links.rfcomm import RfcommLink
 from controller.protocol.messages import Bye, Command, Hello, State, Welcome
 

@@ -10,8 +10,8 @@ import pytest
 
 from controller.errors import UserError
 from controller.links import LinkError, open_link
-from controller.links.bluetooth.hid import host_store
-from controller.links.bluetooth.hid.host_selection import StoredHosts
+from controller.links.bluetooth.hid import hosts
+from controller.links.bluetooth.hid.hosts import StoredHosts
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.links.hid import HidLink
 from controller.protocol.messages import VERSION, Bye, Command, Hello, Message, State
@@ -104,14 +104,6 @@ async def test_keys_are_pressed_where_the_url_wants_them(link: HidLink, bluez: F
     await bluez.until(lambda: [value for _, _, value in bluez.heard[-2:]] == tap)
 
 
-@scene(f"hid:?host={LAPTOP.lower()}")
-async def test_an_orb_for_one_host_sends_the_others_away(link: HidLink, bluez: FakeBluez) -> None:
-    bluez.connect(PHONE)
-    await bluez.read(PHONE, 0x2A4B)
-    await bluez.until(lambda: bluez.disconnected == [PHONE])
-    await come(bluez, link)
-
-
 def test_the_host_that_had_the_orb_last_is_remembered(
     play: Callable[..., None], tmp_path: Path
 ) -> None:
@@ -119,7 +111,7 @@ def test_the_host_that_had_the_orb_last_is_remembered(
         await come(bluez, link)
 
     play(scene)
-    assert host_store.recall(tmp_path / "hid-hosts.json") == StoredHosts((LAPTOP,), LAPTOP)
+    assert hosts.recall(tmp_path / "hid-hosts.json") == StoredHosts((LAPTOP,), LAPTOP)
 
 
 def test_a_bluetoothd_that_is_restarted_finds_the_orb_again(
@@ -163,11 +155,9 @@ def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("url", "said"),
     [
-        ("hid://x", "cannot understand hid://x; write hid: or hid:classic"),
-        ("hid:hci0,hci1", "cannot understand"),
+        ("hid://x", "cannot understand hid://x; write hid: or an adapter"),
         ("hid:?key=a.toml", "cannot understand"),
         ("hid:?keys=no.toml", "cannot read no.toml: no such file"),
-        ("hid:?host=laptop", "laptop is no Bluetooth address, such as AA:BB:CC:DD:EE:FF"),
     ],
 )
 def test_a_mistake_in_the_url_is_told_in_one_sentence(url: str, said: str) -> None:
@@ -180,15 +170,6 @@ def test_a_mistake_in_the_url_is_told_in_one_sentence(url: str, said: str) -> No
 def test_a_memory_that_is_broken_is_begun_anew(text: str, tmp_path: Path) -> None:
     file = tmp_path / "hid-hosts.json"
     file.write_text(text, errors="surrogateescape")
-    assert host_store.recall(file) == StoredHosts()
-    host_store.remember(file, StoredHosts((PHONE,), PHONE))
-    assert host_store.recall(file) == StoredHosts((PHONE,), PHONE)
-
-
-def test_the_battery_is_read_from_the_system(tmp_path: Path) -> None:
-    assert host_store.charge(tmp_path) == 100
-    for name, kind, capacity in (("mains", "Mains", ""), ("pack", "Battery", "42\n")):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "type").write_text(kind + "\n")
-        (tmp_path / name / "capacity").write_text(capacity)
-    assert host_store.charge(tmp_path) == 42
+    assert hosts.recall(file) == StoredHosts()
+    hosts.remember(file, StoredHosts((PHONE,), PHONE))
+    assert hosts.recall(file) == StoredHosts((PHONE,), PHONE)

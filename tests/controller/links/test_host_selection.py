@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.links.bluetooth.hid.host_selection import WAIT_S, HostSelection, StoredHosts
+from controller.links.bluetooth.hid.hosts import WAIT_S, HostSelection, StoredHosts
 
 LAPTOP, PHONE, TABLET = "AA:00:00:00:00:01", "AA:00:00:00:00:02", "AA:00:00:00:00:03"
 TWO = StoredHosts((LAPTOP, PHONE), LAPTOP)
@@ -73,15 +73,6 @@ def test_a_wish_for_the_host_that_has_the_orb_changes_nothing() -> None:
     hosts.arrive(LAPTOP, 1.0)
     hosts.change(1, 2.0)
     assert (hosts.active, hosts.unwanted()) == (LAPTOP, [])
-
-
-def test_an_orb_for_one_host_takes_no_other_ever() -> None:
-    hosts = HostSelection(TWO, only=PHONE)
-    hosts.arrive(LAPTOP, 1000.0)
-    assert (hosts.active, hosts.unwanted(), hosts.due_s) == ("", [LAPTOP], None)
-    assert hosts.change(0, 1000.0) == f"this orb was started for {PHONE} only"
-    hosts.arrive(PHONE, 1001.0)
-    assert hosts.active == PHONE
 
 
 @settings(deadline=None)

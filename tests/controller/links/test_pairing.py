@@ -14,15 +14,14 @@ __all__ = ["bus", "fake"]
 if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
+
 from controller.__main__ import main as controller
-from controller.cli import pair, status
+from controller.cli import pair, service
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
-from controller.links.bluetooth.identifiers import SERVICE_UUID
-from host.bluetooth import sdp
+from host import discovery
 from host.cli import pair as host_pair
-from host.discovery import ports
 
 ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
@@ -74,33 +73,20 @@ def test_pairing_without_bluetoothd_says_how_to_start_it(
 
 
 def test_the_host_pairs_trusts_and_says_how_to_play(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    asked: list[tuple[str, ...]] = []
-
-    def channel(*words: str) -> int:
-        asked.append(words)
-        return 22
-
-    monkeypatch.setattr(sdp, "channel", channel)
     fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
     assert host_pair.main([ORB.lower(), "--yes"]) == 0
     assert f"play: host --link rfcomm://{ORB}" in capsys.readouterr().out
     assert fake.get(ORB_PATH, DEVICE, "Paired")
     assert fake.get(ORB_PATH, DEVICE, "Trusted")
-    assert asked == [(ORB, SERVICE_UUID, "00:01:02:03:04:05")]
 
 
-def test_the_host_says_when_the_orb_does_not_wait_yet(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sdp, "channel", lambda *words: None)
+def test_a_bonded_orb_needs_no_address(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
     fake.pair(ORB)
-    assert host_pair.main([]) == 0  # a bonded orb needs no address
-    told = capsys.readouterr().out
-    assert "is paired already" in told
-    assert "controller --link rfcomm:" in told
+    assert host_pair.main([]) == 0
+    assert "is paired already" in capsys.readouterr().out
 
 
 def test_the_host_finds_no_orb_where_there_is_none(
@@ -112,21 +98,17 @@ def test_the_host_finds_no_orb_where_there_is_none(
 
 def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
     fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
-    assert [port for port in ports.listed() if port.url.startswith("rfcomm:")] == []
+    assert discovery.paired() == []
     fake.pair(ORB)
-    found = [port for port in ports.listed() if port.url.startswith("rfcomm:")]
-    assert found == [ports.Port(f"rfcomm://{ORB}", "paired over Bluetooth", "OrbTouch")]
-
-
-def test_without_bluez_there_is_no_paired_orb(fake: FakeBluez) -> None:
+    assert discovery.paired() == [f"rfcomm://{ORB}"]
     fake.stop()
-    assert ports.paired() == []
+    assert discovery.paired() == []
 
 
 def test_status_names_adapters_and_hosts(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status.main(["--json"])
+    service.status(["--json"])
     (adapter,) = json.loads(capsys.readouterr().out)["bluetooth"]["adapters"]
     assert adapter["name"] == "hci0"
     assert adapter["on"]
@@ -136,7 +118,7 @@ def test_status_names_adapters_and_hosts(
 
 def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:
     found = {row.code: row for row in bluetooth.rows() if row.code}
-    assert set(found) <= {"no_service", "not_trusted", "blocked", "old_bluez"}
+    assert set(found) <= {"no_service", "not_trusted", "blocked"}
     assert found["no_service"].advice.startswith("start it: sudo systemctl start orbtouch")
     fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", False))
     assert "bluetoothctl power on" in {row.advice for row in bluetooth.rows()}

@@ -7,12 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP, VENDOR
 from controller.links.bluetooth.hid.reports import (
     BUTTON_NUMBERS,
+    GAMEPAD,
     KEY_USAGES,
+    KEYBOARD,
     PAD_NAMES,
+    PNP_ID,
     RELEASED,
+    REPORT_MAP,
+    VENDOR,
     gamepad,
     keyboard,
 )

@@ -15,7 +15,6 @@ from controller.protocol import codec
 from controller.protocol import messages as protocol
 from controller.protocol.codec import ProtocolError, image_from_bytes, quantise_image
 from controller.protocol.messages import (
-    COMMANDS,
     MAX_PAYLOAD,
     PIECE,
     VERSION,
@@ -282,7 +281,6 @@ def test_a_cut_frame_never_gives_a_packet() -> None:
     for size in range(len(data) - 1):
         decoder = Decoder()
         assert decoder.feed(data[:size] + b"\0") == []
-        assert decoder.bad_frames == (size > 0)
 
 
 def test_ten_megabytes_of_noise_raise_nothing_and_command_nothing() -> None:
@@ -290,21 +288,22 @@ def test_ten_megabytes_of_noise_raise_nothing_and_command_nothing() -> None:
     decoder = Decoder()
     for _ in range(10):
         assert decoder.feed(noise.randbytes(1_000_000)) == []
-    assert decoder.noise_bytes > 9_900_000  # the rest are delimiters
 
 
 def test_structured_noise_with_right_checksums_raises_nothing() -> None:
     # Past the checksum, too, every byte may be anything.
     noise = random.Random(2)
-    decoder = Decoder()
+    decoder, refused = Decoder(), 0
     for _ in range(20_000):
         kind = noise.choice([*range(1, 7), *range(16, 21), *range(32, 37)])
         body = bytes([VERSION << 4, kind]) + noise.randbytes(noise.randrange(8, 60))
-        for received in decoder.feed(frame(body)):
+        found = decoder.feed(frame(body))
+        refused += not found
+        for received in found:
             assert received.message is not None
             again = encode(received.message, session=0, sequence=0, t_ms=0)
             assert Decoder().feed(again)[0].message == received.message
-    assert decoder.bad_frames > 10_000
+    assert refused > 10_000
 
 
 def test_a_run_without_end_takes_no_memory_and_the_next_packet_is_read() -> None:
@@ -314,7 +313,6 @@ def test_a_run_without_end_takes_no_memory_and_the_next_packet_is_read() -> None
         assert len(decoder._tail) <= MAX_FRAME
     data = encode(Bye("off"), session=1, sequence=2, t_ms=3)
     assert decoder.feed(b"\0" + data) == [packet(Bye("off"))]
-    assert (decoder.noise_bytes, decoder.bad_frames) == (1_000_000, 1)
 
 
 def test_the_largest_packet_fits_and_one_byte_more_does_not() -> None:
@@ -395,10 +393,8 @@ def test_a_text_of_a_list_fits_up_to_its_width(kind: str, field: str, width: int
     assert not fits(replace(message, **{field: ("x" * (width + 1),)}))
 
 
-def test_an_unknown_type_is_ignored_and_counted() -> None:
-    decoder = Decoder()
-    assert decoder.feed(frame(bytes.fromhex("20 63 0100 0200 03000000 0102"))) == []
-    assert (decoder.unknown, decoder.bad_frames) == (1, 0)
+def test_an_unknown_type_is_ignored() -> None:
+    assert Decoder().feed(frame(bytes.fromhex("20 63 0100 0200 03000000 0102"))) == []
 
 
 def test_compatible_flags_are_ignored_and_incompatible_ones_rejected() -> None:
@@ -407,7 +403,6 @@ def test_compatible_flags_are_ignored_and_incompatible_ones_rejected() -> None:
     assert decoder.feed(frame(bytes.fromhex("23" + body))) == [packet(Grant(258))]
     assert decoder.feed(frame(bytes.fromhex("24" + body))) == []
     assert decoder.feed(frame(bytes.fromhex("28" + body))) == []
-    assert decoder.bad_frames == 2
 
 
 def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
@@ -465,12 +460,3 @@ def test_a_sequence_is_ahead_by_less_than_half_of_its_circle() -> None:
     assert not is_ahead(5, 5)
     assert not is_ahead(4, 5)
     assert not is_ahead(65535, 0)
-
-
-def test_every_command_that_ships_fits_in_a_welcome() -> None:
-    labels = ("null", "press", "pinch", "twist_cw", "twist_ccw")
-    welcome = Welcome(
-        1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, labels, COMMANDS
-    )
-    data = encode(welcome, session=1, sequence=2, t_ms=3)
-    assert Decoder().feed(data) == [packet(welcome)]

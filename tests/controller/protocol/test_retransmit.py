@@ -2,8 +2,8 @@
 
 import pytest
 
-from controller.protocol.clock_sync import NEVER, ClockSync
 from controller.protocol.messages import LATE_MS, Command
+from controller.protocol.packets import NEVER, ClockSync
 from controller.protocol.retransmit import MOST, RetransmitQueue
 
 DROP = Command("drop", "pinch", 0.5, None, 1)

@@ -6,7 +6,6 @@ import zlib
 import pytest
 
 from controller.protocol import codec
-from controller.protocol.clock_sync import NEVER
 from controller.protocol.codec import ProtocolError
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
 from controller.protocol.host_session import HostSession
@@ -40,7 +39,7 @@ from controller.protocol.messages import (
     Telemetry,
     Welcome,
 )
-from controller.protocol.packets import Decoder, Packet, encode
+from controller.protocol.packets import NEVER, Decoder, Packet, encode
 from controller.protocol.retransmit import RetransmitQueue, SessionHistory
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HELLO, JOIN, numbered
@@ -131,14 +130,6 @@ def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_he
     ]
 
 
-def test_a_new_session_has_counted_nothing() -> None:
-    device, host = DeviceSession(welcome()), HostSession("orb", 1, 0)
-    assert (device.number, device.taken_by, device.dropped, device.ignored) == (0, 0, 0, 0)
-    assert (device.granted, device.resumed, device.refused) == (False, False, "")
-    assert (host.late, host.ignored, host.past) == (0, 0, SessionHistory(1, 0, 0, 0))
-    assert (host.welcomed, host.over, host.pressed) == (False, False, ())
-
-
 @pytest.mark.parametrize(("sequence", "following"), [(500, 501), (65_535, 0)])
 def test_a_host_that_is_turned_away_gets_the_packet_that_follows_the_offer(
     sequence: int, following: int
@@ -177,7 +168,7 @@ def test_nothing_is_accepted_before_hello() -> None:
     session = DeviceSession(welcome())
     assert heard(session, Contacts(()), sequence=1, now_ms=0) == []
     assert heard(session, Grant(100), sequence=2, now_ms=0) == []
-    assert (session.ignored, bytes(session.output)) == (2, b"")
+    assert bytes(session.output) == b""
 
 
 def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_more() -> None:
@@ -234,7 +225,6 @@ def test_a_real_orb_has_no_use_for_fingers_and_hands_of_the_host() -> None:
     greet(session, sequence=6)
     assert heard(session, Contacts(()), sequence=8, now_ms=0) == []
     assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=9, now_ms=0) == []
-    assert session.ignored == 2
 
 
 def test_grants_count_only_where_time_is_granted() -> None:
@@ -271,17 +261,6 @@ def test_what_one_host_did_not_get_the_next_one_does_not_get_either() -> None:
     assert [type(packet.message) for packet in said(session)] == [Offer, Welcome, State]
 
 
-def test_heartbeats_beat_ten_times_a_second_and_carry_the_devices_time() -> None:
-    session = greeted()
-    session.send(FRAME, 5_000, 30)  # the device's clock is 4970 ms ahead of the link's
-    said(session)
-    for now_ms in range(0, 1000, 7):
-        assert session.tick(now_ms) == []
-    beats = said(session)
-    assert [type(packet.message) for packet in beats] == [Heartbeat] * 9
-    assert beats[0].t_ms in range(5_070, 5_078)
-
-
 def test_a_host_that_is_silent_for_two_seconds_is_forgotten() -> None:
     session = greeted()
     heard(session, ALIVE, sequence=3, now_ms=500)
@@ -299,12 +278,6 @@ def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes() -> None:
     assert session.tick(1_000_000) == []
     assert session.live
     assert bytes(session.output) == b""
-
-
-def test_a_host_that_says_bye_is_gone_at_once() -> None:
-    session = greeted()
-    assert heard(session, Bye("closed"), sequence=3, now_ms=0) == [Bye("closed")]
-    assert not session.live
 
 
 def test_a_second_host_is_told_that_the_orb_is_taken() -> None:
@@ -338,9 +311,8 @@ def test_without_a_host_messages_are_dropped_and_counted_and_commands_wait() -> 
     assert (session.dropped, len(session.outbox.posted), bytes(session.output)) == (2, 1, b"")
 
 
-def test_whatever_has_no_business_here_is_ignored_and_counted() -> None:
+def test_whatever_has_no_business_here_is_ignored() -> None:
     session = greeted()
-    counts = [session.ignored]
     for sequence, message in (
         (2, ALIVE),  # not ahead of Join
         (3, JOIN),  # a second time
@@ -348,16 +320,13 @@ def test_whatever_has_no_business_here_is_ignored_and_counted() -> None:
         (5, Grant(100)),  # time is not granted
     ):
         assert heard(session, message, sequence=sequence, now_ms=0) == []
-        counts.append(session.ignored)
     foreign = encode(ALIVE, session=session.number + 1, sequence=6, t_ms=0)
     assert session.receive(foreign, 0) == []
-    assert [*counts, session.ignored] == [0, 1, 2, 3, 4, 5]
     host = HostSession("orb", 1, 0)
-    host.receive(encode(State(()), session=0, sequence=1, t_ms=0), 0)
-    assert host.ignored == 1
+    assert host.receive(encode(State(()), session=0, sequence=1, t_ms=0), 0) == []
     pair = met()
-    pair.host.receive(encode(State(()), session=9, sequence=1, t_ms=0), pair.now_ms)
-    assert pair.host.ignored == 1
+    foreign = encode(State(("down",)), session=9, sequence=1, t_ms=0)
+    assert pair.host.receive(foreign, pair.now_ms) == []
 
 
 def test_host_and_device_greet_each_other_and_stay_alive() -> None:
@@ -402,7 +371,7 @@ def test_a_stale_link_revives_but_a_command_out_of_the_stall_is_too_late() -> No
     pair.device.send(DROP, 0, pair.now_ms)
     pair.device.send(FRAME, 0, pair.now_ms)
     assert pair.exchange() == [Stale(), Missed(1), Delivered(FRAME, 0)]
-    assert (pair.host.state, pair.host.late) == ("live", 1)
+    assert (pair.host.state, pair.host.past.missed) == ("live", 1)
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.exchange() == [Delivered(DROP, 0)]
 
@@ -557,18 +526,6 @@ def test_a_command_that_never_gets_through_is_missed_and_both_ends_know() -> Non
     assert pair.news == [Missed(1)]
     pair.let(200)
     assert (pair.host.past.missed, pair.device.outbox.missed, pair.device.outbox.lost) == (1, 1, 1)
-
-
-def test_a_command_that_crawled_through_the_wire_is_too_late() -> None:
-    pair = met()
-    pair.let(500)
-    pair.device.send(DROP, 0, pair.now_ms)
-    kept = bytes(pair.device.output)
-    pair.device.output.clear()
-    pair.now_ms += 260
-    assert pair.host.state == "live"  # 260 ms are no silence yet
-    assert pair.host.receive(kept, pair.now_ms) == [Missed(1)]
-    assert (pair.host.late, pair.host.past.missed, pair.host.past.done) == (1, 1, 1)
 
 
 def test_a_command_of_250_ms_is_obeyed_and_an_older_one_is_not() -> None:

@@ -8,8 +8,7 @@ from controller.recognition.dead_taxels import MEMORY, ResponseMonitor, TaxelInt
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.faults import Fault
-from controller.simulator.orb import NOMINAL
-from controller.simulator.presets import preset
+from controller.simulator.orb import NOMINAL, preset
 from controller.simulator.session import EVALUATION, simulate
 
 CENTRES = np.random.default_rng(1).uniform(-0.5, 4.5, (400, 2))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.bundles import bundle, mapping_file
+from controller.bundles import bundle, users_table
 from controller.errors import UserError
 from controller.recognition import mapping
 from tests.support import ROOT
@@ -88,25 +88,25 @@ def test_a_mistake_in_the_file_is_told_with_its_line_and_what_belongs_there(
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(UserError, match=complaint):
-        mapping_file.read(path, LABELS)
+        users_table.read_mapping(path, LABELS)
 
 
 def test_a_file_that_cannot_be_read_is_told_so(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"cannot read .*absent\.toml"):
-        mapping_file.read(tmp_path / "absent.toml", LABELS)
+        users_table.read_mapping(tmp_path / "absent.toml", LABELS)
     with pytest.raises(UserError, match="cannot read"):
-        mapping_file.read(tmp_path, LABELS)
+        users_table.read_mapping(tmp_path, LABELS)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UserError, match=r"binary\.toml: it is not text in UTF-8"):
-        mapping_file.read(binary, LABELS)
+        users_table.read_mapping(binary, LABELS)
 
 
 def test_the_example_in_the_documentation_works(tmp_path: Path) -> None:
     example = DOCUMENT.read_text().split("```toml")[1].split("```")[0]
     path = tmp_path / "example.toml"
     path.write_text(example)
-    table, people = mapping_file.read(path, LABELS)
+    table, people = users_table.read_mapping(path, LABELS)
     assert people == {}
     assert table.command("pinch", (2.0, 2.0)) == "hold"
     assert table.command("press", (2.0, 3.9)) == "pause"

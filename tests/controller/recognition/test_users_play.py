@@ -21,8 +21,7 @@ from controller.recognition.pipeline import Networks, Pipeline, Step
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime import assemble
-from controller.runtime.device import Device
-from controller.runtime.virtual_hand import VirtualHand
+from controller.runtime.device import Device, VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import Virtual, show

@@ -5,13 +5,12 @@ import json
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given
 
 from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import csv_export
-from controller.recordings.recording import Mark, Recording, SimulatedTruth
-from tests.support.recordings import of, origin, recordings
+from controller.recordings.recording import Mark, SimulatedTruth
+from tests.support.recordings import of
 
 
 def test_a_row_says_when_what_and_every_taxel() -> None:
@@ -49,12 +48,6 @@ def test_what_is_no_row_of_frames_has_tables_of_its_own() -> None:
     assert json.loads(files[".json"])["meta"]["rate_hz"] == 10.0
 
 
-def test_a_label_without_letters_is_not_taken_for_an_unknown_one() -> None:
-    recording = of(np.ones((3, 1, 1)), origin(1, 1, labels=("null", "", "?")), label=[-1, 1, 2])
-    lines = csv_export.tables(recording)[".csv"].splitlines()
-    assert [line.split(",")[2] for line in lines[1:]] == ["??", "", "?"]
-
-
 def test_a_number_is_short_and_still_the_same() -> None:
     rng = np.random.default_rng(5)
     frames = rng.integers(0, 2**32, (200, 2, 2), dtype=np.uint32).view(np.float32)
@@ -63,10 +56,3 @@ def test_a_number_is_short_and_still_the_same() -> None:
     taxels = np.array([row[9:] for row in rows], dtype=np.float32)
     assert taxels.tobytes() == frames.tobytes()
     assert ",0.1," in csv_export.tables(of(np.full((1, 1, 2), 0.1)))[".csv"]
-
-
-@given(recordings())
-def test_any_recording_is_exported(recording: Recording) -> None:
-    files = csv_export.tables(recording)
-    assert all(csv_export.encode(text) for text in files.values())
-    assert len(files[".csv"].splitlines()) == 1 + len(recording.t)

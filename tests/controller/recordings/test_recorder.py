@@ -2,7 +2,6 @@
 
 import contextlib
 import logging
-import shutil
 import subprocess
 import sys
 import threading
@@ -17,9 +16,9 @@ import numpy as np
 import pytest
 
 from controller import files
-from controller.capture.run_files import RunFiles
+from controller.capture.session_recorder import RunFiles
 from controller.recognition.pipeline import CommandRecord
-from controller.recordings import journal_file, naming, reader, recorder, recovery, writer
+from controller.recordings import journal_file, reader, recorder, writer
 from controller.recordings.journal import decode
 from controller.recordings.journal_file import JournalFile
 from controller.recordings.recorder import Recorder, refuse_taken
@@ -90,13 +89,6 @@ def test_the_journal_is_on_the_disk_before_the_first_frame(
     session.close()
 
 
-def test_every_recording_has_an_id_of_its_own(tmp_path: Path) -> None:
-    one, two = (Recorder(tmp_path / name, ORIGIN, {}) for name in ("one.npz", "two.npz"))
-    assert one.origin.id != two.origin.id
-    assert (one.close(), two.close()) == (None, None)
-    assert not list(tmp_path.iterdir())  # nothing was recorded, and nothing is left
-
-
 def test_frames_reach_the_disk_while_the_session_runs(tmp_path: Path) -> None:
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
@@ -111,9 +103,9 @@ def test_frames_reach_the_disk_while_the_session_runs(tmp_path: Path) -> None:
 def test_a_journal_that_is_being_written_is_left_alone_by_recovery(tmp_path: Path) -> None:
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
     add(session, 1, 3)
-    [journal] = recovery.leftovers(tmp_path)
-    with pytest.raises(recovery.LockedError, match="is being recorded"):
-        recovery.recover(journal)
+    [journal] = journal_file.leftovers(tmp_path)
+    with pytest.raises(journal_file.LockedError, match="is being recorded"):
+        journal_file.recover(journal)
     with pytest.raises(RecordingError, match="being recorded, or a crash left it"):
         Recorder(tmp_path / "one.npz", ORIGIN, {})
     session.close()
@@ -134,22 +126,12 @@ os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 """
     path = tmp_path / "one.npz"
     subprocess.run([sys.executable, "-c", script, path], cwd=ROOT, timeout=60)
-    [journal] = recovery.leftovers(tmp_path)
-    assert recovery.recover(journal).path == path
+    [journal] = journal_file.leftovers(tmp_path)
+    assert journal_file.recover(journal).path == path
     assert reader.load(path).sequence.tolist() == list(range(1, 51))
 
 
 # --- a disk with trouble --------------------------------------------------------------------------
-
-
-def test_the_loop_never_waits_for_a_disk_that_hangs(tmp_path: Path) -> None:
-    file = FakeFile()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
-    file.answers.clear()
-    add(session, 1, 500)  # would never return
-    file.answers.set()
-    assert session.close() == tmp_path / "one.npz"
-    assert len(reader.load(tmp_path / "one.npz").frames) == 500
 
 
 def test_a_full_disk_is_reported_once_and_written_later(
@@ -161,7 +143,7 @@ def test_a_full_disk_is_reported_once_and_written_later(
     file.room = len(file.seen) + 1000  # in the middle of a record
     add(session, 1, 100)
     until(lambda: session.problem != "")
-    assert "no space left on device; make room: what is recorded waits" in session.problem
+    assert "no space left on device; make room, or look" in session.problem
     add(session, 101, 120)
     file.room = 1 << 40
     file.until(lambda: on_disk(file) == list(range(1, 121)))
@@ -172,17 +154,6 @@ def test_a_full_disk_is_reported_once_and_written_later(
     assert "cannot write" in told[0]
     assert "is up to date again" in told[1]
     assert len(reader.load(tmp_path / "one.npz").frames) == 120
-
-
-def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> None:
-    file = FakeFile()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
-    file.fails = True
-    add(session, 1, 30)
-    until(lambda: "input/output error; look at the disk" in session.problem)
-    file.fails = False
-    file.until(lambda: on_disk(file) == list(range(1, 31)))
-    session.close()
 
 
 def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
@@ -196,17 +167,6 @@ def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
     file.write(0, bytes(range(100)))
     file.close()
     assert (tmp_path / "one.journal").read_bytes() == bytes(range(100))
-
-
-def test_a_disk_too_slow_to_keep_the_promise_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ticks = iter(range(0, 10_000, 3))  # every look at the clock is 3 s after the one before
-    monkeypatch.setattr(recorder, "monotonic", lambda: float(next(ticks)))
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
-    add(session, 1, 3)
-    until(lambda: "the disk took 3.0 s" in session.problem)
-    session.close()
 
 
 def test_a_disk_that_is_full_from_the_start_is_refused(tmp_path: Path) -> None:
@@ -278,7 +238,7 @@ def test_a_name_that_was_taken_meanwhile_is_left(tmp_path: Path) -> None:
         session.close()
     assert path.read_text() == "precious"
     assert len(reader.load(tmp_path / "sub-ab_ses-20200101_run-02.npz").frames) == 3
-    assert not recovery.leftovers(tmp_path)
+    assert not journal_file.leftovers(tmp_path)
 
 
 def spoil(
@@ -336,17 +296,6 @@ def test_a_session_that_cannot_be_sealed_is_kept_elsewhere(
     assert not file.removed
 
 
-def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(tmp_path: Path, rescue: Path) -> None:
-    stick = tmp_path / "stick"
-    stick.mkdir()
-    session = Recorder(stick / "one.npz", ORIGIN, {})
-    add(session, 1, 5)
-    shutil.rmtree(stick)
-    with pytest.raises(RecordingError, match="the session is kept in"):
-        session.close()
-    assert rescued(rescue) == 5
-
-
 def test_where_no_place_is_left_the_message_names_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -359,7 +308,7 @@ def test_where_no_place_is_left_the_message_names_the_journal(
     with pytest.raises(RecordingError, match=r"took is in .*one\.journal: make room, `controller"):
         session.close()
     monkeypatch.undo()
-    assert recovery.recover(tmp_path / "one.journal").path == tmp_path / "one.npz"
+    assert journal_file.recover(tmp_path / "one.journal").path == tmp_path / "one.npz"
     assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
@@ -377,23 +326,12 @@ def test_a_disk_that_hangs_is_not_waited_for_at_the_end(
     assert rescued(rescue) == 5
 
 
-def test_a_frame_that_cannot_be_kept_loses_nothing_before_it(
-    tmp_path: Path,
-) -> None:
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
-    add(session, 1, 5)
-    with pytest.raises(RecordingError, match="frame 6 must be 2×3 numbers"):
-        session.add(image(6) * np.nan, 0.6, 6)
-    assert session.close() == tmp_path / "one.npz"
-    assert len(reader.load(tmp_path / "one.npz").frames) == 5
-
-
 # --- names ----------------------------------------------------------------------------------------
 
 
 def test_runs_are_counted_on_whatever_of_them_is_left(tmp_path: Path) -> None:
     def following() -> str:
-        return naming.next_free(tmp_path, "anna", "20200131").name
+        return writer.next_free(tmp_path, "anna", "20200131").name
 
     assert following() == "sub-anna_ses-20200131_run-01.npz"
     (tmp_path / "sub-anna_ses-20200131_run-01.journal").touch()
@@ -404,18 +342,13 @@ def test_runs_are_counted_on_whatever_of_them_is_left(tmp_path: Path) -> None:
     assert following() == "sub-anna_ses-20200131_run-11.npz"
     (tmp_path / "sub-anna_ses-20200131_run-99.journal.damaged").touch()
     assert following() == "sub-anna_ses-20200131_run-100.npz"
-    absent = naming.next_free(tmp_path / "absent", "a", "1")
+    absent = writer.next_free(tmp_path / "absent", "a", "1")
     assert absent.name == "sub-a_ses-1_run-01.npz"
 
 
 @pytest.mark.parametrize("name", ["", "a b", "../a", "a_b", "ä", "a" * 65])
 def test_an_id_is_letters_and_digits(tmp_path: Path, name: str) -> None:
     with pytest.raises(RecordingError, match=r"letters \(a to z\) and digits"):
-        naming.next_free(tmp_path, name, "20200131")
+        writer.next_free(tmp_path, name, "20200131")
     with pytest.raises(RecordingError, match=r"letters \(a to z\) and digits"):
-        naming.next_free(tmp_path, "anna", name)
-
-
-def test_a_journal_lies_beside_its_recording() -> None:
-    assert naming.journal_of(Path("a/one.npz")) == Path("a/one.journal")
-    assert naming.journal_of(Path("a/one.two")) == Path("a/one.two.journal")
+        writer.next_free(tmp_path, "anna", name)

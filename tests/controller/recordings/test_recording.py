@@ -1,8 +1,6 @@
 """Recordings: what goes in comes out, and nothing else is taken for one."""
 
-import io
 import json
-import zipfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -16,25 +14,10 @@ from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import (
-    Mark,
-    Provenance,
-    RecordingError,
-    SimulatedTruth,
-    refuse_misfit,
-)
+from controller.recordings.recording import Mark, RecordingError, SimulatedTruth, refuse_misfit
+from tests.support import small_journal
 
-ORIGIN = Provenance(
-    device_id="virtual-1",
-    rows=5,
-    columns=5,
-    pitch_mm=10.0,
-    rate_hz=10.0,
-    labels=("null", "press", "pinch"),
-    bundle="ab" * 32,
-    engine="onnxruntime 1.20",
-    software="0.1.0",
-)
+ORIGIN = replace(small_journal.ORIGIN, rows=5, columns=5)
 NEW_IN_FORM_2 = ("user", "session", "protocol", "preset", "seed")
 NEW_IN_FORM_3 = ("id", "started", "hardware", "unit")
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
@@ -58,51 +41,6 @@ def changed(path: Path, **arrays: Any) -> Path:
     whole = {**npz.unpack(path, reader.MAX_BYTES), **arrays}
     path.write_bytes(npz.pack({name: array for name, array in whole.items() if array is not None}))
     return path
-
-
-def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
-    loaded = reader.load(record(tmp_path / "one.npz"))
-    assert loaded.origin == replace(ORIGIN, id=loaded.origin.id)
-    assert loaded.frames.shape == (30, 5, 5)
-    first = np.random.default_rng(3).normal(41.2, 2.9, (5, 5)).astype(np.float32)
-    assert loaded.frames[0].tobytes() == first.tobytes()
-    assert loaded.t[:3].tolist() == [0.1, 0.2, 0.3]
-    assert loaded.sequence[:3].tolist() == [1, 2, 3]
-    assert loaded.label[:3].tolist() == [1, 0, 1]
-    assert loaded.commands == (COMMAND,)
-    assert loaded.state["debounce.mean"].tolist() == [1.0, 0.0, 0.0]
-    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nothing is left beside
-
-
-def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
-    whole = record(tmp_path / "good.npz").read_bytes()
-    contents: dict[str, tuple[bytes, str]] = {
-        "empty": (b"", "is empty"),
-        "truncated": (whole[:-1], "not a whole .npz"),
-        "half": (whole[: len(whole) // 2], "not a whole .npz"),
-        "random": (np.random.default_rng(4).bytes(4000), "not a whole .npz"),
-        "text": (b"not a recording", "not a whole .npz"),
-        "zip": (zipped({"notes.txt": b"hello"}), "holds 'notes.txt'"),
-        "strange": (zipped({"meta.npy": b"hello"}), "not a whole .npz"),
-        "other": (npz.pack({"x": np.zeros(3)}), "is no recording of OrbTouch"),
-    }
-    for name, (data, complaint) in contents.items():
-        path = tmp_path / name
-        path.write_bytes(data)
-        with pytest.raises(RecordingError, match=complaint):
-            reader.load(path)
-    with pytest.raises(RecordingError, match="does not exist"):
-        reader.load(tmp_path / "absent.npz")
-    with pytest.raises(RecordingError, match="is not a file"):
-        reader.load(tmp_path)
-
-
-def zipped(members: dict[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in members.items():
-            archive.writestr(name, data)
-    return buffer.getvalue()
 
 
 def meta(**fields: Any) -> Any:
@@ -142,7 +80,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"t": TIMES[:-1]}, r"not float64 \(30\)"),
     ({"t": TIMES[::-1].copy()}, "does not rise"),
     ({"t": TIMES * np.nan}, "does not rise"),
-    ({"t": TIMES * 0}, "does not rise"),
     ({"label": np.full(30, 3, dtype=np.int16)}, "a label that it does not name"),
     ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
     ({"command_name": np.zeros(1)}, "without its"),
@@ -150,11 +87,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"state.debounce.mean": np.full(3, np.inf)}, "state that is not all finite"),
     ({"meta": None}, "no recording of OrbTouch"),
     ({"meta": np.array("{")}, "nothing legible"),
-    ({"meta": np.array("[1]")}, "nothing legible"),
     ({"meta": meta(schema=4)}, "has form 4, this program reads 1, 2, 3"),
     ({"meta": meta(rows=-1)}, "impossible things"),
-    ({"meta": meta(rows="5")}, "impossible things"),
-    ({"meta": meta(rate_hz=float("nan"))}, "impossible things"),
     ({"meta": meta(mood="good")}, "nothing legible"),
     ({"meta": meta(seed=-1)}, "impossible things"),
     ({"meta": meta(user=3)}, "impossible things"),
@@ -167,7 +101,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"event_onset": np.array([np.nan, 1.2])}, "end before they begin"),
     ({"event_name": np.zeros(2)}, "without its"),
     # What form 3 brought.
-    ({"button": np.full(30, 7, dtype=np.int16)}, "a button that it does not name"),
     ({"key": np.full(30, 3, dtype=np.int16)}, "a key that it does not name"),
     ({"cue": np.full(30, -2, dtype=np.int16)}, "a cue that it does not name"),
     ({"excluded": np.zeros(30, dtype=np.int8)}, r"not bool \(30\)"),
@@ -175,7 +108,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"rest": np.full((5, 5), np.nan, dtype=np.float32)}, "rest image that is not all numbers"),
     ({"mark_t": np.array([1.0])}, "a table without its 1 names, 'mark_kind'"),
     ({"command_t": np.array([np.nan])}, "commands whose times or probabilities"),
-    ({"sequence": np.zeros(30, dtype=np.int64)}, "'sequence' that does not rise"),
 ]
 
 

@@ -3,13 +3,12 @@
 import logging
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.links.log_limit import HUSH_S, LogLimit
+from controller.links.base import HUSH_S, LogLimit
 from controller.protocol.messages import (
     DECLINED,
     Bye,
@@ -22,7 +21,6 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.recordings import reader
-from controller.recordings.recorder import Recorder
 from controller.runtime import loop
 from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
@@ -39,18 +37,16 @@ def frames(orb: VirtualOrb, first: int, end: int) -> np.ndarray:
 @pytest.mark.parametrize(
     "contact",
     [
-        Contact(1, 1e6, 2.0, 9.0, 7.0),
-        Contact(1, -HUGE, HUGE, HUGE, HUGE),
-        Contact(1, 2.0, 2.0, 9.0, HUGE),
-        Contact(1, 2.0, 2.0, HUGE, 1e-38),
-        Contact(1, 5.8, 2.0, -HUGE, -HUGE),
-        Contact(1, math.nan, 2.0, 9.0, 7.0),
-        Contact(1, 2.0, 2.0, math.inf, 7.0),
+        (1e6, 2.0, 9.0, 7.0), (-HUGE, HUGE, HUGE, HUGE), (2.0, 2.0, 9.0, HUGE),
+        (2.0, 2.0, HUGE, 1e-38), (5.8, 2.0, -HUGE, -HUGE), (math.nan, 2.0, 9.0, 7.0),
+        (2.0, 2.0, math.inf, 7.0),
     ],
-)
-def test_no_contact_leaves_anything_behind_once_it_is_lifted(contact: Contact) -> None:
+)  # fmt: skip
+def test_no_contact_leaves_anything_behind_once_it_is_lifted(
+    contact: tuple[float, float, float, float],
+) -> None:
     orb, untouched = VirtualOrb(1), VirtualOrb(1)
-    orb.touch([contact, Contact(2, HUGE, HUGE, HUGE, HUGE)], 0.1)
+    orb.touch([Contact(1, *contact), Contact(2, HUGE, HUGE, HUGE, HUGE)], 0.1)
     assert np.isfinite(frames(orb, 1, 11)).all()
     orb.touch((), 1.1)
     frames(orb, 11, 200)
@@ -150,30 +146,6 @@ def test_sessions_of_a_moment_leave_no_recordings(
     assert len(caplog.messages) == 2  # and the one that was
 
 
-def test_a_file_that_goes_on_is_kept_however_short(tmp_path: Path) -> None:
-    class Full(Recorder):
-        full = property(lambda self: self.taken >= 15)
-        taken = 0
-
-        def add(self, *arguments: Any, **others: Any) -> None:
-            self.taken += 1
-            super().add(*arguments, **others)
-
-    bench = Bench(await_host=True)
-    device = bench.open()
-    tape = bench.tape(tmp_path / "unused.npz", device.pipeline)
-    tape.close()
-    names = iter(("1.npz", "2.npz"))
-    origin = tape._recorder.origin
-    tape._begin = lambda state: Full(tmp_path / next(names), origin, state)
-    tape._recorder = tape._begin(device.pipeline.state())
-    device.recorder = tape
-    for _ in range(18):
-        device.advance(10.0)
-    device.close()
-    assert [len(reader.load(tmp_path / name).t) for name in ("1.npz", "2.npz")] == [15, 3]
-
-
 def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "one.npz"
     bench = Bench(*[(1.5, Correction("press"))] * 50, record=path)
@@ -183,20 +155,3 @@ def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path
     bench.run(3.0)
     assert bench.messages(UploadStatus) == [UploadStatus(DECLINED, 0, "no key")] * 50
     assert not reader.load(path).marks
-
-
-def test_contacts_off_the_dome_do_not_end_a_recording(tmp_path: Path) -> None:
-    """The simulated orb's frames stay numbers, which a recording takes."""
-    path = tmp_path / "one.npz"
-    orb = VirtualOrb(1)
-    bench = Bench(record=path)
-    device = bench.open()
-    for number in range(1, 40):
-        orb.touch([Contact(1, 1e6 * number, HUGE, HUGE, HUGE)] * (number % 3), number / 10.0)
-        device.sensor.read = lambda t_s: orb.read(t_s)  # type: ignore[method-assign]
-        device.advance(10.0)
-    device.close()
-    loaded = reader.load(path)
-    assert len(loaded.t) == 39
-    assert loaded.frames.min() > 5.0  # pF
-    assert loaded.frames.max() < 120.0

@@ -22,13 +22,7 @@ from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline
 from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
-from controller.sensors.base import Sensor
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
-
-
-def test_the_bench_s_sensor_is_a_virtual_sensor() -> None:
-    assert isinstance(Slab(World()), Sensor)
-
 
 # --- paced by the clock ---------------------------------------------------------------------------
 
@@ -130,16 +124,17 @@ def test_granted_time_is_stepped_exactly_and_answered_after_everything_else() ->
     assert last.rate_hz == 10.0  # granted time has no jitter
 
 
-def test_time_that_was_granted_already_is_answered_and_changes_nothing() -> None:
-    bench = granted(Grant(500), Grant(200))
-    assert bench.messages(Granted) == [Granted(500), Granted(500)]
-    assert len(bench.messages(Telemetry)) == 5
-
-
-def test_a_grant_that_reaches_far_is_answered_minute_by_minute() -> None:
-    bench = granted(Grant(150_000), Grant(150_000), Grant(150_000))
-    assert bench.messages(Granted) == [Granted(60_000), Granted(120_000), Granted(150_000)]
-    assert len(bench.messages(Telemetry)) == 1500
+@pytest.mark.parametrize(
+    ("grants", "answers", "frames"),
+    [
+        ([500, 200], [500, 500], 5),  # what was granted already changes nothing
+        ([150_000] * 3, [60_000, 120_000, 150_000], 1500),  # minute by minute
+    ],
+)
+def test_every_grant_is_answered(grants: list[int], answers: list[int], frames: int) -> None:
+    bench = granted(*map(Grant, grants))
+    assert bench.messages(Granted) == list(map(Granted, answers))
+    assert len(bench.messages(Telemetry)) == frames
 
 
 def test_requests_between_grants_happen_at_the_granted_time() -> None:

@@ -3,9 +3,8 @@
 import errno
 import sys
 import time
-from dataclasses import dataclass, field
 from types import ModuleType
-from typing import Any
+from typing import cast
 
 import numpy as np
 import pytest
@@ -17,53 +16,38 @@ from gpiozero.pins.mock import MockFactory
 from controller.sensors import base as sensors
 from controller.sensors import orb
 from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
-from controller.sensors.hardware.emulated.adc import FakeChip
-from controller.sensors.hardware.emulated.board import EmulatedBoard
+from controller.sensors.hardware.emulated.board import EmulatedBoard, FakeChip
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.sensors.hardware.spi import SpiDev
+from controller.sensors.hardware.raspberry_pi import SpiDev
 
 
-@dataclass
-class Spidev:
-    """What the module spidev is to us: one class, whose devices answer like a chip."""
+class Spidev(ModuleType):
+    """The module spidev, as far as it is used: one class, whose devices answer like a chip."""
 
-    bench: EmulatedBoard | None = None
-    fails: OSError | None = None
-    opened: list[tuple[int, int]] = field(default_factory=list)
-    clock_hz: int = 0
-
-    def module(self) -> ModuleType:
+    def __init__(self, bench: EmulatedBoard) -> None:
+        super().__init__("spidev")
+        self.bench, self.fails = bench, cast("OSError | None", None)
+        self.opened: list[tuple[int, int]] = []
         outer = self
 
         class SpiDevice:
-            mode = 3
+            mode, max_speed_hz = 3, 0
 
             def open(self, bus: int, device: int) -> None:
                 if outer.fails is not None:
                     raise outer.fails
                 outer.opened.append((bus, device))
 
-            @property
-            def max_speed_hz(self) -> int:
-                return outer.clock_hz
-
-            @max_speed_hz.setter
-            def max_speed_hz(self, hertz: int) -> None:
-                outer.clock_hz = hertz
-
             def xfer2(self, data: list[int]) -> list[int]:
-                assert self.mode == 0
+                assert (self.mode, self.max_speed_hz) == (0, 1_000_000)
                 if outer.fails is not None:
                     raise outer.fails
-                assert outer.bench is not None
                 return list(outer.bench.board.buses[0].transfer(bytes(data)))
 
             def close(self) -> None:
                 pass
 
-        made: Any = ModuleType("spidev")
-        made.SpiDev = SpiDevice
-        return made  # type: ignore[no-any-return]
+        self.SpiDev = SpiDevice
 
 
 @pytest.fixture
@@ -73,7 +57,7 @@ def pi(monkeypatch: pytest.MonkeyPatch) -> Spidev:
     bench.board.knobs.close()
     bench.board.pins.close()
     fake = Spidev(bench)
-    monkeypatch.setitem(sys.modules, "spidev", fake.module())
+    monkeypatch.setitem(sys.modules, "spidev", fake)
     monkeypatch.setattr(raspberry_pi, "raspberry", lambda: bench.factory)
     monkeypatch.setattr(raspberry_pi, "wait", bench.circuit.advance)
     return fake
@@ -82,7 +66,6 @@ def pi(monkeypatch: pytest.MonkeyPatch) -> Spidev:
 def test_an_orb_on_a_computers_own_pins_and_bus_is_read(
     pi: Spidev, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert pi.bench is not None
     circuit = pi.bench.circuit
     monkeypatch.setattr(time, "perf_counter", lambda: circuit.now_s)
     sensor = sensors.load("orb", 10.0)
@@ -92,7 +75,7 @@ def test_an_orb_on_a_computers_own_pins_and_bus_is_read(
     frame = np.mean([sensor.read(k / 10) for k in range(8)], axis=0)
     assert frame == pytest.approx(pi.bench.picofarads, rel=0.05)
     assert sensor.button(0.8) == "null"
-    assert (pi.opened, pi.clock_hz) == ([(0, 0)], 1_000_000)
+    assert pi.opened == [(0, 0)]
     sensor.close()
 
 
@@ -129,19 +112,19 @@ def test_a_missing_library_is_one_sentence(
         sensors.load("orb", 10.0)
 
 
-def test_what_is_missing_at_the_start_is_told_at_the_start(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("unplugged", "the membrane is plugged in"),
+        ("slow_clock=40", r"a scan takes \d+ ms and 10 Hz leave 100"),
+    ],
+)
+def test_what_is_wrong_at_the_start_is_told_at_the_start(
+    fault: str, told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("unplugged")])
+    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse(fault)])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
-    with pytest.raises(HardwareAwayError, match="the membrane is plugged in"):
-        sensors.load("orb", 10.0)
-
-
-def test_a_board_that_is_too_slow_is_told_at_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("slow_clock=40")])
-    monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
-    with pytest.raises(HardwareError, match=r"a scan takes \d+ ms and 10 Hz leave 100"):
+    with pytest.raises(HardwareError, match=told):
         sensors.load("orb", 10.0)
 
 

@@ -47,13 +47,6 @@ def wired(scheme: Scheme, chip: str = "mcp3208") -> Wiring:
     return replace(wiring, converter=replace(wiring.converter, type=chip))
 
 
-def test_there_are_as_many_orbs_as_were_asked_for_and_they_differ() -> None:
-    assert len(TRUE_PF) >= 50
-    assert TRUE_PF[:, 0].mean() == pytest.approx(41.2, abs=0.3)  # paper, section 3.2
-    assert TRUE_PF[:, 0].std() == pytest.approx(2.9, abs=0.2)
-    assert TRUE_Z.min() < 0.5
-
-
 @pytest.mark.parametrize(("scheme", "worst"), [("taxel", 0.006), ("column", 0.011)])
 def test_every_taxel_of_every_orb_is_read_right(scheme: Scheme, worst: float) -> None:
     frames = driven(scheme, wired(scheme), noise_lsb=0.0)

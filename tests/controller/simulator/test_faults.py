@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.simulator.faults import KINDS, Fault, FaultError
-from controller.simulator.orb import OrbSimulator
-from controller.simulator.presets import PresetError, preset
+from controller.simulator.faults import Fault, FaultError
+from controller.simulator.orb import OrbSimulator, PresetError, preset
 
 FRAMES = 60
 
@@ -86,13 +85,6 @@ def test_a_fault_can_be_switched_on_and_off_at_any_time() -> None:
     assert during[0, 0].max() < 5.0
     assert after[0, 0] == pytest.approx(before[0, 0], rel=0.05)
     assert orb.electronics.faults == frozenset()
-
-
-def test_every_kind_can_be_named() -> None:
-    places = {"": "", "taxel": ":1,2"}
-    for name, kind in KINDS.items():
-        fault = Fault.parse(name + places.get(kind.place, ":1"))
-        assert (fault.kind, fault.size) == (name, kind.size)
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.simulator.gesture import Gesture
+from controller.simulator.gesture import Count, Gesture, GestureError, Known, Name, Quantity
 from controller.simulator.gesture_file import label_in, load, parse, shipped
-from controller.simulator.gesture_values import Count, GestureError, Known, Name, Quantity
 from controller.simulator.hand import DISTRACTORS, GESTURES, perform
 from controller.simulator.user_style import draw_style
 from tests.support import ROOT
@@ -124,13 +123,6 @@ def test_the_number_of_fingers_varies_as_declared() -> None:
     assert shares(Count(1.0, off_by_one=1.0)) == {1: 0.5, 2: 0.5}  # never none
 
 
-def test_a_file_may_take_over_another_and_change_a_line() -> None:
-    soft = 'label = "soft"\nlike = "tap"\n[path]\ndepth = [0, 2, 2, 0]\n'
-    made = parse({"tap.toml": TAP, "soft.toml": soft})
-    assert made["soft"].depth == (0.0, 2.0, 2.0, 0.0)
-    assert made["soft"].vary == made["tap"].vary
-
-
 def test_a_users_file_is_performed_beside_those_that_ship(tmp_path: Path) -> None:
     path = tmp_path / "tap.toml"
     path.write_text(TAP)
@@ -154,41 +146,33 @@ def test_the_example_of_the_documentation_works() -> None:
     ("old", "new", "sentence"),
     [
         ('"tap"', '"Tap"', "mine.toml has label = 'Tap'; write a name of small letters"),
-        ('"tap"', '"null"', "label = 'null'"),
         ('"tap"', '"tap', "mine.toml, line 2: illegal character"),
-        ('"all"', '"some"', "rotations = 'some'; choose one of all, half, none"),
+        ('"all"', '"some"', "rotations = 'some'; expected is one of all, half"),
         ('"self"', '"wave"', "mirror = 'wave', which is no other gesture"),
         ('"self"', '"tap"', "mirror = 'tap', which is no other gesture"),
-        ("phases", 'place = "left"\nphases', "place = 'left'; choose one of middle, anywhere"),
-        ("phases", "phase = 3\nphases", "has 'phase'; known are label"),
+        ("phases", "phase = 3\nphases", "unknown key 'phase'; known are label"),
         ('"up"]', '"off"]', "phases names 'off', which is neither a user's parameter nor"),
         ('["down", "hold", "up"]', "[]", "phases is \\[\\]; write a list"),
         ("down = 0.1", 'down = "up"', "down names 'up', which is neither"),
-        ("down = 0.1", 'down = "now"', "down names 'now'"),
         ("down = 0.1", "down = [3, 2]", "write a number, a name in quotes, or \\[least, most\\]"),
-        ("down = 0.1", "down = { off = 1 }", "the field 'off'; known are of"),
+        ("down = 0.1", "down = { off = 1 }", "unknown key 'off'; known are of"),
         ("down = 0.1", "down = { of = 1, delay = 1 }", "starts twice"),
-        ("down = 0.1", "down = { scatter = -1 }", "not below 0"),
-        ("down = 0.1", "down = { of = 1, each = 1 }", "write true or false"),
+        ("down = 0.1", "down = { scatter = -1 }", "scatter = -1.0; expected is"),
         ("down = 0.1", "down = { values = [] }", "write a list of numbers"),
-        ("down = 0.1", "down = true", "write a number"),
         ("down = 0.1", "down = 0", "divides by a phase of no time"),
         ("down = 0.1", "press_depth = 3", "is a user's parameter already"),
         ("down = 0.1", "down = { delay = 1 }\nfingers = 2", "move it up"),
-        ("down = 0.1", "down = 0.1\nfingers = { of = 1, one_more = 2 }", "no probability"),
-        ("down = 0.1", "down = 0.1\nfingers = { least = 0.5 }", "write a whole number"),
-        ("down = 0.1", "down = 0.1\nfingers = { all = 1 }", "the field 'all'"),
+        ("down = 0.1", "down = 0.1\nfingers = { of = 1, one_more = 2 }", "a number from 0 to 1"),
         ("down = 0.1", "down = 0.1\nfingers = { of = 8, most = 8 }", "8 fingers"),
         ("down = 0.1", "down = 1e9", "phases last 1e\\+09 s; at most 20"),
-        ("depth", "width", "has 'width'; known are depth"),
-        ("depth = [0, 5, 5, 0]", "", "has no depth"),
+        ("depth", "width", "\\[path\\] has 'width', which is unknown"),
+        ("depth = [0, 5, 5, 0]", "", "depth has 0 keys"),
         ("[0, 5, 5, 0]", "[0, 5, 0]", "depth has 3 keys"),
-        ("[0, 5, 5, 0]", "[0, 5]", "write one more than phases, 4, the first and the last"),
         ("[0, 5, 5, 0]", "[0, 5, 5, 1]", "the first and the last of them 0"),
         ("[0, 5, 5, 0]", "[0, 50, 50, 0]", "50.0 mm of depth"),
-        ("[0, 5, 5, 0]", "[0, 0, 0, 0]", "0.0 mm of depth"),
         ("[0, 5, 5, 0]", "[0, [1, 2], 5, 0]", "draw it in \\[vary\\] and name it"),
         ("[path]", "[path]\nreach = [1, 2, 3]", "reach has 3 keys; write 1"),
+        ("[path]", "fingers = 3\n[path]\nreach = [9]\nangles = [0, 90]", "2 angles for 3"),
         ("[path]", "[path]\nangles = []", "angles is \\[\\]"),
         ("[path]", "[path]\nx = 3", "x is 3; write a list"),
         ("[path]\n", "[[path]]\n", "write a table"),
@@ -202,17 +186,11 @@ def test_a_mistake_is_one_sentence_that_says_where(old: str, new: str, sentence:
     assert "\n" not in str(caught.value)
 
 
-def test_too_few_angles_are_noticed() -> None:
-    text = TAP.replace("[path]", "fingers = 3\n[path]\nreach = [9]\nangles = [0, 90]")
-    with pytest.raises(GestureError, match="2 angles for 3 fingers"):
-        gesture(text)
-
-
 def test_files_must_fit_together(tmp_path: Path) -> None:
     with pytest.raises(GestureError, match="are both 'tap'; rename one"):
         parse({"a.toml": TAP, "b.toml": TAP})
     one_sided = TAP.replace('"tap"', '"knock"').replace('"self"', '"tap"')
-    with pytest.raises(GestureError, match="let each name the other"):
+    with pytest.raises(GestureError, match="no other gesture that names it in turn"):
         parse({"a.toml": TAP, "b.toml": one_sided})
     with pytest.raises(GestureError, match="is like 'swing', which is no gesture"):
         parse({"a.toml": 'label = "a"\nlike = "swing"\n'})

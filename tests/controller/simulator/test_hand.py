@@ -5,15 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.simulator import hand
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import RIM, SLOTS, perform
 from controller.simulator.user_style import (
     LEFT_HANDED,
-    PARAMETERS,
     draw_mood,
     draw_style,
-    parameters,
     person,
 )
 from controller.simulator.virtual_orb import VirtualOrb
@@ -29,6 +26,9 @@ TRAINED = {
     "twist_ccw": (54, 0.08, 1.06, 577.108, 3474.68),
     "brush": (31, 0.08, 0.60, 31.430, 497.06),
     "rest": (93, 0.10, 1.82, 210.423, 4739.35),
+    "double_tap": (36, 0.06, 0.70, 108.840, 373.34),  # and what it does today with three more
+    "swipe": (29, 0.06, 0.56, 100.571, 530.40),
+    "squeeze": (72, 0.18, 1.38, 1181.076, 7712.10),
 }
 
 
@@ -42,33 +42,6 @@ def test_the_hand_is_the_one_that_the_shipped_networks_know(label: str) -> None:
     assert done.depth_mm.sum() == pytest.approx(depth, rel=1e-4)
     # A third finger of a pinch stands half a degree differently.
     assert np.abs(done.point[done.depth_mm > 0]).sum() == pytest.approx(distance, rel=1e-4)
-
-
-def test_a_double_tap_touches_twice() -> None:
-    for seed in range(10):
-        done = perform("double_tap", (2.0, 2.0), draw_style(RNG(seed)), RNG(seed))
-        touching = done.depth_mm[:, 0] > 0.0
-        assert np.count_nonzero(np.diff(touching.astype(int)) == 1) == 2
-        assert done.release_s > 0.9 * len(done.point) / hand.MECHANICS_HZ
-
-
-def test_a_swipe_crosses_the_middle_firmly() -> None:
-    for seed in range(10):
-        done = perform("swipe", (2.0, 2.0), draw_style(RNG(seed)), RNG(seed))
-        path = done.point[done.depth_mm[:, 0] > 1.0, 0]
-        assert np.abs(path[-1] - path[0]) > 20.0
-        assert np.abs(path).min() < 8.0
-        assert done.depth_mm.max() > 2.0
-
-
-def test_a_squeeze_presses_with_the_whole_hand_and_comes_together() -> None:
-    for seed in range(10):
-        done = perform("squeeze", (2.0, 2.0), draw_style(RNG(seed)), RNG(seed))
-        fingers = done.depth_mm.max(axis=0) > 1.0
-        assert fingers.sum() == 5
-        grip = np.abs(done.point[:, fingers] - done.point[:, fingers].mean(axis=1, keepdims=True))
-        deepest = int(done.depth_mm.sum(axis=1).argmax())
-        assert grip[deepest].mean() < 0.9 * grip[0].mean()
 
 
 def test_no_finger_touches_beyond_the_rim() -> None:
@@ -124,12 +97,6 @@ def test_a_mood_changes_how_but_not_who() -> None:
     depths = np.array([mood.press_depth for mood in moods]) / user.press_depth
     assert depths.std() == pytest.approx(0.08, rel=0.2)
     assert {mood.twist_fingers for mood in moods} == {user.twist_fingers}
-
-
-def test_files_see_a_style_in_degrees() -> None:
-    style = replace(draw_style(RNG(0)), twist_angle=np.pi / 4)
-    assert parameters(style)["twist_angle"] == pytest.approx(45.0)
-    assert set(parameters(style)) == set(PARAMETERS)
 
 
 @pytest.mark.parametrize("label", shipped())

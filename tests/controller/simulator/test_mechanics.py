@@ -32,9 +32,6 @@ def mechanics(rows: int = 5, columns: int = 5, pitch_mm: float = 10.0) -> Mechan
     return Mechanics(MechanicsModel(), (rows, columns), pitch_mm, 0.02, SLOTS, 0.6)
 
 
-# --- time -----------------------------------------------------------------------------------
-
-
 @given(st.floats(0.0, 0.9999), st.integers(1, 3000), st.integers(0, 3000))
 @settings(max_examples=30, deadline=None)
 def test_a_low_pass_is_its_recurrence_however_time_is_cut(keep: float, n: int, cut: int) -> None:
@@ -48,28 +45,16 @@ def test_a_low_pass_is_its_recurrence_however_time_is_cut(keep: float, n: int, c
     np.testing.assert_allclose(y, expected, rtol=1e-11, atol=1e-11)
 
 
-@pytest.mark.parametrize("frames", [1, 2, 7, 64])
-def test_a_session_is_the_same_whatever_piece_is_asked_for(frames: int) -> None:
-    point, depth, radius = play(30)
-    whole, held = mechanics().advance(point, depth, radius)
-    piecewise, size = mechanics(), 5 * frames
-    pieces = [
-        piecewise.advance(point[i : i + size], depth[i : i + size], radius[i : i + size])
-        for i in range(0, len(point), size)
-    ]
-    np.testing.assert_allclose(np.concatenate([p[0] for p in pieces]), whole, atol=1e-13)
-    np.testing.assert_array_equal(np.concatenate([p[1] for p in pieces]), held)
-
-
-def test_scans_of_a_session_are_the_same_one_by_one() -> None:
+@pytest.mark.parametrize("frames", [1, 7, 64])
+def test_scans_of_a_session_are_the_same_in_whatever_pieces(frames: int) -> None:
     point, depth, radius = play(30)
     whole = OrbSimulator(np.random.SeedSequence(5)).advance(point, depth, radius)
-    orb = OrbSimulator(np.random.SeedSequence(5))
-    single = [
-        orb.advance(point[i : i + 5], depth[i : i + 5], radius[i : i + 5])
-        for i in range(0, len(point), 5)
+    orb, size = OrbSimulator(np.random.SeedSequence(5)), 5 * frames
+    pieces = [
+        orb.advance(point[i : i + size], depth[i : i + size], radius[i : i + size])
+        for i in range(0, len(point), size)
     ]
-    np.testing.assert_array_equal(np.concatenate(single), whole)
+    np.testing.assert_array_equal(np.concatenate(pieces), whole)
 
 
 def test_a_finger_in_any_slot_feels_the_same() -> None:
@@ -79,9 +64,6 @@ def test_a_finger_in_any_slot_feels_the_same() -> None:
         np.roll(point, 2, axis=1), np.roll(depth, 2, axis=1), np.roll(radius, 2, axis=1)
     )
     np.testing.assert_allclose(other, one, atol=2e-6)
-
-
-# --- loads ----------------------------------------------------------------------------------
 
 
 def grips(fingers: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -116,9 +98,6 @@ def test_a_light_finger_in_the_pit_of_a_firm_one_does_not_pull() -> None:
     )
     assert load[1, 0] == 0.0
     assert load[0, 0] == pytest.approx(0.2 / system[0, 0, 0])  # as if it were alone
-
-
-# --- geometry -------------------------------------------------------------------------------
 
 
 def test_the_dome_is_the_papers_unless_the_grid_needs_a_larger_one() -> None:

@@ -10,12 +10,12 @@ def test_a_checkout_can_draw_the_documentations_pictures(tmp_path: Path) -> None
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from matplotlib import rc_context
 
-    from tests.reference import pictures
+    from tests.reference import paint, pictures
 
-    with rc_context(pictures.STYLE):
+    with rc_context(paint.STYLE):
         for draw, name in (
             (pictures.inflation, "inflation.svg"),
-            (pictures.touched, "touched.png"),
+            (pictures.touched, "touched.svg"),
         ):
             draw(tmp_path)
             assert (tmp_path / name).stat().st_size > 20_000

@@ -26,7 +26,6 @@ RESERVOIR = 100 * VOLUME  # what the model's bulge of .45 stands for: a test bel
 RINGS = 16  # 817 nodes
 CROWDED = 1.6  # grading around a finger; every taxel is within .03 of the peak of the limit
 TRAVEL_MM = np.arange(0.5, 17.0, 0.5)  # of a fingertip, which is dented itself
-DEPTHS_MM = [1.0, 2.0, 3.0, 4.5, 6.0, 9.0, 12.0]
 
 
 @lru_cache
@@ -62,9 +61,6 @@ def model(z: ArrayLike, depth_mm: ArrayLike, drag_mm: ArrayLike = 0.0, **constan
 def error(ours: Array, reference: Array) -> float:
     """The worst taxel's error as a share of the strongest taxel's signal."""
     return float(np.abs(ours - reference).max() / np.abs(reference).max())
-
-
-# --- the reference itself -------------------------------------------------------------------
 
 
 def test_the_references_forces_are_the_derivatives_of_its_energies() -> None:
@@ -114,9 +110,6 @@ def test_the_linear_reference_reproduces_the_flat_discs_redistribution() -> None
             assert np.corrcoef(local, total)[0, 1] ** 2 > 0.99
 
 
-# --- the model against the linear disc ------------------------------------------------------
-
-
 @pytest.mark.parametrize("place", [0j, 0.5 + 0j, -0.3 + 0.6j])
 def test_indentation_is_the_linear_membranes(place: complex) -> None:
     mesh, ours = meshes.disc(24), skin(bulge=0.0)
@@ -143,17 +136,14 @@ def test_drag_is_the_linear_sheets(place: complex) -> None:
     assert error(moved.ravel().astype(np.float64), exact.ravel()) < 0.07
 
 
-# --- the model against the nonlinear dome ---------------------------------------------------
-
-
 def tolerance(depth_mm: float) -> float:
     """The bound of docs/simulator.md: 15 % of the peak signal up to 6 mm, 30 % at 12 mm."""
     return float(np.interp(depth_mm, [6.0, 12.0], [0.15, 0.30]))
 
 
-@pytest.mark.parametrize("depth_mm", DEPTHS_MM)
-@pytest.mark.parametrize("place", [0j, 0.5 + 0j], ids=["apex", "half the radius"])
-def test_a_press_is_within_the_bound_at_every_taxel(place: complex, depth_mm: float) -> None:
+@pytest.mark.parametrize("place", [0j, 0.5 + 0j])
+@pytest.mark.parametrize("depth_mm", [1.0, 2.0, 3.0, 4.5, 6.0, 9.0, 12.0])
+def test_a_press_is_within_the_bound_at_every_taxel(depth_mm: float, place: complex) -> None:
     ours, reference = model(place, depth_mm), pressed(place).at(depth_mm)
     assert error(ours, reference) < tolerance(depth_mm)
     assert abs((ours - reference).mean()) < 0.10 * np.abs(reference).max()
@@ -219,9 +209,6 @@ def test_with_the_valve_shut_the_same_constants_hold(depth_mm: float) -> None:
     assert error(ours, shut) < 0.20
     assert shut[0] > 0.01
     assert ours[0] > 0.01
-
-
-# --- convergence of the model ---------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

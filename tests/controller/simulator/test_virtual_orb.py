@@ -33,9 +33,6 @@ def change(
     return np.asarray(np.exp(log_c[0]).reshape(5, 5) - 1.0)
 
 
-# --- membrane -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("apex_stretch", [1.1, 1.3, 1.5, 1.7])
 def test_the_pressure_carries_the_dome_at_its_rim(apex_stretch: float) -> None:
     # Vertical balance of the whole dome, which the local equations never use:
@@ -67,9 +64,6 @@ def test_a_stretch_that_no_pressure_holds_is_refused() -> None:
         membrane.inflate(0.9)
 
 
-# --- contact --------------------------------------------------------------------------------
-
-
 def test_deeper_is_stronger() -> None:
     depths = [1.0, 2.0, 4.0, 8.0, 12.0]
     strengths = [float(np.abs(change([0j], depth)).mean()) for depth in depths]
@@ -84,9 +78,6 @@ def test_a_dragged_finger_compresses_the_skin_ahead_and_stretches_it_behind() ->
 
 def test_two_fingers_on_one_spot_are_solvable() -> None:
     assert np.isfinite(change([5 + 5j, 5 + 5j], 8.0)).all()
-
-
-# --- read-out -------------------------------------------------------------------------------
 
 
 def test_an_ideal_read_out_returns_the_capacitance_it_was_given() -> None:
@@ -115,9 +106,6 @@ def test_untouched_taxels_spread_like_the_papers() -> None:
     assert values.std() == pytest.approx(2.9, abs=0.3)
 
 
-# --- simulator ------------------------------------------------------------------------------
-
-
 def paths(frames: int) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
     """A finger that comes, slides and leaves, then another."""
     steps = frames * 5
@@ -130,12 +118,6 @@ def paths(frames: int) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDA
     return point, depth, np.full((steps, 6), 7.0)
 
 
-def test_another_seed_is_another_orb() -> None:
-    point, depth, radius = paths(22)
-    a, b = (OrbSimulator(np.random.SeedSequence(s)).advance(point, depth, radius) for s in (1, 2))
-    assert np.abs(a / b - 1.0).max() > 0.02
-
-
 def test_rubber_remembers_a_press_for_a_while() -> None:
     circuit = ReadoutModel(noise_lsb=0.0, mains=0.0)
     quiet = OrbModel(electronics=ElectronicsModel(readout=circuit, pressure=0, dead=0, leaky=0))
@@ -144,9 +126,6 @@ def test_rubber_remembers_a_press_for_a_while() -> None:
     frames = OrbSimulator(np.random.SeedSequence(3), model=quiet).advance(point, depth, radius)
     after, much_later = frames[13].mean(), frames[180].mean()
     assert after < much_later
-
-
-# --- hand -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("label", [*GESTURES, *DISTRACTORS])
@@ -165,12 +144,6 @@ def test_the_hand_comes_and_goes(label: str, pointer: bool) -> None:
         assert shares[onset].max() > ONSET_SHARE >= shares[onset - 1].max()
 
 
-def test_an_unknown_gesture_is_refused_with_the_known_ones() -> None:
-    rng = np.random.default_rng(0)
-    with pytest.raises(ValueError, match=r"'wave'.*pinch, press"):
-        perform("wave", (2.0, 2.0), draw_style(rng), rng)
-
-
 def test_twists_turn_the_way_their_names_say() -> None:
     rng = np.random.default_rng(1)
     style = draw_style(rng)
@@ -180,9 +153,6 @@ def test_twists_turn_the_way_their_names_say() -> None:
         arm = done.point[:, :3] - middle
         turned = np.angle(arm[-1] / arm[0])
         assert np.sign(turned).tolist() == [sign] * 3
-
-
-# --- virtual orb ----------------------------------------------------------------------------
 
 
 def test_a_hosts_finger_dents_the_taxel_under_it_and_leaves_no_trace() -> None:
@@ -219,9 +189,6 @@ def test_the_same_seed_and_requests_give_the_same_frames() -> None:
     np.testing.assert_array_equal(play(), play())
 
 
-# --- sessions -------------------------------------------------------------------------------
-
-
 def test_a_session_holds_every_gesture_with_its_truth() -> None:
     session = simulate(0, 3.0, domain=3)
     assert session.frames.shape == (1800, 5, 5)
@@ -235,11 +202,8 @@ def test_a_session_holds_every_gesture_with_its_truth() -> None:
         assert set(session.label[inside].tolist()) <= {LABELS.index(event.kind)}
 
 
-def test_sessions_are_reproducible_and_their_seeds_matter() -> None:
-    a, b, c = simulate(5, 0.5), simulate(5, 0.5), simulate(6, 0.5)
-    np.testing.assert_array_equal(a.frames, b.frames)
-    assert (a.frames != c.frames).any()
-
-
-def test_training_and_evaluation_never_share_a_session() -> None:
-    assert (simulate(5, 0.5, domain=0).frames != simulate(5, 0.5, domain=3).frames).any()
+def test_sessions_are_reproducible_and_their_seeds_and_families_matter() -> None:
+    one = simulate(5, 0.5, domain=0).frames
+    np.testing.assert_array_equal(simulate(5, 0.5, domain=0).frames, one)
+    assert (simulate(6, 0.5, domain=0).frames != one).any()
+    assert (simulate(5, 0.5, domain=3).frames != one).any()

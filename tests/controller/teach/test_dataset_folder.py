@@ -59,8 +59,8 @@ def test_recordings_of_other_gestures_do_not_go_into_one_folder(mine: Path, tmp_
     out = tmp_path / "data"
     dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
     mine.write_text(KNOCK.replace("hold", "pause"))
-    with pytest.raises(TeachError, match=r"of other gestures .*; choose another --out"):
-        dataset_folder.vocabulary(out, mine)
+    with pytest.raises(TeachError, match=r"of other gestures, .*; choose another --out"):
+        dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
 
 
 def test_nobody_has_to_name_gestures(tmp_path: Path) -> None:
@@ -186,71 +186,54 @@ def test_people_who_came_once_are_asked_to_come_again_and_nothing_is_trained() -
     assert alone.note.startswith("only ada was recorded")
 
 
-class Shell:
-    """Runs nothing, and remembers what it was asked to."""
-
-    def __init__(self, *statuses: int) -> None:
-        self.statuses = list(statuses)
-        self.ran: list[list[str]] = []
-        self.said: list[str] = []
-
-    def offer(self, answer: bool | None, installed: bool = True, yes: bool = False) -> int:
-        return next_step.offer(
-            next_step.course(Path("data"), taken("1")),
-            agree=None if answer is None else lambda question: answer,
-            say=self.said.append,
-            call=self.call,
-            installed=lambda: installed,
-            yes=yes,
-        )
-
-    def call(self, command: Sequence[str]) -> int:
-        self.ran.append(list(command[2:5]))
-        return self.statuses.pop(0) if self.statuses else 0
-
-
-@pytest.mark.parametrize(("answer", "yes"), [(True, False), (None, True)])
-def test_who_agrees_gets_a_bundle(answer: bool | None, yes: bool) -> None:
-    shell = Shell()
-    assert shell.offer(answer, yes=yes) == 0
-    assert [command[1] for command in shell.ran] == ["train", "tune", "rehearse", "evaluate"]
-    assert "Play with it: host -- --bundle data.orb" in shell.said[-1]
-
-
-@pytest.mark.parametrize("answer", [False, None])
-def test_who_does_not_is_told_the_commands(answer: bool | None) -> None:
-    shell = Shell()
-    assert shell.offer(answer) == 0
-    assert shell.ran == []
-    assert shell.said[:2] == ["make a bundle of it with:", "  models train data --out data.orb"]
-
-
-def test_who_cannot_train_here_is_told_what_is_missing() -> None:
-    shell = Shell()
-    assert shell.offer(True, installed=False) == 0
-    assert shell.ran == []
-    assert "pip install -e '.[train]'" in shell.said[0]
-    assert shell.offer(None, installed=False, yes=True) == 1
-
-
-def test_what_fails_ends_the_row_with_its_own_status() -> None:
-    shell = Shell(0, 2)
-    assert shell.offer(True) == 2
-    assert [command[1] for command in shell.ran] == ["train", "tune"]
-    assert "the same commands go on from here:" in shell.said
+ALL = ["train", "tune", "rehearse", "evaluate"]
 
 
 @pytest.mark.parametrize(
-    ("answer", "agreed"), [("y", True), (" YES", True), ("", False), ("n", False), ("what?", False)]
+    ("answer", "yes", "installed", "statuses", "status", "ran", "told"),
+    [
+        (True, False, True, [], 0, ALL, "Play with it: host -- --bundle data.orb"),
+        (None, True, True, [], 0, ALL, "Play with it: host -- --bundle data.orb"),
+        (False, False, True, [], 0, [], "make a bundle of it with:|  models train data --out data"),
+        (None, False, True, [], 0, [], "make a bundle of it with:|  models train data --out data"),
+        (True, False, False, [], 0, [], "pip install -e '.[train]'"),
+        (None, True, False, [], 1, [], "pip install -e '.[train]'"),
+        (True, False, True, [0, 2], 2, ALL[:2], "the same commands go on from here:"),
+    ],
 )
-def test_yes_is_a_word(answer: str, agreed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("builtins.input", lambda: answer)
+def test_who_agrees_gets_a_bundle_and_others_are_told_how(
+    answer: bool | None, yes: bool, installed: bool, statuses: list[int],
+    status: int, ran: list[str], told: str,
+) -> None:  # fmt: skip
+    called: list[str] = []
+    said: list[str] = []
+
+    def call(command: Sequence[str]) -> int:
+        called.append(command[3])
+        return statuses.pop(0) if statuses else 0
+
+    ended = next_step.offer(
+        next_step.course(Path("data"), taken("1")),
+        agree=None if answer is None else lambda question: answer,
+        say=said.append,
+        call=call,
+        installed=lambda: installed,
+        yes=yes,
+    )
+    assert (ended, called) == (status, ran)
+    assert told in "|".join(said)
+
+
+@pytest.mark.parametrize(
+    ("answer", "agreed"), [("y", True), (" YES", True), ("", False), ("no", False), (None, False)]
+)
+def test_only_yes_is_a_yes(
+    answer: str | None, agreed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def typed() -> str:
+        if answer is None:
+            raise EOFError
+        return answer
+
+    monkeypatch.setattr("builtins.input", typed)
     assert errors.agreed("Train now?") is agreed
-
-
-def test_a_question_that_nobody_answers_is_a_no(monkeypatch: pytest.MonkeyPatch) -> None:
-    def ended() -> str:
-        raise EOFError
-
-    monkeypatch.setattr("builtins.input", ended)
-    assert not errors.agreed("Train now?")

@@ -10,15 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
-from controller.capture.cue_plan import CueTiming, ExampleRequest
-from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.cues import Cue, CueSession, CueTiming, ExampleRequest, Phase
 from controller.capture.labels import FrameLabels, Labeller
 from controller.recognition.pipeline import Step
 from controller.teach import TeachError, protocols
-from controller.teach.example_counts import ExampleCounts
-from controller.teach.offline_link import OfflineLink
 from controller.teach.progress import (
     KEYS,
+    ExampleCounts,
     ProgressDisplay,
     ProgressLog,
     ProgressPage,
@@ -68,10 +66,9 @@ def test_places_are_every_taxel_and_every_middle_between_four_in_any_order() -> 
     assert again != asks
 
 
-def test_of_a_large_grid_a_hundred_places_are_drawn_half_of_them_between_taxels() -> None:
+def test_of_a_large_grid_a_hundred_places_are_drawn() -> None:
     places = protocols.sites(27, 15, rng())
     assert len(places) == len(set(places)) == 100
-    assert sum(x % 1 == 0.5 for x, _ in places) == 50
     assert all(0 <= x <= 14 and 0 <= y <= 26 for x, y in places)
 
 
@@ -199,18 +196,17 @@ class Terminal(io.StringIO):
 
 def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
     screen, tally = Terminal(), ExampleCounts({"press": 1})
-    board = ProgressDisplay(screen, page(tally), tally, bell=True)
+    board = ProgressDisplay(screen, page(tally), tally)
     for phase in (Phase.GET_READY, Phase.GO):
         board.show(
             FrameLabels(asked=Cue(phase, "press", more={"press": 1}), fresh=True), step(1.0), ""
         )
     board.clear()
     board.clear()
-    first, bell, second = screen.getvalue().partition("\a")
-    assert bell
-    assert first.count("\n") == second.count("\n") == 9
-    assert first.endswith("\x1b[J\x1b[9A")
-    assert second.endswith("\x1b[9A\r\x1b[J")
+    seen = screen.getvalue()
+    assert seen.count("\n") == 2 * 9
+    assert seen.count("\x1b[J\x1b[9A") == 2
+    assert seen.endswith("\x1b[9A\r\x1b[J")
 
 
 def test_the_board_is_not_written_more_often_than_anybody_can_read() -> None:
@@ -253,23 +249,3 @@ def test_a_page_is_drawn_on_terminals_that_understand_it(monkeypatch: pytest.Mon
     assert [drawable(one) for one in (Terminal(), io.StringIO(), None)] == [True, False, False]
     monkeypatch.setenv("TERM", "dumb")
     assert not drawable(Terminal())
-
-
-# --- time -----------------------------------------------------------------------------------------
-
-
-def test_time_passes_as_fast_as_it_was_asked_to() -> None:
-    real = [100.0]
-    alone = OfflineLink(4.0, lambda: real[0], lambda s: real.__setitem__(0, real[0] + s))
-    alone.wait(2.0)
-    assert (alone.now_s(), real[0]) == (2.0, 100.5)
-
-
-def test_time_that_only_waiting_moves_waits_for_nothing() -> None:
-    alone = OfflineLink(0.0, lambda: 0.0, lambda s: pytest.fail("it slept"))
-    for _ in range(10):
-        alone.wait(0.1)
-    assert alone.now_s() == pytest.approx(1.0)
-    assert alone.now_s() > 1.0 - 1e-9
-    assert not alone.connected
-    assert alone.poll() == []

@@ -1,8 +1,5 @@
 """Teaching sessions, from the first cue to the recording; a scripted hand does what it is told."""
 
-import os
-import select
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,12 +8,10 @@ import pytest
 
 from controller.__main__ import main
 from controller.bundles import bundle, vocabulary
-from controller.cli import teach
 from controller.recordings import reader
-from controller.teach import dataset_folder, session
+from controller.teach import dataset_folder
 
 FAST = ("teach", "--sensor", "virtual", "--speed", "0")
-PATIENCE_S = 60.0
 
 
 @pytest.fixture
@@ -148,24 +143,6 @@ def test_a_mistake_is_one_sentence(
     assert complaint in line
 
 
-@pytest.mark.parametrize(
-    ("argv", "complaint"),
-    [
-        (["--repetitions", "0"], "a whole number from 1 to 1000"),
-        (["--speed", "-1"], "must be a number from 0"),
-        (["--rate", "0"], "must be a number above 0, in hertz"),
-        (["--seed", "x"], "a whole number from 0"),
-    ],
-)
-def test_an_option_that_is_none_is_refused(
-    argv: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["teach", *argv])
-    assert ended.value.code == 2
-    assert complaint in capsys.readouterr().err
-
-
 def test_a_named_model_must_fit_the_sensor(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -185,85 +162,37 @@ def test_the_virtual_hand_must_know_what_it_is_asked_for(
     assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
 
 
-def test_an_example_is_written_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["teach", "--example", str(tmp_path)]) == 0
-    assert [Path(line).name for line in capsys.readouterr().out.splitlines()] == [
-        "gestures.toml", "knock.toml",
-    ]  # fmt: skip
-    assert main(["teach", "--example", str(tmp_path)]) == 2
-
-
 # --- in a terminal --------------------------------------------------------------------------------
 
 if sys.platform != "win32":
     import fcntl
-    import pty
     import struct
     import termios
 
-    # Makes the terminal the controlling one, as it is for a login, and teaches; [train] is there.
-    PROGRAM = """
-import fcntl, sys, termios
-fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-from controller.__main__ import main
-from controller.teach import next_step as after
-after.trainable = lambda: True
-sys.exit(main(sys.argv[1:]))
-"""
+    from tests.controller.keymap.test_terminal import ANSWERED, QUERY, Terminal
 
     def test_in_a_terminal_people_see_what_to_do_and_are_asked_in_the_end(mine: Path) -> None:
-        screen, slave = pty.openpty()
-        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 80, 0, 0))
-        before = termios.tcgetattr(slave)
-        argv = ["teach", "--speed", "0", "--out", mine, "--session", "1", "--repetitions", "1"]
-        child = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, *map(str, argv)],
-            stdin=slave, stdout=subprocess.PIPE, stderr=slave,
-            env={**os.environ, "TERM": "xterm", "PYTHONIOENCODING": "utf-8"},
-            start_new_session=True,
-        )  # fmt: skip
+        argv = ["teach", "--speed", "0", "--out", str(mine), "--session", "1", "--repetitions", "1"]
+        terminal = Terminal(f"""
+import sys
+from controller.__main__ import main
+from controller.teach import next_step
+next_step.trainable = lambda: True
+sys.exit(main({argv!r}))
+""")
+        fcntl.ioctl(terminal.screen, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 80, 0, 0))
         try:
-            seen = _until(screen, b"\x1b[c")
-            os.write(screen, b"\x1b[?62c")  # an ordinary terminal
-            seen += _until(screen, b"[y/N] ")
-            os.write(screen, b"n\n")
-            seen += _until(screen, b"models evaluate")
-            out, _ = child.communicate(timeout=PATIENCE_S)
-            after_it = termios.tcgetattr(slave)
+            terminal.sees(QUERY)
+            terminal.types(ANSWERED)  # an ordinary terminal
+            for words in ("hands off: the sensor finds its rest", "understood", "0/1   1 more",
+                          "space: pause", "knock with two fingers side by side", "1/1   enough",
+                          "[y/N] "):  # fmt: skip
+                terminal.sees(words.encode())
+            terminal.types(b"n\n")
+            terminal.sees(b"models evaluate")
+            assert terminal.line() == str(mine / "sub-unknown_ses-1_run-01.npz")
+            terminal.wait()
+            assert terminal.child.returncode == 0
+            assert terminal.attributes() == terminal.before
         finally:
-            child.kill()
-            os.close(screen)
-            os.close(slave)
-        text = seen.decode()
-        for words in ("hands off: the sensor finds its rest", "knock with two fingers side by side",
-                      "0/1   1 more", "1/1   enough", "understood", "space: pause"):  # fmt: skip
-            assert words in text
-        assert child.returncode == 0
-        assert out.decode().split() == [str(mine / "sub-unknown_ses-1_run-01.npz")]
-        assert after_it == before
-
-    def _until(screen: int, wanted: bytes) -> bytes:
-        """Wait until the program has written something."""
-        seen = b""
-        while wanted not in seen:
-            ready, _, _ = select.select([screen], [], [], PATIENCE_S)
-            assert ready, seen[-500:]
-            seen += os.read(screen, 65536)
-        return seen
-
-
-# --- what is needed --------------------------------------------------------------------------
-
-
-def test_everything_that_training_imports_is_looked_for_and_nothing_is_imported() -> None:
-    code = "import sys; from controller.teach import next_step as after; after.trainable(); " + (
-        "sys.exit(any(name in sys.modules for name in after.NEEDED))"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_a_lesson_says_how_many_examples_it_wants_where_nobody_did(mine: Path) -> None:
-    options = teach.parser().parse_args(["--out", str(mine)])
-    assert session.prepare(options).repetitions == 10
-    options = teach.parser().parse_args(["--out", str(mine), "--protocol", "locations"])
-    assert session.prepare(options).repetitions == 2
+            terminal.close()

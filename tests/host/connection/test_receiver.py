@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import errno
-import os
-import pty
 import queue
-import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
-import tty
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
@@ -22,7 +18,7 @@ import pytest
 import serial
 
 from controller.links import open_link
-from controller.protocol.device_session import DeviceSession
+from controller.links.ports import why
 from controller.protocol.messages import (
     VERSION,
     Command,
@@ -36,7 +32,6 @@ from controller.protocol.messages import (
     Message,
     Offer,
     Perform,
-    Refuse,
     State,
     Telemetry,
     Welcome,
@@ -55,7 +50,7 @@ from host.connection.receiver import (
     Refused,
     Stale,
 )
-from host.connection.transport import Transport, explain, open_transport
+from host.connection.transport import Transport, open_transport
 from host.connection.virtual_orb import START_S, VirtualOrbProcess
 from tests.support import SUPPORT
 from tests.support.fake_device import welcome
@@ -161,19 +156,16 @@ def test_two_processes_talk_over_tcp(device: VirtualOrbProcess, ears: Ears) -> N
     assert ear.receiver.state == "live"
 
 
-def test_round_trip_and_clock_offset_are_known_only_while_connected(
+def test_the_clock_offset_is_known_only_while_connected(
     device: VirtualOrbProcess, ears: Ears
 ) -> None:
     receiver = Receiver(device.open, token=device.token)
     ear = ears(receiver)
-    known = [(receiver.rtt_ms, receiver.clock_offset_ms)]
+    assert receiver.clock_offset_ms is None
     receiver.connect()
-    ear.until(lambda _: receiver.rtt_ms is not None)
-    assert 0 <= (receiver.rtt_ms or 0) < 1000 * DEADLINE_S
-    assert receiver.clock_offset_ms is not None
+    ear.until(lambda _: receiver.clock_offset_ms is not None)
     receiver.close()
-    known.append((receiver.rtt_ms, receiver.clock_offset_ms))
-    assert known == [(None, None), (None, None)]
+    assert receiver.clock_offset_ms is None
 
 
 def test_waiting_ends_when_there_is_news_to_poll(device: VirtualOrbProcess) -> None:
@@ -251,7 +243,7 @@ def test_a_receiver_that_was_only_started_waits_for_an_orb_to_come(ears: Ears) -
     ear = ears(Receiver(lambda: open_transport(url)))
     ear.receiver.start()
     refused = ear.next(Refused)
-    assert refused.reason.startswith(f"nothing listens at {url}; start the orb")
+    assert "nothing listens there" in refused.reason
     assert ear.receiver.state == "connecting"
     link = open_link(f"listen://127.0.0.1:{port}", welcome())
     ear.next(Connected)
@@ -361,24 +353,6 @@ def test_silence_nonsense_and_our_own_echo_are_no_orb(peer: Peer, ears: Ears) ->
         assert ear.receiver.state == "connecting"
 
 
-def test_an_orb_of_another_version_says_so_in_its_refusal(peer: Peer) -> None:
-    sentence = "the orb speaks protocol versions 3 to 4, the host version 2; update the host"
-
-    def refuse(data: bytes) -> bytes:
-        [packet] = Decoder().feed(data)
-        assert isinstance(packet.message, Hello)
-        return encode(Refuse(sentence), session=0, sequence=packet.sequence, t_ms=0)
-
-    url = peer(refuse)
-    assert failure(url) == f"{url}: {sentence}"
-
-
-def test_an_orb_that_belongs_to_another_program_refuses() -> None:
-    link: Any = open_link("listen://127.0.0.1:0", welcome(), token="secret")
-    assert "accepts only the program that started it" in failure(link.url, "guess")
-    link.close()
-
-
 def test_a_key_has_to_be_the_same_at_both_ends(ears: Ears) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome(), key=bytes(32))
     for key, sentence in (
@@ -442,27 +416,6 @@ def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
         transport.close()
 
 
-def test_a_port_that_pyserial_watches_carries_every_byte_once(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    transport = open_transport(f"spy://{os.ttyname(slave)}")
-    sent = bytes(range(256)) * 80  # more than a pty takes at once
-    transport.write(sent)
-    came = b""
-    end_s = time.monotonic() + DEADLINE_S
-    while len(came) < len(sent) and time.monotonic() < end_s:
-        if select.select([master], [], [], 0.0)[0]:
-            came += os.read(master, 4096)
-        transport.read(0.01)  # sends what has to wait
-    assert came == sent
-    assert "TX" in capsys.readouterr().err
-    transport.close()
-    os.close(slave)
-    os.close(master)
-
-
 def test_pauses_grow_with_failures_and_a_connection_ends_that(
     ears: Ears, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -490,108 +443,42 @@ def test_pauses_grow_with_failures_and_a_connection_ends_that(
     assert failures[:3] == [1, 2, 0]
 
 
-class LateOrb:
-    """An orb in this process: it sends one command, which is 400 ms old, and is gone."""
-
-    name = "orb"
-
-    def __init__(self) -> None:
-        self.device, self.sent = DeviceSession(welcome()), False
-
-    def read(self, timeout_s: float) -> bytes:
-        if self.device.live and not self.sent and not self.device.output:
-            command = Command("drop", "pinch", 0.5, None, 1)
-            self.device.send(command, 0, time.monotonic_ns() // 1_000_000 - 400)
-            self.sent = True
-        data = bytes(self.device.output)
-        self.device.output.clear()
-        if self.sent and not data:
-            raise LinkError("it is gone")
-        return data
-
-    def write(self, data: bytes) -> None:
-        self.device.receive(data, time.monotonic_ns() // 1_000_000)
-
-    def wake(self) -> None:
-        """Nobody waits."""
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-def test_a_command_that_is_too_late_is_missed_and_counted(ears: Ears) -> None:
-    orbs = iter([LateOrb()])
-
-    def attempt() -> Transport:
-        for orb in orbs:
-            return orb
-        raise LinkError("there is no orb")
-
-    ear = ears(Receiver(attempt))
-    ear.receiver.start()
-    assert ear.next(Missed) == Missed(1)
-    ear.next(Refused)  # of the next attempt
-    assert (ear.receiver.late, ear.receiver.past.missed) == (1, 1)
-
-
 # --- ports that do not open ---
 
 
-def test_a_port_that_another_program_has_is_explained() -> None:
-    master, slave = pty.openpty()
-    path = os.ttyname(slave)
-    taken = serial.Serial(path, exclusive=True)
-    assert failure(path) == f"{path} is in use by another program; close that one first"
-    taken.close()
-    os.close(master)
-    os.close(slave)
-
-
 @pytest.mark.parametrize(
-    ("url", "sentence"),
+    ("url", "reason"),
     [
-        ("/dev/ttyNONE", "there is no port /dev/ttyNONE; plug in or pair the orb"),
-        ("/dev/null", "/dev/null is not a serial port; name the one that the orb is behind"),
-        ("/", "/ is not a serial port; name the one that the orb is behind"),
-        ("socket://127.0.0.1", "cannot open socket://127.0.0.1: expected is socket://ADDRESS:"),
-        ("socket://x:y", "cannot open socket://x:y: expected is socket://ADDRESS:PORT; name"),
-        ("socket://127.0.0.1:99999", "cannot open socket://127.0.0.1:99999: expected is socket:"),
-        ("foo://x", "cannot open foo://x: invalid URL, protocol 'foo' not known; name another"),
+        ("/dev/ttyNONE", "there is no such port"),
+        ("/", "it is not a serial port"),
+        ("socket://x:y", "expected is socket://ADDRESS:PORT"),
+        ("foo://x", "invalid URL, protocol 'foo' not known"),
     ],
 )
-def test_a_port_that_cannot_be_opened_is_explained(url: str, sentence: str) -> None:
-    assert failure(url).startswith(sentence)
+def test_a_port_that_cannot_be_opened_is_explained(url: str, reason: str) -> None:
+    assert failure(url) == f"cannot open {url}: {reason}; name another with --link"
 
 
 @pytest.mark.parametrize(
-    ("error", "sentence"),
+    ("error", "reason"),
     [
-        (PermissionError(errno.EACCES, "Permission denied"), "no permission to open P; join the"),
-        (serial.SerialException(errno.EACCES, "could not open port"), "no permission to open P;"),
-        (serial.SerialException(errno.EBUSY, "could not open port"), "P is in use by another"),
-        (OSError(errno.EHOSTDOWN, "Host is down"), "P does not answer; check the address"),
-        (OSError(errno.ENXIO, "No such device or address"), "P exists, but no device is behind"),
+        (PermissionError(errno.EACCES, "Permission denied"), "you may not; join the"),
+        (serial.SerialException(errno.EBUSY, "could not open port"), "another program uses it"),
+        (OSError(errno.EHOSTDOWN, "Host is down"), "it does not answer; check the address"),
         # as pyserial says it on Windows
         (
-            serial.SerialException(
-                "could not open port 'COM9': FileNotFoundError(2, 'The system cannot find the "
-                "file specified.', None, 2)"
-            ),
-            "there is no port P; plug in",
+            serial.SerialException("could not open port 'COM9': FileNotFoundError(2, 'The system"),
+            "there is no such port",
         ),
         (
-            serial.SerialException(
-                "could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)"
-            ),
-            "P is in use by another program",
+            serial.SerialException("could not open port 'COM3': PermissionError(13, 'Access is"),
+            "another program uses it",
         ),
-        (RuntimeError("something\nelse"), "cannot open P: something else; name another port"),
+        (RuntimeError("something\nelse"), "something else"),
     ],
 )
-def test_every_error_becomes_one_sentence(error: Exception, sentence: str) -> None:
-    explained = explain("P", error)
-    assert explained.startswith(sentence)
-    assert "\n" not in explained
+def test_every_error_has_words(error: Exception, reason: str) -> None:
+    assert why(error).startswith(reason)
 
 
 # --- an orb of our own ---
@@ -747,7 +634,7 @@ def test_commands_that_a_busy_program_left_waiting_are_too_late(
     transport.say(State(()))
     monkeypatch.setattr(receiver_module, "LATE_MS", -1)  # so anything has waited too long
     ear.until(lambda news: news == Delivered(State(()), 0))
-    assert (ear.frames(), ear.receiver.late) == ([[1]], 1)
+    assert (ear.frames(), ear.receiver.past.missed) == ([[1]], 1)
 
 
 def test_a_program_that_does_not_listen_any_more_costs_no_memory(

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD
-from controller.keymap.keymap_file import parse
+from controller.keymap.keymap import KEYBOARD, parse
 from controller.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import Backend

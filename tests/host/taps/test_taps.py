@@ -16,8 +16,7 @@ from controller.protocol.codec import quantise_image
 from controller.protocol.messages import Command, Message, Telemetry, Welcome
 from host import taps
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
-from host.taps import Tap, TapError, TapUnavailableError, open_taps
-from host.taps.base import TapThread
+from host.taps import Tap, TapError, TapThread, TapUnavailableError, open_taps
 from tests.support.fake_device import welcome
 
 PATIENCE_S = 20.0

@@ -11,8 +11,7 @@ import pytest
 
 from controller.errors import UserError
 from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD
-from controller.keymap.keymap_file import parse
+from controller.keymap.keymap import KEYBOARD, parse
 from controller.protocol.messages import Command, Contacts, Message, State, Telemetry
 from host import targets
 from host import window_loop as loop
@@ -280,7 +279,7 @@ def test_mapping_or_back_end_that_cannot_be_used_is_one_sentence(tmp_path: Path)
     keys.write_text('[profile.a]\nleft = "lefft"')
     for name, options, status, words in (
         ("keyboard", TargetOptions(mapping=keys), 2, "line 2: .*there is no key 'lefft'"),
-        ("gamepad", TargetOptions(backend="x11"), 1, "X11 has no pads"),
+        ("gamepad", TargetOptions(backend="x11"), 1, "x11 has no pads"),
     ):
         with pytest.raises(UserError, match=words) as refused:
             targets.load(name, options)

@@ -22,7 +22,7 @@ from controller.protocol.messages import (
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
-from host.ui import orb_state, side_cards, sprites
+from host.ui import layout, orb_state, sprites
 from host.ui.orb_state import OrbState
 from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
 from host.ui.pointer_input import DomeArea
@@ -78,47 +78,28 @@ def pixel(picture: pygame.Surface, x: float, y: float) -> pygame.Color:
     return picture.get_at((round(across) + 6, round(down) + 6))  # beside the taxel's own mark
 
 
-# -- the state -----------------------------------------------------------------------------
-
-
-def test_shown_image_eases_towards_the_felt_one() -> None:
+def test_image_and_probabilities_ease_towards_the_newest_ones_and_fade_in_silence() -> None:
     view = live_view()
+    view.contacts = (Contact(0, 2, 2, 9, 7),)
     z = np.ones((5, 5))
     z[0, 4] = 1.2
-    view.advance(1.0)
-    view.telemetry(telemetry(z), 1.0)
-    view.advance(1.0)
-    assert view.shown[0, 4] == 0.0
-    view.advance(1.0 + orb_state.EASE_S)
-    assert 0.1 < view.shown[0, 4] < 0.15
-    view.advance(2.0)
-    assert view.shown[0, 4] == pytest.approx(0.2, abs=1e-3)
-
-
-def test_silence_of_the_link_lets_the_image_fade_and_the_gesture_go() -> None:
-    view = live_view()
-    view.telemetry(telemetry(np.full((5, 5), 1.3), gesture="press"), 0.0)
-    view.contacts = (Contact(0, 2, 2, 9, 7),)
-    view.silent("stale", "no word")
-    view.advance(0.0)
-    view.advance(3.0)
-    assert view.link == "stale"
-    assert view.gesture == ""
-    assert not view.contacts
-    assert np.abs(view.shown).max() < 1e-3
-
-
-def test_probabilities_and_rate_are_the_newest_ones_eased_and_fade_in_silence() -> None:
-    view = live_view()
     view.advance(0.0)
     view.advance(5.0)
-    view.telemetry(telemetry(np.ones((5, 5)), probabilities=(0, 0, 1, 0, 0), rate_hz=9.5), 5.0)
+    view.telemetry(telemetry(np.full((3, 3), 1.3)), 5.0)  # of a foreign shape: left out
+    said = telemetry(z, probabilities=(0, 0, 1, 0, 0), rate_hz=9.5, gesture="press")
+    view.telemetry(said, 5.0)
     view.advance(5.0 + orb_state.EASE_S)
     assert view.probabilities.tolist() == pytest.approx([0, 0.37, 0.63, 0, 0], abs=0.01)
-    assert view.rate_hz == 9.5
-    view.silent("lost", "gone")
+    assert (view.rate_hz, view.gesture) == (9.5, "press")
+    assert view.shown[0, 4] == pytest.approx(0.63 * 0.2, abs=0.01)
+    view.silent("stale", "no word")
     view.advance(9.0)
-    assert view.probabilities.max() < 0.01
+    assert max(view.probabilities.max(), np.abs(view.shown).max()) < 0.01
+    assert not view.gesture
+    assert not view.contacts
+    assert view.heard()  # the next word makes the link live again
+    assert (view.link, view.reason) == ("live", "")
+    assert not view.heard()
 
 
 def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() -> None:
@@ -127,29 +108,29 @@ def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() 
     assert (view.shape, len(view.probabilities), len(view.trace)) == ((3, 4), 2, 0)
 
 
-def test_the_next_word_after_silence_makes_the_link_live_again() -> None:
+def test_lists_forget_what_is_too_old() -> None:
     view = live_view()
-    view.silent("stale", "no word")
-    assert view.heard()
-    assert (view.link, view.reason) == ("live", "")
-    assert not view.heard()
+    for frame in range(300):
+        view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
+        view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
+    view.advance(30.0)
+    assert view.trace[0][0] >= 30.0 - orb_state.TRACE_S
+    assert (len(view.history), view.history[-1].time_s) == (orb_state.MEMORY, 299.0)
 
 
-def test_who_touches_is_shown_and_forgotten_with_the_session(surface: pygame.Surface) -> None:
+def test_who_touches_and_what_is_wrong_are_shown_and_forgotten_with_the_session(
+    surface: pygame.Surface,
+) -> None:
     view = live_view()
-    nobody = pygame.image.tobytes(drawn(view, surface), "RGB")
+    pictures = [pygame.image.tobytes(drawn(view, surface), "RGB")]
     view.who(UserIdentified("ann", 0.97))
-    assert pygame.image.tobytes(drawn(view, surface), "RGB") != nobody
+    pictures.append(pygame.image.tobytes(drawn(view, surface), "RGB"))
+    view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
+    pictures.append(pygame.image.tobytes(drawn(view, surface), "RGB"))
+    assert len(set(pictures)) == 3
     view.connected(WELCOME)
     assert (view.user, view.sure) == ("", 0.0)
-
-
-def test_commands_are_remembered_up_to_the_length_of_the_list() -> None:
-    view = live_view()
-    for frame in range(20):
-        view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
-    assert len(view.history) == orb_state.MEMORY
-    assert view.history[-1].time_s == 19.0
+    assert not view.health
 
 
 def test_last_recognised_touch_is_marked_and_then_fades() -> None:
@@ -158,24 +139,6 @@ def test_last_recognised_touch_is_marked_and_then_fades() -> None:
     assert view.mark(4.0) == (0.5, 2.0, 1.0)
     assert view.mark(4.0 + orb_state.MARK_S / 4) == pytest.approx((0.5, 2.0, 0.75))
     assert view.mark(4.0 + orb_state.MARK_S) is None
-
-
-def test_image_of_a_foreign_shape_is_left_out() -> None:
-    view = live_view()
-    view.telemetry(telemetry(np.full((3, 3), 1.3)), 1.0)
-    assert view.shape == (5, 5)
-    assert not view.felt.any()
-
-
-def test_trace_forgets_what_is_too_old() -> None:
-    view = live_view()
-    for frame in range(300):
-        view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
-    view.advance(30.0)
-    assert view.trace[0][0] >= 30.0 - orb_state.TRACE_S
-
-
-# -- the picture ---------------------------------------------------------------------------
 
 
 def test_bulging_taxel_is_drawn_warmer_and_a_dented_one_colder(surface: pygame.Surface) -> None:
@@ -221,19 +184,8 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     view.advance(0.5)
     panel.draw(surface, view, 0.5)
     unit = sprites.SpriteScale(1.0)
-    side_cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
-    side_cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
-
-
-def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_does(
-    surface: pygame.Surface,
-) -> None:
-    view = live_view()
-    without = pygame.image.tobytes(drawn(view, surface), "RGB")
-    view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
-    assert pygame.image.tobytes(drawn(view, surface), "RGB") != without
-    view.connected(view.welcome or WELCOME)
-    assert not view.health
+    layout.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
+    layout.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
 
 
 def test_pixels_and_grid_units_are_each_others_inverse() -> None:
@@ -241,9 +193,6 @@ def test_pixels_and_grid_units_are_each_others_inverse() -> None:
     assert projection.to_screen(2.0, 2.0) == (300.0, 200.0)
     assert projection.to_screen(4.0, 4.0) == (380.0, 120.0)  # up on the dome is up on the screen
     assert projection.to_grid(*projection.to_screen(0.25, 3.5)) == pytest.approx((0.25, 3.5))
-
-
-# -- names and numbers of any length ---------------------------------------------------------
 
 
 WIDE = "W" * 40
@@ -261,7 +210,7 @@ def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ..
     target.draw(surface)
     scene = target._scene
     assert scene is not None
-    for card in (scene.orb, scene.history):
+    for card in (scene.orb, scene.history, scene.touches):
         surface.fill((0, 0, 0), card)
     return pygame.image.tobytes(surface, "RGB")
 

@@ -3,18 +3,15 @@
 import hashlib
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from controller.recognition.frames import PreprocessSettings
 from controller.recordings import reader, recording, writer
 from controller.simulator.session import TEST_SEEDS
-from controller.simulator.user_style import person
 from models.__main__ import main
 from models.data import simulate
-from models.data.examples import Source, prepare, read_training
+from models.data.examples import read_training
 from models.data.simulate import DataSet
 from tests.support.model_commands import refused
 
@@ -109,29 +106,11 @@ def test_an_interrupted_data_set_goes_on_where_it_was(
     assert {name: after[name] for name in before} == before  # what was there is kept
 
 
-def test_a_failed_write_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("os.fsync", full)
-        assert make(tmp_path / "set", *SMALL, "--workers", "1") == 1
-    assert list((tmp_path / "set").iterdir()) == []
-
-
 def test_users_can_be_added_later_and_do_not_change_the_others(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "set"
     assert make(out, *ONE) == 0
     assert make(out, *SMALL) == 0
     assert sums(out) == sums(data)
-
-
-def test_another_seed_is_other_people(data: Path, tmp_path: Path) -> None:
-    assert make(tmp_path / "set", *ONE, "--seed", "5") == 0
-    name = simulate.name(0, 0)
-    other, this = reader.load(tmp_path / "set" / name), reader.load(data / name)
-    assert (other.frames != this.frames).any()
-    assert person(5, 0) != person(0, 0)
 
 
 def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> None:
@@ -189,43 +168,7 @@ def test_a_damaged_recording_is_told_and_not_replaced(
     assert "is damaged; remove it" in refused(capsys, "simulate", "--out", tmp_path / "set", *ONE)
 
 
-# --- seeds that are for tests, and training from recordings ----------------------------------
-
-
-def test_a_pointer_touches_as_a_mouse_does_and_nothing_else_is_different(tmp_path: Path) -> None:
-    for hand in ("person", "pointer"):
-        assert make(tmp_path / hand, *ONE, "--hand", hand) == 0
-    hand_s, mouse_s = (
-        reader.load(tmp_path / hand / simulate.name(0, 0)) for hand in ("person", "pointer")
-    )
-    assert hand_s.origin == mouse_s.origin
-    assert not np.array_equal(hand_s.frames, mouse_s.frames)
-
-
 def test_no_training_accepts_a_recording_with_a_test_seed(tmp_path: Path) -> None:
     assert make(tmp_path / "set", *ONE, "--seed", str(TEST_SEEDS.stop - 1)) == 0
     with pytest.raises(ValueError, match=r"run-01\.npz has seed 999999, and seeds 900000"):
         read_training([tmp_path])
-
-
-def test_training_reads_folders_and_files_of_one_kind(data: Path, tmp_path: Path) -> None:
-    assert len(read_training([data])) == 4
-    assert len(read_training([data / simulate.name(1, 1)])) == 1
-    faster = tmp_path / "faster"
-    assert make(faster, *ONE, "--rate", "20") == 0
-    with pytest.raises(ValueError, match=r"5×5 taxels at 10 Hz .* 20 Hz .* train on one kind"):
-        read_training([data, faster])
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    with pytest.raises(ValueError, match=f"there are no recordings in {empty}; make some with"):
-        read_training([empty])
-
-
-def test_examples_take_true_labels_or_the_buttons(data: Path) -> None:
-    recordings = read_training([data])
-    true = prepare([Source.of(r) for r in recordings], PreprocessSettings())
-    button = prepare([Source.of(r, "button") for r in recordings], PreprocessSettings())
-    np.testing.assert_array_equal(true.images, button.images)
-    assert 0.8 < np.mean(true.label == button.label) < 1.0
-    assert np.isfinite(true.touch[true.label == 1]).all()
-    assert set(true.session.tolist()) == {0, 1, 2, 3}

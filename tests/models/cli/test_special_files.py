@@ -13,8 +13,7 @@ from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
 from models.reports.page import ReportData
-from models.results import storage
-from models.studies.information import games
+from models.studies.information import channel
 from models.studies.sweep import run
 from tests.support.report_results import evaluation
 from tests.support.special_files import KINDS, answer, make
@@ -106,14 +105,6 @@ def test_what_cannot_be_replaced_is_refused_before_anything_is_done(
     assert special.exists() or special.is_symlink()
 
 
-@pytest.mark.parametrize("kind", ["sparse", "unreadable", "binary", "dots", "json", "sequences"])
-@pytest.mark.parametrize("words", ["evaluate --html {}", f"tune {BUNDLE} {{data}} --html {{}}"])
-def test_a_page_that_is_no_report_is_refused_before_anything_is_done(
-    words: str, kind: str, tmp_path: Path
-) -> None:
-    refused(words, make(kind, tmp_path), tmp_path)
-
-
 def test_a_report_whose_data_were_tampered_with_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     page.write(path, ReportData(evaluation=evaluation()))
@@ -198,11 +189,11 @@ def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
     path = tmp_path / "game.json"
     good = '{"events": [[0, 500, "drop"]], "commands": [[450, "drop"]], "seconds": 5.5}'
     path.write_text(f"noise\n{good}\n")
-    assert games.read(path).minutes == pytest.approx(5.5 / 60)
+    assert channel.read(path).minutes == pytest.approx(5.5 / 60)
     for old, new in (("[[0, 500,", "[[500,"), ('"drop"]]', "7]]"), ("5.5", '"long"')):
         path.write_text(good.replace(old, new))
-        with pytest.raises(games.GameError, match="holds no game; make one with"):
-            games.read(path)
+        with pytest.raises(channel.GameError, match="holds no game; make one with"):
+            channel.read(path)
 
 
 def test_a_full_disk_is_one_sentence_that_names_the_file_and_leaves_no_half(
@@ -234,8 +225,3 @@ def test_a_checkpoint_that_holds_something_else_is_damaged(tmp_path: Path) -> No
         np.savez(path, words=np.array(words))
         with pytest.raises(checkpoint.CheckpointError, match="is damaged; remove it"):
             checkpoint.load(path)
-
-
-def test_a_page_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    with pytest.raises(storage.UserFileError, match=f"cannot read {tmp_path}: it is a folder"):
-        storage.read_text(tmp_path)

@@ -7,10 +7,10 @@ import pytest
 
 from controller.bundles import bundle
 from controller.recordings import writer
-from controller.recordings.quality.response import respond
+from controller.recordings.quality.taxels import respond
 from controller.simulator.faults import KINDS, Fault
 from models.__main__ import main
-from models.data import faults
+from models.data import test_sessions as faults
 from tests.support.recordings import broken, of, played
 
 
@@ -46,12 +46,9 @@ def test_a_dead_electrode_takes_its_whole_line_with_it() -> None:
     assert (column.frames[:, :, :4] == recording.frames[:, :, :4]).all()
 
 
-def test_nothing_is_touched_nothing_changes() -> None:
+def test_what_frames_cannot_tell_is_refused_or_changes_nothing() -> None:
     still = of(np.full((40, 2, 2), 40.0))
     assert (faults.broken(still, Fault.parse("dead:0,0", 2, 2)).frames == still.frames).all()
-
-
-def test_what_frames_cannot_tell_is_refused() -> None:
     with pytest.raises(ValueError, match="mains"):
         faults.broken(played(), Fault.parse("mains"))
 

@@ -15,13 +15,6 @@ def test_an_interval_of_independent_events_is_the_binomial_one() -> None:
     assert figure.high - figure.low == pytest.approx(2 * 1.96 * deviation, rel=0.2)
 
 
-def test_events_that_fail_together_make_a_wider_interval_than_as_many_alone() -> None:
-    alone = bootstrap.share([45] * 20, [50] * 20)
-    together = bootstrap.share([0, 0] + [50] * 18, [50] * 20)
-    assert alone.value == together.value == 0.9
-    assert together.high - together.low > 0.2 > alone.high - alone.low
-
-
 def test_nineteen_of_twenty_intervals_hold_the_truth() -> None:
     rng = np.random.default_rng(2)
     held = 0

@@ -135,14 +135,6 @@ def test_a_stream_that_is_always_right_and_sure_is_perfect() -> None:
     assert (found.sessions, found.users, len(found.by_session)) == (3, 1, 3)
 
 
-def test_a_pipeline_that_never_was_ready_recognises_nothing() -> None:
-    stream = drawn([Event(2.0, 3.0, "press")], [])
-    never = replace(stream, ready=np.zeros(len(stream.ready), dtype=np.bool_))
-    counted = tally(never, LABELS)
-    assert counted.recognised == 0
-    assert counted.idle_minutes == 0.0
-
-
 @pytest.fixture(scope="module")
 def shipped() -> list[Tally]:
     sessions = ((str(seed), played("nominal", seed=seed)) for seed in range(2))

@@ -43,8 +43,3 @@ def test_of_normal_errors_two_thirds_are_within_one_deviation_and_19_of_20_withi
 def test_a_handful_of_presses_tells_nothing() -> None:
     assert measure(BLUR[:5], errors(PositionSpread(0.1, 1.0))[:5]) is None
     assert measure(np.full(4000, np.nan), errors(PositionSpread(0.1, 1.0))) is None
-
-
-def test_places_without_a_deviation_are_not_judged_by_it() -> None:
-    assert np.isnan(within(np.full(3, np.nan), np.zeros((3, 2)))).all()
-    assert within(np.array([0.1, np.nan]), np.array([[0.05, 0.15], [9.0, 9.0]])) == (0.5, 1.0)

@@ -50,14 +50,6 @@ def test_without_places_the_answers_are_the_same() -> None:
     assert (quick.ready == whole.ready).all()
 
 
-def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:
-    recording = of(np.full((5, 5, 5), 40.0), label=[0] * 5)
-    stream = replay.run(SHIPPED, NETWORKS, recording, GroundTruth.of(recording, LABELS, "it"))
-    assert not stream.ready.any()
-    assert (stream.probabilities[:, 0] == 1.0).all()
-    assert stream.answers == ()
-
-
 def test_a_recording_of_another_sensor_is_refused() -> None:
     small = of(np.full((30, 4, 5), 40.0), label=[0] * 30)
     with pytest.raises(RecordingError, match="4×5 sensor"):

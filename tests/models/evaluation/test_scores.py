@@ -24,11 +24,6 @@ def test_the_temperature_of_overheated_logits_is_found_again(hot: float, seed: i
     assert sum(count for _, _, count in found.bins) == 20_000
 
 
-def test_without_anything_held_out_probabilities_stay_what_they_are() -> None:
-    none = np.empty(0, dtype=np.int64)
-    assert scores.temperature(np.empty((0, 3)), none) == 1.0
-
-
 def test_calibration_is_the_distance_of_confidence_from_accuracy() -> None:
     # Always 75 % sure, right in half of the cases.
     logits = np.log(np.tile([0.75, 0.25], (100, 1)))
@@ -61,8 +56,3 @@ def test_honest_and_random_scores_stand_side_by_side_with_their_gap() -> None:
     assert (honesty.unseen, honesty.random, honesty.gap) == (0.75, 1.0, 0.25)
     # One wrong name in four is two wrong outputs in twenty.
     assert honesty.unseen_binary == pytest.approx(1.0 - 2 / 20)
-
-
-def test_confusion_counts_true_classes_in_rows() -> None:
-    named, label = np.array([0, 1, 1, 2]), np.array([0, 1, 2, 2])
-    assert scores.confusion(named, label, 3).tolist() == [[1, 0, 0], [0, 1, 0], [0, 1, 1]]

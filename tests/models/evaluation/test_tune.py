@@ -18,7 +18,6 @@ from models.__main__ import main
 from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
-from models.reports import markdown, tables, terminal_plot
 from models.results.evaluation import Point, Tuning
 from tests.support.model_commands import refused
 from tests.support.recordings import of, origin, played
@@ -104,15 +103,6 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         assert point.latency_s == pytest.approx(np.median(total.latencies_s), abs=1e-4)
     assert found.before.settings == SHIPPED.debounce
     assert Goal().cost(found.chosen) <= Goal().cost(found.before) + 100.0 / found.events
-
-
-def test_the_front_is_drawn_in_a_terminal_of_eighty_columns(found: Tuning) -> None:
-    drawing = terminal_plot.draw(found)
-    assert terminal_plot.CHOSEN in drawing
-    assert max(len(line) for line in drawing.splitlines()[:-1]) <= 80
-    one = replace(found, front=(found.chosen,), before=found.chosen)
-    assert terminal_plot.BEFORE in terminal_plot.draw(one)  # all on one spot
-    assert f"| {found.chosen.settings.on:g} |" in markdown.table(tables.thresholds(found))
 
 
 def test_streams_without_gestures_are_refused() -> None:

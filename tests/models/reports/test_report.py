@@ -5,22 +5,16 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from markupsafe import Markup
 
 from models import formatting
-from models.reports import figures, page, sections, tables
-from models.reports.page import ReportData, Section
-from models.results import storage
+from models.reports import figures, page
+from models.reports.page import ReportData
 from models.results.evaluation import LocationFigures
 from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Lateness
 from tests.support.report_results import (
-    LABELS,
     WHOLE,
     evaluation,
     figure,
@@ -112,15 +106,6 @@ def test_the_honest_figure_and_the_papers_stand_side_by_side_with_the_gap_in_wor
     assert "96.5 % and 99.20 %" in said  # binary accuracy, as the paper may have counted
 
 
-def test_where_the_unseen_sessions_are_easier_nobody_is_told_of_a_leak() -> None:
-    gesture = training().gesture
-    assert gesture is not None
-    honest = replace(gesture.honesty, unseen=0.95, random=0.93)
-    said = text(page.html(ReportData(training(gesture=replace(gesture, honesty=honest)))))
-    assert "2.0 points worse" in said
-    assert "93.0 %: 2.0 points too good" not in said
-
-
 def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
     nothing = Lateness()
     nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
@@ -152,41 +137,12 @@ def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
     again = page.unpack(html)
     assert again.training is not None
     assert again.training.name == evil
-    assert r"user $\frac{安 <b>, session 01" in text(html)
-
-
-def test_a_doubtful_recording_is_listed_with_the_reason() -> None:
-    rows = (session(1), session(2, verdict="doubtful", findings=("taxel row 0 is dead",)))
-    said = text(page.html(ReportData(training(sessions=rows))))
-    assert "1 is not as it should be" in said
-    assert "taxel row 0 is dead" in said
-
-
-def test_a_confusion_matrix_shows_shares_of_what_was_done() -> None:
-    counts = ((90, 10, 0), (0, 3, 1), (0, 0, 5))
-    said = text(page.study("", [Section("", [sections.matrix(LABELS, counts)])]))
-    assert "90.0 % 90 10.0 % 10" in said
-    assert "75.0 % 3 25.0 % 1" in said
 
 
 def test_a_page_gives_its_data_back() -> None:
     again = page.unpack(page.html(WHOLE))
     assert page.pack(again) == page.pack(WHOLE)
     assert again.tuning == tuning()
-
-
-@given(
-    st.builds(
-        Lateness,
-        *[st.floats(allow_infinity=False, width=32).map(lambda v: round(v, 3))] * 4,
-        *[st.integers(0, 10**6)] * 5,
-    ),
-    st.text(),
-)
-def test_whatever_a_session_is_called_the_page_gives_it_back(late: Lateness, path: str) -> None:
-    before = ReportData(training(sessions=(session(path=path, lateness=late),)))
-    after = page.unpack(page.pack(before))
-    assert page.pack(after) == page.pack(before)
 
 
 def test_tuning_and_evaluation_are_added_to_the_page_of_a_training(tmp_path: Path) -> None:
@@ -199,13 +155,6 @@ def test_tuning_and_evaluation_are_added_to_the_page_of_a_training(tmp_path: Pat
         assert title in said
 
 
-def test_a_new_training_begins_a_new_page(tmp_path: Path) -> None:
-    path = tmp_path / "my.html"
-    page.write(path, WHOLE)
-    page.write(path, ReportData(training()))
-    assert "In play" not in text(path.read_text(encoding="utf-8"))
-
-
 @pytest.mark.parametrize("content", ["", "my notes", f"{page.OPENING}{{}}{page.CLOSING}"])
 def test_a_file_that_is_no_report_is_refused_and_left_alone(tmp_path: Path, content: str) -> None:
     path = tmp_path / "my.html"
@@ -213,11 +162,6 @@ def test_a_file_that_is_no_report_is_refused_and_left_alone(tmp_path: Path, cont
     with pytest.raises(ValueError, match=r"my\.html: it is .* report .*; remove it"):
         page.write(path, WHOLE)
     assert path.read_text(encoding="utf-8") == content
-
-
-def test_nothing_to_show_is_refused() -> None:
-    with pytest.raises(ValueError, match="nothing to report"):
-        page.html(ReportData())
 
 
 def test_a_bundle_judged_on_what_it_learned_from_is_told_so() -> None:
@@ -228,33 +172,9 @@ def test_a_bundle_judged_on_what_it_learned_from_is_told_so() -> None:
     assert "these figures flatter" not in text(page.html(WHOLE))
 
 
-def test_a_page_of_an_older_version_still_gives_its_tuning_back() -> None:
-    plain = storage.plain(WHOLE)
-    points = [plain["tuning"]["before"], plain["tuning"]["chosen"], *plain["tuning"]["front"]]
-    for point in points:  # the settings once stood among the figures
-        point.update(point.pop("settings"))
-    assert storage.from_plain(ReportData, plain).tuning == tuning()
-
-
 def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> None:
     drawing = figures.losses(training().gesture.epochs, 7)  # type: ignore[union-attr]
     assert drawing == figures.losses(training().gesture.epochs, 7)  # type: ignore[union-attr]
     assert "var(--unseen)" in drawing
     assert not re.search(r"#[0-9a-f]{6}", drawing)
     assert "learned" in drawing  # text stays text
-
-
-def test_a_study_has_its_sections_on_one_page_and_escapes_what_they_say() -> None:
-    table = tables.Table(["a", "b"], [["one <b>", "2 (1–3)"]])
-    parts: list[Any] = [
-        "5 < 6",
-        table,
-        page.Drawing(Markup("<svg></svg>"), "below"),
-        ["first", "second"],
-    ]
-    html = page.study("A study", [Section("Part", parts), Section("Empty", [])], lead="About it.")
-    said = text(html)
-    assert "5 < 6" in said
-    assert "one <b> 2 1–3" in said
-    assert html.count("<li>") == 2
-    assert "Empty" not in said

@@ -22,7 +22,7 @@ def test_a_classifier_says_nearly_as_much_as_there_is(classes: int, dimensions: 
     truth = gaussian_cases.TRUTHS[classes, dimensions]
     windows = as_windows(x, y)
     answers = classifier_bound.held_out(windows, epochs=8)
-    found = classifier_bound.window_bound(windows, answers.scaled)
+    found = classifier_bound.window_bound(windows, answers.log_p)
     assert truth - 0.12 < found.value < truth + 0.05
     assert found.low < found.value < found.high
 
@@ -31,7 +31,7 @@ def test_noise_says_nothing_and_a_bound_may_say_less_than_nothing() -> None:
     rng = np.random.default_rng(3)
     windows = as_windows(rng.normal(size=(800, 5)), rng.integers(0, 3, 800))
     answers = classifier_bound.held_out(windows, epochs=4)
-    assert classifier_bound.window_bound(windows, answers.scaled).value < 0.02
+    assert classifier_bound.window_bound(windows, answers.log_p).value < 0.02
 
 
 @pytest.mark.parametrize("sessions", [1, 2, 3, 5])
@@ -61,12 +61,11 @@ def test_a_gesture_is_told_by_all_of_its_windows() -> None:
     given = np.full((4000, 3), 1e-9)
     given[np.arange(4000), np.where(right, y, 3 - y)] = 0.75
     given[np.arange(4000), np.where(right, 3 - y, y)] = 0.25
-    nowhere = np.full((4000, 2), np.nan, dtype=np.float32)
     windows = Windows(np.zeros((4000, 1, 1), np.float32), y, event % 2, np.arange(4000), event,
-                      nowhere, ("null", "a", "b"), 10.0, (1, 1))  # fmt: skip
+                      ("null", "a", "b"), 10.0, (1, 1))  # fmt: skip
     answers = classifier_bound.rescaled(windows, given)
     window = math.log(2) + 0.75 * math.log(0.75) + 0.25 * math.log(0.25)
-    found = classifier_bound.window_bound(windows, answers.scaled)
+    found = classifier_bound.window_bound(windows, answers.log_p)
     assert found.value == pytest.approx(window, abs=0.02)
     assert classifier_bound.gesture_bound(windows, answers).value > 0.5
 
@@ -75,7 +74,7 @@ def test_an_orbs_windows_say_something_about_gestures_on_another_day() -> None:
     windows = cut([played(seed=seed) for seed in range(3)])
     few = windows.every(4)
     answers = classifier_bound.held_out(few, epochs=6, variation=classifier_bound.Variation.of(few))
-    assert 0.2 < classifier_bound.window_bound(few, answers.scaled).value < math.log(5)
-    y, sure = classifier_bound.gestures(few, answers.scaled)
+    assert 0.2 < classifier_bound.window_bound(few, answers.log_p).value < math.log(5)
+    y, sure = classifier_bound.gestures(few, answers.log_p)
     assert len(y) == len(np.unique(few.event[few.y > 0]))
     assert sure.sum(axis=1) == pytest.approx(1.0)

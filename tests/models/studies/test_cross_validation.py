@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ pytest.importorskip("sklearn", reason="needs the [train] extra")
 
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller
-from controller.recordings import reader, writer
 from models.__main__ import main as models
 from models.studies import cross_validation
 from models.studies.cross_validation import Request
@@ -40,7 +38,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def asked(recordings: Path, out: Path, **other: Any) -> Request:
-    plain = {"folds": 2, "steps": 12, "window": 10, "given": True, "choose": True}
+    plain = {"folds": 2, "steps": 12, "window": 10, "given": True}
     return Request((recordings,), out, **(plain | other))
 
 
@@ -56,12 +54,10 @@ def test_tasks_of_people_unseen_are_told_by_commands_alone(
     assert [one["name"] for one in others] == names
     assert found["people"] == ["00", "01", "02", "03"]
     assert found["held"] == ["00, 01", "02, 03"]
-    assert found["kinds"] == ["leftthumb", "rightthumb"]
     # The same windows for both: each is in one cell of each table.
     windows = [sum(map(sum, one["confusion"])) for one in found["models"]]
     assert windows == [found["windows"]] * 3
     assert ours["windows"]["value"] > 0.6 > found["majority"] + 0.2
-    assert found["chosen"] == []
     assert "no taxel or electrode dies in training" in found["how"]
     told = capsys.readouterr().out
     assert "ours more than trajectory trees" in told
@@ -72,22 +68,21 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
     recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
-    trained = cross_validation._Study._train
-    calls: list[str] = []
+    judged = cross_validation._Study._judge
+    calls: list[int] = []
 
-    def stop(study: Any, name: str, *rest: Any) -> Any:
-        calls.append(name)
-        if len(calls) == 6:  # in the second fold
+    def stop(study: Any, number: int, fold: Any) -> Any:
+        calls.append(number)
+        if len(calls) == 2:  # in the second fold
             raise KeyboardInterrupt
-        return trained(study, name, *rest)
+        return judged(study, number, fold)
 
-    monkeypatch.setattr(cross_validation._Study, "_train", stop)
+    monkeypatch.setattr(cross_validation._Study, "_judge", stop)
     out = tmp_path / "again.json"
     with pytest.raises(KeyboardInterrupt):
         cross_validation.cross(asked(recordings, out), print)
     again = cross_validation.cross(asked(recordings, out), print)
-    assert all(name.startswith("fold-1") for name in calls[6:])  # fold 0 is not done again
-    assert all("shifted by" in words for words in again.chosen)
+    assert calls == [0, 1, 1]  # fold 0 is not done again
     for one, other in zip(whole.models, again.models, strict=True):
         assert one.confusion == other.confusion
     calls.clear()
@@ -95,20 +90,6 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
         cross_validation.cross(asked(recordings, out), print)
     with pytest.raises(ValueError, match="other data or options"):
         cross_validation.cross(asked(recordings, out, seed=1), print)
-
-
-def test_what_is_left_out_is_said_unless_all_is_asked_for(
-    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    one, *_, last = sorted(recordings.glob("*.npz"))
-    shutil.copy(one, tmp_path)
-    slow = reader.load(last)
-    (tmp_path / last.name).write_bytes(writer.pack(replace(slow, t=slow.t * 1.05)))
-    words = f"folds {tmp_path} --folds 9 --window 10 --as-given --out {tmp_path / 'x.json'}"
-    for option, done in (("", "left out"), ("--all", "taken although it failed the check")):
-        assert models(f"{words} {option}".split()) == 2
-        lines = capsys.readouterr().err.splitlines()
-        assert lines[-2].startswith(f"{tmp_path / last.name} is {done}: it runs at")
 
 
 @pytest.mark.parametrize("folds", [1, 5])

@@ -69,7 +69,7 @@ def test_what_was_measured_is_kept_and_drawn_again(
 ) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    from controller.simulator.presets import PRESETS
+    from controller.simulator.orb import PRESETS
     from models.data.recipe import RECIPES
     from models.studies.figure7 import experiments, study
 

@@ -5,53 +5,19 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import tests.support.synthetic_people as look_alike
-from controller.recordings import import_description, importer
+from controller.recordings import importer
 from models.data import splits
 from models.data.examples import Examples, run_starts
 from models.results import storage
-from models.studies import fold_card, fold_statistics, trajectory_baseline
+from models.studies import fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Windows
 from tests.support import ROOT
 from tests.support.model_commands import examples
 
 WINDOW = 3
 DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
-
-
-@settings(deadline=None, max_examples=40)
-@given(sizes=st.lists(st.integers(WINDOW, 12), min_size=4, max_size=9), count=st.integers(2, 4))
-def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
-    sizes: list[int], count: int
-) -> None:
-    person = np.repeat(np.arange(len(sizes)), sizes)
-    starts = np.cumsum([0, *sizes[:-1]])
-    ends = np.concatenate(
-        [np.arange(s + WINDOW - 1, s + n) for s, n in zip(starts, sizes, strict=True)]
-    )
-    judged: list[int] = []
-    for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = fold_statistics.within(fold, ends, WINDOW, person)
-        now = set(person[ends[fold.test]])
-        learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
-        assert learned
-        assert chosen
-        assert not learned & chosen
-        assert not now & (learned | chosen)
-        assert learned | chosen == set(person[ends[fold.train]])
-        judged += sorted(now)
-    assert sorted(judged) == list(range(len(sizes)))
-
-
-def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
-    person = np.repeat([0, 1], 5)
-    ends = np.array([2, 3, 4, 7, 8, 9])
-    fold = splits.by_group(ends, WINDOW, person)[0]
-    with pytest.raises(ValueError, match="nobody to choose on"):
-        fold_statistics.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
@@ -69,11 +35,9 @@ def rowed() -> Windows:
         label,
         stretch=np.repeat(np.arange(6), 4),
         person=np.repeat([0, 1, 2], 8),
-        kind=np.zeros(24, dtype=np.int64),
         touched=np.full(24, 3),
         labels=("press", "pinch"),
         people=("ada", "ben", "cy"),
-        kinds=("01",),
     )
 
 
@@ -120,15 +84,13 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
         stretches=6,
         people=rows.people,
         held=rows.people,
-        chosen=("", "", ""),
-        kinds=(),
         touched=(0, 0, 0, 24),
         models=(replace(model, cpu_s=float("nan")),),
         gains=(fold_statistics.gain(rows, certain(rows.label), "theirs", certain(1 - rows.label)),),
         reading_cpu_s=1.0,
         cpu_minutes=2.0,
     )
-    told = fold_card.text(found)
+    told = fold_statistics.text(found)
     assert "| ada | 1.000 |" in told
     assert "+100.0 points (+100.0 … +100.0) | +100.0" in told
     assert "better for 3 of 3 people" in told
@@ -174,7 +136,7 @@ def test_a_taxel_that_is_read_wrongly_moves_a_centroid_until_it_is_mended() -> N
 
 
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
-    told = import_description.read(DESCRIPTION)
+    told = importer.described(DESCRIPTION)
     made = list(importer.recordings(look_alike.arrays(people=2), told))
     assert [(r.origin.user, r.origin.session) for r in made] == [
         ("00", "leftthumb"), ("00", "rightthumb"), ("01", "leftthumb"), ("01", "rightthumb"),

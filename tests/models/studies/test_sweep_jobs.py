@@ -19,7 +19,7 @@ from models.studies.sweep.plan import Job, Plan, parse
 from models.studies.sweep.run import Answer, Sweep
 
 VERSION = "1.0 (sources a)"
-Engine = Callable[[Sweep, Sequence[Job], Callable[[str], None]], Iterator[Answer]]
+Engine = Callable[[Sweep, Sequence[Job]], Iterator[Answer]]
 
 
 def planned(text: str = "[test]\nhold = 2\n[axes]\nusers = [1, 3]\nseed = [0, 1]") -> Plan:
@@ -36,11 +36,11 @@ def answer(order: Job, right: int = 9) -> Answer:
     return {"name": order["name"], "result": result, "where": "here 1", "cpu_s": 1.0}
 
 
-def forwards(sweep: Sweep, orders: Sequence[Job], say: object) -> Iterator[Answer]:
+def forwards(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
     yield from map(answer, orders)
 
 
-def backwards(sweep: Sweep, orders: Sequence[Job], say: object) -> Iterator[Answer]:
+def backwards(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
     yield from map(answer, reversed(orders))
 
 
@@ -52,15 +52,6 @@ def silent(line: str) -> None:
 def engine(monkeypatch: pytest.MonkeyPatch) -> Callable[[Engine], None]:
     """Sets what does the jobs."""
     return lambda one: monkeypatch.setattr(run, "_answers", one)
-
-
-def test_a_jobs_name_hangs_on_what_it_says_and_on_the_program_alone() -> None:
-    one, *others = planned().jobs()
-    name = run.name_of(one, VERSION)
-    turned = {key: one[key] for key in reversed(one)}
-    assert run.name_of(turned, VERSION) == name
-    assert run.name_of(one, "1.0 (sources b)") != name
-    assert len({name, *(run.name_of(other, VERSION) for other in others)}) == 4
 
 
 def test_a_jobs_name_is_the_same_in_years_to_come() -> None:
@@ -145,7 +136,7 @@ def test_an_interrupted_sweep_goes_on_with_what_is_missing(
 ) -> None:
     asked: list[int] = []
 
-    def stops(sweep: Sweep, orders: Sequence[Job], say: object) -> Iterator[Answer]:
+    def stops(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
         asked.append(len(orders))
         for number, one in enumerate(map(answer, orders)):
             if len(asked) < 3 and number == 1:
@@ -164,30 +155,10 @@ def test_an_interrupted_sweep_goes_on_with_what_is_missing(
     assert asked == [4, 3, 2, 0]  # nothing was missing
 
 
-def test_half_a_file_is_no_result_and_is_done_again(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
-    sweep = Sweep(planned(), tmp_path)
-    engine(forwards)
-    run.run(sweep, silent)
-    one, two, *_ = sorted((tmp_path / run.JOBS).iterdir())
-    one.write_text(one.read_text()[:50])
-    two.write_text("[]")
-    seen: list[int] = []
-
-    def counting(sweep: Sweep, orders: Sequence[Job], say: object) -> Iterator[Answer]:
-        seen.append(len(orders))
-        yield from map(answer, orders)
-
-    engine(counting)
-    run.run(sweep, silent)
-    assert seen == [2]
-
-
 def test_a_job_that_fails_is_told_and_the_others_go_on(
     tmp_path: Path, engine: Callable[[Engine], None]
 ) -> None:
-    def one_fails(sweep: Sweep, orders: Sequence[Job], say: object) -> Iterator[Answer]:
+    def one_fails(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
         for number, order in enumerate(orders):
             failed = {"name": order["name"], "failed": "no session is quiet"}
             yield failed if number == 1 else answer(order)
@@ -200,17 +171,6 @@ def test_a_job_that_fails_is_told_and_the_others_go_on(
     engine(forwards)
     found = run.run(Sweep(planned(), tmp_path), said.append)
     assert not any("failed" in job for job in found["jobs"])
-
-
-def test_results_of_another_version_are_not_used(
-    tmp_path: Path, engine: Callable[[Engine], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sweep, said = Sweep(planned(), tmp_path), list[str]()
-    engine(forwards)
-    run.run(sweep, said.append)
-    monkeypatch.setattr(run, "own_version", lambda: VERSION)
-    run.run(sweep, said.append)
-    assert "not used, being of other settings or another version: 4 results" in said
 
 
 def test_a_worker_of_another_version_says_so_and_trains_nothing() -> None:

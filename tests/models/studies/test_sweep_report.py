@@ -1,17 +1,14 @@
-"""Aggregation of many trainings: intervals over people, the best of many, and the page."""
+"""Aggregation of many trainings: intervals over people, the table, and the curves."""
 
 import csv
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from models.studies.sweep import figures, report
-from models.studies.sweep.figures import MEASURES, choose
+from models.studies.sweep import report
 
 PEOPLE = 12
-GESTURE = MEASURES["gesture"]
 
 
 def result(right: list[int], users: int = 3, **more: Any) -> dict[str, Any]:
@@ -47,60 +44,25 @@ def job(at: dict[str, Any], right: list[int], **more: Any) -> dict[str, Any]:
     }
 
 
-def grid(rng: np.random.Generator, skill: list[float]) -> dict[str, Any]:
-    """As many settings as skills, judged on the same people, who differ as well."""
-    person = rng.normal(0.0, 0.05, PEOPLE)
-    jobs = [
-        job({"gesture.rate": float(i)},
-            rng.binomial(20, np.clip(one + person, 0.0, 1.0)).tolist())
-        for i, one in enumerate(skill)
-    ]  # fmt: skip
-    return found({"gesture.rate": [float(i) for i in range(len(skill))]}, jobs)
-
-
 def test_seeds_repeat_a_training_and_do_not_make_more_people() -> None:
     jobs = [job({"users": 3, "seed": seed}, [18] * 6 + [12] * 6) for seed in range(5)]
-    (many,) = figures.points(found({"users": [3], "seed": [0, 1, 2, 3, 4]}, jobs))
-    (one,) = figures.points(found({"users": [3], "seed": [0]}, jobs[:1]))
+    (many,) = report.points(found({"users": [3], "seed": [0, 1, 2, 3, 4]}, jobs))
+    (one,) = report.points(found({"users": [3], "seed": [0]}, jobs[:1]))
     assert many.figure == one.figure
     assert many.figure.value == pytest.approx(0.75)
-    assert many.trainings == len(many.by_seed) == 5
+    assert many.trainings == 5
 
 
 def test_folds_are_put_together_before_people_are_counted() -> None:
     first, second = job({}, [20] * 3), job({}, [10] * 3)
     for session in second["result"]["held"]:
         session["user"] += " of the other fold"
-    (point,) = figures.points(found({}, [first, second]))
-    assert len(point.held) == 6
+    (point,) = report.points(found({}, [first, second]))
+    assert point.held == 6
     assert point.figure.value == pytest.approx(0.75)
 
 
-def test_all_is_as_far_along_an_axis_as_what_was_learned() -> None:
-    everybody = {"name": "x", "at": {"users": 0}, "fold": 0, "result": result([20], users=8)}
-    (point,) = figures.points(found({"users": [0]}, [everybody]))
-    assert point.amount("users") == 8.0
-
-
-def test_the_best_of_equals_is_not_told_apart_from_the_next() -> None:
-    leads = []
-    for seed in range(30):
-        chosen = choose(figures.points(grid(np.random.default_rng(seed), [0.8] * 3)), GESTURE)
-        assert chosen is not None
-        leads.append(chosen.lead.low > 0.0)
-    assert sum(leads) < 6
-
-
-def test_what_is_truly_better_is_told_apart() -> None:
-    points = figures.points(grid(np.random.default_rng(0), [0.6, 0.9, 0.7]))
-    chosen = choose(points, GESTURE)
-    assert chosen is not None
-    assert chosen.best.at == {"gesture.rate": 1.0}
-    assert chosen.lead.low > 0.0
-    assert "do not separate" not in report.best(chosen, 3)
-
-
-def test_less_error_is_better() -> None:
+def test_errors_are_reported_in_grid_units() -> None:
     jobs = [
         {"name": str(rate), "at": {"location.rate": rate}, "fold": 0, "result": {
             "learned": {"users": 3, "sessions": 3, "minutes": 3.0, "windows": 9},
@@ -110,27 +72,8 @@ def test_less_error_is_better() -> None:
         for rate, error in ((0.1, 2.0), (0.2, 1.0))
     ]  # fmt: skip
     one = found({"location.rate": [0.1, 0.2]}, jobs, train={"task": "location"})
-    chosen = choose(figures.points(one), MEASURES["location"])
-    assert chosen is not None
-    assert chosen.best.at == {"location.rate": 0.2}
-    assert chosen.lead.value == pytest.approx(0.1)
     assert "| 0.1 |" in report.table(one)
     assert "grid units" in report.table(one)
-
-
-def test_nothing_is_chosen_between_amounts_or_between_different_people() -> None:
-    for axis, values in (("users", [1, 2]), ("data.seed", [1, 2])):
-        one = found({axis: values}, [job({axis: value}, [15] * 5) for value in values])
-        assert choose(figures.points(one), GESTURE) is None
-
-
-def test_the_table_has_a_row_for_each_point_and_a_word_on_luck() -> None:
-    text = report.table(grid(np.random.default_rng(1), [0.8, 0.8, 0.8]))
-    assert text.startswith("try & see: 3 of 3 trainings; held out: by user, hold 12; scores: ")
-    assert "part of its lead is luck" in text
-    assert "models evaluate" in text
-    rows = [line for line in text.splitlines() if line.startswith(("| 0 ", "| 1 ", "| 2 "))]
-    assert len(rows) == 3
 
 
 def test_what_failed_is_told_once_for_each_reason() -> None:
@@ -138,7 +81,8 @@ def test_what_failed_is_told_once_for_each_reason() -> None:
         {"name": str(i), "at": {"seed": i}, "fold": 0, "failed": "no <quiet>"} for i in range(5)
     ]
     text = report.table(found({"seed": list(range(5))}, jobs))
-    assert "failed (5): no <quiet> [seed 0, fold 1; seed 1, fold 1; seed 2, fold 1; ...]" in text
+    assert text.startswith("try & see: 0 of 5 trainings; held out: by user, hold 12; scores: ")
+    assert "failed (5): no <quiet> [seed 0, fold 1]" in text
 
 
 def swept() -> dict[str, Any]:
@@ -159,14 +103,7 @@ def test_the_csv_has_a_row_for_each_point(tmp_path: Path) -> None:
     assert [float(row["score"]) for row in rows][:2] == [0.5, 0.55]
     assert float(rows[0]["low"]) <= 0.5 <= float(rows[0]["high"])
     assert curves.read_bytes().startswith(b"<?xml")
-
-
-def test_each_axis_of_amounts_is_drawn_and_tenfold_amounts_in_equal_factors() -> None:
-    pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    from models.studies.sweep import curves
-
-    one = swept()
-    drawn = curves.draw(figures.points(one), ["users", "gesture.rate"], GESTURE)
+    drawn = report.draw(report.points(swept()), ["users", "gesture.rate"], "score")
     assert [panel.get_xscale() for panel in drawn.axes] == ["log", "linear"]
     assert [len(panel.containers) for panel in drawn.axes] == [2, 3]
 

@@ -16,8 +16,6 @@ def test_windows_are_the_devices_and_know_their_session_and_event() -> None:
     for event in np.unique(windows.event)[:50]:
         own = windows.event == event
         assert len(set(windows.y[own])) == len(set(windows.session[own])) == 1
-    pressed = np.isfinite(windows.place[:, 0])
-    assert set(windows.y[pressed]) == {windows.labels.index("press")}
 
 
 def test_an_unclear_frame_parts_no_event_and_a_pause_does() -> None:

@@ -16,10 +16,8 @@ from controller.recognition.user_id import Users
 from models.__main__ import main
 from models.data.augment import vary_user_windows
 from models.data.recipe import UNVARIED_USER, VARIED_USER
-from models.data.simulate import DataSet
 from models.evaluation import user_metrics
-from models.training.user_task import AFTER, UserGestures, event_means
-from tests.benchmarks.simulated_users import SimulatedUsers
+from models.training.user_task import AFTER, UserGestures
 from tests.support.model_commands import examples, refused
 
 pytestmark = pytest.mark.train
@@ -46,12 +44,7 @@ def test_gestures_in_a_row_share_no_window_and_sessions_part_them() -> None:
     assert touched.session.tolist() == [0, 0, 1]
     assert touched.ends.tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
     assert touched.event.tolist() == [0, 0, 0, 1, 1, 2, 2, 2]
-
-
-def test_only_the_gestures_asked_for_tell() -> None:
-    touched = UserGestures.of(examples([0, 0, 1, 1, 0, 0, 0, 0, 2, 2], window=3), [2])
-    assert touched.label.tolist() == [2]
-    assert touched.some(np.array([False])).ends.tolist() == []
+    assert touched.some(np.zeros(3, dtype=np.bool_)).ends.tolist() == []
 
 
 def test_longer_windows_never_reach_into_another_recording() -> None:
@@ -60,11 +53,6 @@ def test_longer_windows_never_reach_into_another_recording() -> None:
     )
     longer = touched.longer(np.array([8]), 2)
     assert longer[0, :, 0, 0].tolist() == [6.0, 6.0, 6.0, 7.0, 8.0]
-
-
-def test_the_mean_is_over_each_gesture() -> None:
-    values = np.array([[0.0, 2.0], [2.0, 2.0], [5.0, 1.0]])
-    assert event_means(values, np.array([0, 0, 1]), 2).tolist() == [[1.0, 2.0], [5.0, 1.0]]
 
 
 # --- augmentation ---------------------------------------------------------------------------------
@@ -81,22 +69,6 @@ def test_no_variation_changes_nothing_and_another_keeps_what_is_there() -> None:
     rest = torch.ones(64, 13, 5, 5)
     varied = vary_user_windows(VARIED_USER, rest, 10, generator)
     assert float((varied - 1.0).abs().max()) < 0.05  # offset and noise
-
-
-def test_what_is_drawn_anew_is_nothing_else() -> None:
-    players = SimulatedUsers("nominal", 3, 0.3)
-    day, drift, hand, orb = (
-        players.session(0, 0, change) for change in ("day", "drift", "hand", "orb")
-    )
-    assert np.array_equal(day.label, drift.label)
-    assert np.array_equal(day.label, orb.label)
-    assert not np.array_equal(day.label, hand.label)
-    first = [np.abs(day.frames[0] - other.frames[0]).mean() for other in (hand, drift, orb)]
-    assert first[0] == 0.0  # the same rest, to the bit, before the hand does anything
-    assert 0.05 < first[1] < first[2]  # pF
-    alone = SimulatedUsers("nominal", 3, 0.3, shared=False)
-    recorded = DataSet(3, 0.3, gestures=("twist_cw",)).session(0, 0)
-    assert np.array_equal(alone.session(0, 0).frames, recorded.frames)
 
 
 # --- judgement ------------------------------------------------------------------------------------
@@ -168,8 +140,7 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     told = json.loads(out.with_suffix(".json").read_text())
     assert told["strangers"] == 1
     assert set(told["seen"]) == {"1", "2", "3", "5"}
-    for suffix in (".md", ".html"):
-        assert "locks nothing" in out.with_suffix(suffix).read_text()
+    assert "locks nothing" in out.with_suffix(".md").read_text()
     again = tmp_path / "again.orb"
     assert train(data, again, "--others", str(data / "others"), "--with", str(out)) == 0
     assert bundle.read(again).users.names == ("01", "02")
@@ -187,12 +158,6 @@ def test_people_s_own_rules_are_kept_in_the_bundle(
     file.write_text('[users.zoe]\npinch = "hold"\n')
     error = refused(capsys, *asked(data, tmp_path / "x.orb", "--mapping", str(file)))
     assert "for 'zoe'; enrolled are 01, 02" in error
-
-
-def test_the_same_command_makes_the_same_network(data: Path, tmp_path: Path) -> None:
-    one, other = tmp_path / "one.orb", tmp_path / "other.orb"
-    assert train(data, one) == train(data, other) == 0
-    assert bundle.read(one).user_onnx == bundle.read(other).user_onnx
 
 
 def test_what_leaks_is_refused(
@@ -224,7 +189,6 @@ def test_what_cannot_be_learned_is_told_before_anything_is(
     assert main(["train", str(tmp_path / "new"), "--task", "user", "--out", str(out)]) == 2
     said = capsys.readouterr().err
     assert "the bundle does not know swipe; train its gestures on such recordings first" in said
-    assert "--gestures twist_cw" in said
 
 
 def test_one_person_can_be_told_from_strangers(data: Path, tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
 
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.bots import beam_search, greedy
-from tetris.bots.registry import BOTS, STRONGEST, hint
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.modes import MODES
@@ -20,7 +20,7 @@ def test_it_tucks_a_piece_under_an_overhang() -> None:
         ZZZZZZZZZ.
     """)
     game = Game(seed=1)
-    game.set_up(board, Piece("J", 7, 10))
+    set_up(game, board, Piece("J", 7, 10))
     plan = beam_search.plan(game, depth=1, width=50)
     game.update(0.0, plan.actions)
     assert set(plan.landing.cells) <= {
@@ -71,12 +71,6 @@ def test_asked_again_after_every_action_it_keeps_its_mind() -> None:
     assert len(landings) <= 1
 
 
-def test_a_dear_action_makes_a_near_landing_win() -> None:
-    game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
-    assert beam_search.plan(game, command_cost=50.0, depth=1).actions == (Action.HARD_DROP,)
-
-
 def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
     config = Config(columns=6, rows=9, kicks="srs+", randomiser="uniform", start_level=5)
     recorder = Recorder(3, config)
@@ -87,7 +81,7 @@ def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
 def test_when_nothing_can_be_saved_it_still_answers() -> None:
     wall = ".OOOOOOOOO\n" * 20
     game = Game(seed=1)
-    game.set_up(Board.parse(wall), Piece("T", 3, 20))
+    set_up(game, Board.parse(wall), Piece("T", 3, 20))
     plan = beam_search.plan(game)
     assert plan.actions[-1] is Action.HARD_DROP
 
@@ -111,12 +105,6 @@ def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
 
     for seed in range(3):
         assert lines(beam_search.plan, seed) > 1.5 * lines(greedy.plan, seed)
-
-
-def test_a_hint_is_the_strongest_bots_plan() -> None:
-    game = Game(seed=2)
-    assert BOTS[STRONGEST] is beam_search.plan
-    assert hint(game) == beam_search.plan(game)
 
 
 @pytest.mark.parametrize("name", ["dig", "orb", "sprint"])

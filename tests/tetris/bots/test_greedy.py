@@ -2,7 +2,17 @@
 
 import pytest
 
-from tetris.bots import features, greedy
+from tests.support.tetris_games import set_up
+from tetris.bots import greedy
+from tetris.bots.greedy import (
+    BCTS,
+    DELLACHERIE,
+    Weights,
+    loses,
+    middle,
+    settled,
+    surface,
+)
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game, Phase
@@ -11,7 +21,7 @@ from tetris.engine.pieces import Piece
 
 def test_an_upright_i_goes_into_a_well_and_clears_four_rows() -> None:
     game = Game(seed=1)
-    game.set_up(Board.parse("JJJJJJJJJ.\n" * 4), Piece("I", 3, 17))
+    set_up(game, Board.parse("JJJJJJJJJ.\n" * 4), Piece("I", 3, 17))
     plan = greedy.plan(game)
     assert set(plan.landing.cells) == {(9, y) for y in range(4)}
     game.update(0.0, plan.actions)
@@ -29,7 +39,7 @@ def test_every_landing_is_reached_by_its_actions() -> None:
         found = greedy.landings(board.bits, entering)
         for landing, actions in found:
             game = Game(seed=1)
-            game.set_up(Board.parse(str(board)), entering)
+            set_up(game, Board.parse(str(board)), entering)
             (locked,) = [event for event in game.update(0.0, actions) if isinstance(event, Locked)]
             assert set(locked.piece.cells) == set(landing.cells)
         assert len(found) == {"I": 17, "O": 9, "S": 17, "Z": 17}.get(kind, 34)
@@ -41,29 +51,16 @@ def test_three_turns_are_one_turn_the_other_way() -> None:
         assert len(turns) <= 2
 
 
-def test_surface_counts_transitions_holes_and_wells() -> None:
-    surface = features.surface()
-    assert surface(Board().bits) == -24 * 2 - 10  # 24 empty rows, 10 columns on the floor
-    flat = Board.parse("IIIIIIIII.")
-    assert surface(flat.bits) == -23 * 2 - 2 - 10 - 1  # one well cell
-    covered = Board.parse("""
-        .........I
-        IIIIIIIII.
-    """)
-    # 22 empty rows and two with one gap, 9 + 3 changes down the columns, a hole, a well
-    assert surface(covered.bits) == -22 * 2 - 2 - 2 - 9 - 3 - 4 - 1
-
-
 def test_a_dear_command_makes_a_near_landing_win() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
+    set_up(game, Board(), Piece("O", 4, 18))
     assert len(greedy.plan(game).actions) > 2
     assert greedy.plan(game, command_cost=50.0).actions == (Action.HARD_DROP,)
 
 
 def test_an_earlier_target_is_kept_while_it_can_be_reached() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
+    set_up(game, Board(), Piece("O", 4, 18))
     target = Piece("O", 7, 0)
     plan = greedy.plan(game, target=target)
     assert plan.landing == target
@@ -72,7 +69,7 @@ def test_an_earlier_target_is_kept_while_it_can_be_reached() -> None:
 
 def test_a_target_out_of_reach_is_given_up() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("O", 4, 18))
+    set_up(game, Board(), Piece("O", 4, 18))
     assert greedy.plan(game, target=Piece("O", 7, 5)).landing.y == 0
 
 
@@ -114,3 +111,90 @@ def test_a_game_that_is_over_cannot_be_planned() -> None:
         game.update(0.0, [Action.HARD_DROP])
     with pytest.raises(ValueError, match="the game is over"):
         greedy.plan(game)
+
+
+# -- features --------------------------------------------------------------------------------
+
+
+NONE = Weights(0, 0, 0, 0, 0, 0)
+
+
+def count(feature: str, picture: str, columns: int = 10, rows: int = 4) -> float:
+    only = NONE._replace(**{feature: 1.0})
+    return surface(only, columns, rows)(Board.parse(picture, columns).bits)
+
+
+STACK = """
+    ....
+    O...
+    O.OO
+    .OO.
+"""
+
+
+@pytest.mark.parametrize(
+    ("feature", "number"),
+    [
+        ("row_transitions", 2 + 2 + 2 + 4),  # from the top; walls are filled
+        ("column_transitions", 3 + 1 + 1 + 3),  # column by column; the floor is filled
+        ("holes", 2),  # in the lowest row, left and right
+        ("wells", 3),  # one cell each: both corners, and the gap in the second row
+        ("hole_depth", 2 + 1),  # two blocks above the left hole, one above the right
+        ("rows_with_holes", 1),
+    ],
+)
+def test_a_feature_is_counted_by_hand(feature: str, number: int) -> None:
+    assert count(feature, STACK, columns=4) == number
+
+
+def test_a_well_of_three_counts_one_two_three() -> None:
+    assert count("wells", "OOOO.OOOOO\n" * 3) == 6
+
+
+def test_a_gap_below_a_well_is_no_part_of_it() -> None:
+    picture = """
+        OOOO.OOOOO
+        OOO..OOOOO
+    """
+    assert count("wells", picture) == 1
+
+
+def test_the_highest_row_has_no_neighbour_above() -> None:
+    assert count("column_transitions", "OOOOOOOOO.", rows=1) == 1  # only the floor's gap
+    assert count("column_transitions", "OOOOOOOOO.", rows=2) == 1 + 9
+
+
+def test_every_row_with_a_hole_counts_once_wherever_the_hole_is() -> None:
+    for x in range(10):
+        row = "O" * x + "." + "O" * (9 - x)
+        assert count("rows_with_holes", f"OOOOOOOOOO\n{row}\n.OOOOOOOOO") == 2
+
+
+def test_the_two_sets_of_weights_agree_that_holes_are_bad() -> None:
+    clean, holed = Board.parse("OOOO......").bits, Board.parse("OOOO......\nOO.O......").bits
+    for weights in (DELLACHERIE, BCTS):
+        worth = surface(weights)
+        assert worth(clean) > worth(holed)
+
+
+def test_a_piece_settles_and_its_cleared_cells_are_counted_by_row() -> None:
+    board = Board.parse("""
+        OO.OOOOOOO
+        OO.OOOOOOO
+        OO.OOOOOO.
+    """)
+    after, eroded = settled(board.bits, Piece("I", 0, 0, 1))
+    assert eroded == 2 * 2  # two rows, with one cell of the piece in each
+    expected = Board.parse("""
+        ..I.......
+        OOIOOOOOO.
+    """)
+    assert after == expected.bits
+
+
+def test_a_landing_above_the_visible_rows_loses() -> None:
+    config = Config(rows=8)
+    assert not loses(Piece("O", 0, 7), config)
+    assert loses(Piece("O", 0, 8), config)
+    assert loses(Piece("O", 0, 7), Config(rows=8, partial_lock_out=True))
+    assert middle(Piece("O", 0, 7)) == 7.5

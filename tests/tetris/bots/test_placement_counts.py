@@ -1,55 +1,10 @@
-"""The bare kernel plays the engine's games, and counts placements as others count them."""
+"""Counts of placements, as others count them."""
 
-from random import Random
-
-import pytest
-
-from tests.reference.tetris_kernel import Kernel
 from tests.reference.tetris_perft import boards, leaves
-from tetris.bots.paths import paths
+from tetris.bots.placements import find
 from tetris.engine.board import Board
-from tetris.engine.game import Action, Config, Game, Phase
+from tetris.engine.game import Config, Game
 from tetris.engine.pieces import Kind, Piece
-
-CONFIGS = [
-    Config(),
-    Config(kicks="srs+", randomiser="uniform", columns=6, rows=8),
-    Config(partial_lock_out=True, rows=10, hold=False, board="#########."),
-]
-MOVES = [
-    Action.LEFT,
-    Action.RIGHT,
-    Action.DOWN,
-    Action.ROTATE_CW,
-    Action.ROTATE_CCW,
-    Action.HARD_DROP,
-    Action.HOLD,
-]
-
-
-@pytest.mark.parametrize("config", CONFIGS)
-def test_the_kernel_and_the_engine_play_the_same_games_move_by_move(config: Config) -> None:
-    random = Random(7)
-    game, kernel = Game(3, config), Kernel(3, config)
-    for _ in range(8000):
-        action = random.choice(MOVES)
-        game.update(0.0, [action])
-        kernel.step(action)
-        assert (kernel.bits, kernel.hold, kernel.next) == (game.board.bits, game.hold, game.next)
-        assert (kernel.lines, kernel.pieces_placed) == (game.lines, game.pieces_placed)
-        assert (kernel.piece, kernel.over) == (game.piece, game.phase is Phase.OVER)
-        if kernel.over:
-            assert not kernel.step(Action.LEFT)
-            kernel.restart()
-            game.update(0.0, [Action.RESTART])
-
-
-def test_the_kernel_says_whether_there_was_room() -> None:
-    kernel = Kernel(1)
-    assert [kernel.step(Action.LEFT) for _ in range(6)].count(True) in (3, 4)
-    assert kernel.step(Action.HOLD)
-    assert not kernel.step(Action.HOLD)
-    assert not kernel.step(Action.PAUSE)
 
 
 def test_the_first_pieces_alone_have_their_known_numbers_of_places() -> None:
@@ -62,9 +17,9 @@ def test_on_a_high_stack_a_piece_enters_as_in_the_game() -> None:
     game = Game(1, Config(board=stack))
     game.update(0.0)
     assert game.piece == Piece("I", 3, 17)  # a row down, where it cannot go over the stack
-    places = {place.piece.mask for place in paths(game.board.bits, game.piece)}
+    places = {place.mask for place in find(game.board.bits, game.piece)}
     assert leaves(["I"], bits=game.board.bits) == boards(["I"], bits=game.board.bits) == len(places)
-    from_above = {place.piece.mask for place in paths(game.board.bits, Piece("I", 3, 18))}
+    from_above = {place.mask for place in find(game.board.bits, Piece("I", 3, 18))}
     assert len(places) < len(from_above)
 
 

@@ -36,16 +36,6 @@ def test_an_emptied_board_says_so() -> None:
     assert board.bits == Board().bits
 
 
-def test_walls_floor_and_ceiling_count_as_filled() -> None:
-    board = Board()
-    assert board.filled(-1, 5)
-    assert board.filled(10, 5)
-    assert board.filled(4, -1)
-    assert board.filled(4, 40)
-    assert not board.filled(0, 0)
-    assert not board.filled(9, 39)
-
-
 @pytest.mark.parametrize("picture", ["TTT", "..........T", "....X....."])
 def test_a_wrong_drawing_is_refused(picture: str) -> None:
     with pytest.raises(ValueError, match=r"10 characters of \.#IOTSZJL"):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.tetris_games import Step, configs, game_with, of, scripts
+from tests.support.tetris_games import Step, configs, game_with, of, scripts, set_up
 from tetris.engine.board import Board
 from tetris.engine.events import (
     Blocked,
@@ -32,7 +32,7 @@ def dealt(seed: int, count: int) -> list[Kind]:
     kinds = []
     for _ in range(count):
         kinds.append(game.piece.kind)
-        game.set_up(Board(), game.piece)
+        set_up(game, Board(), game.piece)
         game.update(0.0, [Action.HARD_DROP])
     return kinds
 
@@ -113,7 +113,7 @@ def test_the_ghost_shows_where_a_drop_ends() -> None:
 
 def single(game: Game) -> list[Event]:
     """Clear one row."""
-    game.set_up(Board.parse("J.........\nJJJJJJ...."), Piece("I", 6, -2))
+    set_up(game, Board.parse("J.........\nJJJJJJ...."), Piece("I", 6, -2))
     return game.update(0.0, [Action.HARD_DROP])
 
 
@@ -219,11 +219,6 @@ def test_time_never_goes_back() -> None:
         game.update(1.9)
 
 
-def test_a_position_with_the_piece_on_blocks_is_refused() -> None:
-    with pytest.raises(ValueError, match="does not fit"):
-        Game(seed=1).set_up(Board.parse("JJJJJJJJJ."), Piece("O", 0, 0))
-
-
 # -- replays -------------------------------------------------------------------------------
 
 
@@ -245,16 +240,3 @@ def test_many_small_updates_and_few_large_ones_play_the_same_game(
         coarse_events += coarse.update(now_ms / 1000, inputs, soft_drop=soft, initial=held)
     assert fine_events == coarse_events
     assert fine.snapshot() == coarse.snapshot()
-
-
-def test_a_position_set_up_after_the_end_is_only_to_be_seen() -> None:
-    game = Game(seed=1, config=Config(lines_goal=1, board="JJJJJJ...."))
-    game.set_up(game.board, Piece("I", 6, 3))
-    game.update(0.0, [Action.HARD_DROP])
-    assert game.phase is Phase.OVER
-    game.set_up(Board(), Piece("T", 3, 10))
-    assert (game.phase, game.in_play, game.piece) == (Phase.OVER, False, Piece("T", 3, 10))
-    game.update(60.0, [Action.LEFT])
-    assert game.piece == Piece("T", 3, 10)
-    game.update(60.0, [Action.RESTART])
-    assert game.in_play

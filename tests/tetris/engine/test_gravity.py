@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.tetris_games import game_with, of
+from tests.support.tetris_games import game_with, of, set_up
 from tetris.engine.board import Board
 from tetris.engine.events import Blocked, Dropped, Locked, Moved
 from tetris.engine.game import Action, Config, Event, Game
@@ -49,7 +49,7 @@ def test_gravity_can_be_capped_for_a_slow_controller() -> None:
 
 def test_soft_drop_is_twenty_times_faster_and_pays_a_point_a_row() -> None:
     game = Game(seed=1)
-    game.set_up(Board(), Piece("T", 3, 10))
+    set_up(game, Board(), Piece("T", 3, 10))
     game.update(0.0, soft_drop=True)
     game.update(0.049, soft_drop=True)
     assert game.piece.y == 10

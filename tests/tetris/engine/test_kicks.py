@@ -8,8 +8,6 @@ import pytest
 
 from tests.support.tetris_games import rotated
 from tetris.engine.board import Board
-from tetris.engine.events import Action
-from tetris.engine.kicks import Kicks
 from tetris.engine.pieces import KINDS, Kind, Piece
 
 COLUMNS = 6
@@ -126,18 +124,6 @@ def test_a_turn_takes_the_first_free_place_of_five(title: str) -> None:
     piece, kick = turned
     assert set(piece.cells) == cells(after)
     assert kick == ("first", "second", "third", "fourth", "fifth").index(title.split()[2])
-
-
-@pytest.mark.parametrize("title", DRAWINGS)
-def test_in_a_mirror_the_guideline_turns_all_but_i_alike_and_srs_plus_i_too(title: str) -> None:
-    table: Kicks = "srs+" if title[0] == "i" else "srs"
-    before, _ = halves(DRAWINGS[title])
-    mirror = [row[::-1].replace("l", "j") for row in before]  # l is j in a mirror
-    clockwise = rotated(blocks(before).bits, entered(before), kicks=table)
-    other = rotated(blocks(mirror).bits, entered(mirror), Action.ROTATE_CCW, table)
-    assert clockwise is not None
-    assert other is not None
-    assert {(COLUMNS - 1 - x, y) for x, y in clockwise[0].cells} == set(other[0].cells)
 
 
 def test_where_all_five_are_taken_there_is_no_turn() -> None:

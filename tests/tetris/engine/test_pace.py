@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tetris.engine.pace import FIRST_LEVEL, Pace, level_for
+from tetris.engine.modes import FIRST_LEVEL, Pace, level_for
 from tetris.engine.rules import seconds_per_row
 
 
@@ -38,11 +38,6 @@ def test_it_is_the_highest_level_that_leaves_time_for_eight_commands(rate_hz: fl
     level = level_for(rate_hz)
     assert 20 * seconds_per_row(level) >= 8 / rate_hz
     assert level == 20 or 20 * seconds_per_row(level + 1) < 8 / rate_hz
-
-
-def test_no_commands_at_all_are_no_rate() -> None:
-    with pytest.raises(ValueError, match="above 0"):
-        level_for(0.0)
 
 
 def test_until_the_player_is_known_it_is_level_3() -> None:

@@ -182,25 +182,6 @@ def test_a_clock_below_zero_is_refused() -> None:
         Recorder(1).update(-1.0)
 
 
-def test_a_long_replay_is_sought_from_near_by() -> None:
-    recorder = Recorder(2, Config(gravity=False, lock_resets=None))
-    for number in range(3000):
-        recorder.update(number * 0.1, [(Action.LEFT, Action.RIGHT)[number % 2]])
-    player = Player(recorder.replay())
-    player.seek(299.0)
-    told: list[float] = []
-    update = player.game.update
-
-    def counted(time_s: float, *args: object, **kwargs: object) -> list[Event]:
-        told.append(time_s)
-        return update(time_s, *args, **kwargs)  # type: ignore[arg-type]
-
-    player.game.update = counted  # type: ignore[method-assign]
-    player.seek(150.0)
-    assert len(told) <= 60  # and not 1,500
-    assert player.time_s == 150.0
-
-
 def test_a_game_that_was_never_recorded_is_no_different() -> None:
     game = Game(5, Config(start_level=3))
     recorder = short_game()

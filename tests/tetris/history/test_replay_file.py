@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tetris.engine import rules
 from tetris.engine.game import Action, Config, GravityCap
-from tetris.history.replay import LAST_SEED, MOST, Moment, Outcome, Player, Recorder, Replay
+from tetris.history.replay import LAST_SEED, Moment, Outcome, Player, Recorder, Replay
 from tetris.history.replay_file import ReplayError, decode, encode, load, save
 
 HELD = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
@@ -133,34 +133,29 @@ def test_a_file_that_was_cut_off_is_refused(cut: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seed", "rules_", "mode", "says"),
+    ("seed", "mode", "says"),
     [
-        (-1, {}, "", "seed -1 must be from 0 to 18446744073709551615"),
-        (2**64, {}, "", "seed 18446744073709551616 must be"),
-        (1, {"start_level": 10_001}, "", "start_level 10001 must be 10000 or less"),
-        (1, {"lines_goal": 10_001}, "", "lines_goal 10001 must be"),
-        (1, {"soft_drop_factor": 10_001}, "", "soft_drop_factor 10001 must be"),
-        (1, {"lock_resets": 10_001}, "", "lock_resets 10001 must be"),
-        (1, {"previews": 101}, "", "previews 101 must be 100 or less"),
-        (1, {}, "Foo", "mode 'Foo' must be up to 32 of a-z"),
-        (1, {}, "a" * 33, "must be up to 32"),
-        (1, {}, "a\n", "must be up to 32"),
+        (-1, "", "seed -1 must be from 0 to 18446744073709551615"),
+        (2**64, "", "seed 18446744073709551616 must be"),
+        (1, "Foo", "mode 'Foo' must be up to 32 of a-z"),
+        (1, "a" * 33, "must be up to 32"),
+        (1, "a\n", "must be up to 32"),
     ],
 )
 def test_a_game_that_no_file_can_hold_is_not_recorded(
-    seed: int, rules_: dict[str, int], mode: str, says: str, tmp_path: Path
+    seed: int, mode: str, says: str, tmp_path: Path
 ) -> None:
-    config = Config(**rules_)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=re.escape(says)):
-        Recorder(seed, config, mode)
-    replay = Replay(seed, config, mode, (Moment(0),), 0, Outcome(0, 0, 0, False))
-    with pytest.raises(ReplayError, match=re.escape(says)):
+        Recorder(seed, Config(), mode)
+    replay = Replay(seed, Config(), mode, (Moment(0),), 0, Outcome(0, 0, 0, False))
+    with pytest.raises(ReplayError):
         save(tmp_path / "game.tetris", replay)
     assert not list(tmp_path.iterdir())
 
 
 def test_the_largest_game_that_a_file_can_hold_is_recorded_and_read() -> None:
-    recorder = Recorder(LAST_SEED, Config(**MOST), "a" * 32)  # type: ignore[arg-type]
+    most = Config(start_level=10_000, lock_resets=10_000, soft_drop_factor=10_000, previews=100)
+    recorder = Recorder(LAST_SEED, most, "a" * 32)
     recorder.update(0.0, [Action.RESTART] * 999)
     recorder.update(400 * 3600.0)
     assert decode(encode(recorder.replay())) == recorder.replay()
@@ -170,7 +165,7 @@ def test_every_whole_number_in_the_rules_has_a_bound_that_is_the_files_too() -> 
     whole = [name for name, kind in get_type_hints(Config).items() if kind in (int, int | None)]
     for name in whole:
         with pytest.raises(ValueError):
-            Recorder(1, Config(**{name: 10**6}))  # type: ignore[arg-type]
+            Config(**{name: 10**6})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -180,7 +175,7 @@ def test_every_whole_number_in_the_rules_has_a_bound_that_is_the_files_too() -> 
         ({"moments": (Moment(5), Moment(4))}, "'-1' is no moment"),
         ({"moments": (Moment(-1),)}, "end cannot be '-1'"),
         ({"end_us": -1}, "end cannot be '-1'"),
-        ({"end_us": 400 * 3_600_000_000 + 1}, "within 400 hours"),
+        ({"end_us": 400 * 3_600_000_000 + 1}, "end cannot be"),
         ({"moments": (Moment(0, initial=(Action.LEFT,)),)}, "is no moment"),
         ({"moments": (Moment(0, initial=HELD[::-1]),)}, "is no moment"),
         ({"moments": (Moment(0, (Action.RESTART,) * 1000),)}, "1000 games at most; this .* 1001"),
@@ -230,14 +225,14 @@ FORGED: list[tuple[Callable[[str], str], str]] = [
     (lambda t: t.replace("seed 7", "seed -7"), "seed cannot be '-7'"),
     (lambda t: t.replace("seed 7", "seed " + "9" * 5000), "seed cannot be"),
     (lambda t: t.replace("seed 7", "seed \N{ARABIC-INDIC DIGIT SEVEN}"), "other than text"),
-    (lambda t: t.replace("mode sprint", "mode ../../etc"), "mode is no name"),
-    (lambda t: t.replace("previews 5", "previews 5000"), "previews cannot be '5000'"),
+    (lambda t: t.replace("mode sprint", "mode ../../etc"), "must be up to 32"),
+    (lambda t: t.replace("previews 5", "previews 5000"), "previews 5000 must be"),
     (lambda t: t.replace("rows 20", "rows 900"), "rows 900 must be from 4"),
-    (lambda t: t.replace("lines_goal 40", "lines_goal 0"), "rules cannot be played"),
+    (lambda t: t.replace("lines_goal 40", "lines_goal 0"), "cannot be played"),
     (lambda t: t.replace("lock_delay_s 0.5", "lock_delay_s nan"), "lock_delay_s cannot be"),
     (lambda t: t.replace("lock_delay_s 0.5", "lock_delay_s 1e999"), "lock_delay_s cannot be"),
-    (lambda t: t.replace("kicks srs", "kicks mine"), "rules cannot be played"),
-    (lambda t: t.replace("board -", "board IIII"), "rules cannot be played"),
+    (lambda t: t.replace("kicks srs", "kicks mine"), "cannot be played"),
+    (lambda t: t.replace("board -", "board IIII"), "cannot be played"),
     (lambda t: t.replace("dig no", "dig maybe"), "dig cannot be 'maybe'"),
     (lambda t: t.replace("hold yes\n", ""), "stands where hold should"),
     (lambda t: t.replace("outcome 33 0 1 0", "outcome 36"), "not four numbers"),

@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import pygame
 import pytest
@@ -10,8 +11,8 @@ from tetris.__main__ import main
 from tetris.engine.game import Action
 from tetris.history.replay import Recorder, Replay
 from tetris.history.replay_file import save
-from tetris.history.video import VideoError, VideoFile
 from tetris.window import video
+from tetris.window.video import VideoError
 
 SMALL = (160, 144)
 
@@ -47,22 +48,23 @@ def test_a_gif_lasts_as_long_as_the_game_and_a_rest(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_the_pictures_of_a_gif_are_the_windows_own(tmp_path: Path) -> None:
+def test_the_pictures_of_a_gif_are_the_windows_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     image_module = pytest.importorskip("PIL.Image")
     path = tmp_path / "game.gif"
     pictures: list[bytes] = []
-    add = VideoFile.add
+    drawn_of = video._drawn
 
-    def watched(self: VideoFile, picture: bytes) -> None:
-        pictures.append(picture)
-        add(self, picture)
+    def watched(*given: Any) -> bytes:
+        pictures.append(drawn_of(*given))
+        return pictures[-1]
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(VideoFile, "add", watched)
-        list(video.export(short(), path, size=SMALL))
+    monkeypatch.setattr(video, "_drawn", watched)
+    list(video.export(short(), path, size=SMALL))
     with image_module.open(path) as image:
         drawn = image.convert("RGB").tobytes()
-    difference = [abs(a - b) for a, b in zip(pictures[0], drawn, strict=True)]
+    difference = [abs(a - b) for a, b in zip(pictures[video._SAMPLES], drawn, strict=True)]
     assert sum(difference) / len(difference) < 3  # 256 colours of 16 million
 
 

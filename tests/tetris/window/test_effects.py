@@ -3,17 +3,17 @@
 import pygame
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.engine import events as happened
 from tetris.engine.board import Board
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
-from tetris.window.callouts import praise
-from tetris.window.figures import clock, figures_of
-from tetris.window.layout import Layout
+from tetris.window.effects import praise
+from tetris.window.scenery import Layout
 from tetris.window.settings import Settings
-from tetris.window.theme_choice import ThemeChoice
-from tetris.window.view import GameView
+from tetris.window.tiles import ThemeChoice
+from tetris.window.view import GameView, clock, figures_of
 
 AREA = pygame.Rect(0, 0, 1280, 720)
 STILL = ThemeChoice.chosen(Settings(motion=False, language="en"))
@@ -22,7 +22,7 @@ MOVING = ThemeChoice.chosen(Settings(language="en"))
 
 def drop(board: str, piece: Piece) -> tuple[Game, list[Event]]:
     game = Game(seed=1)
-    game.set_up(Board.parse(board), piece)
+    set_up(game, Board.parse(board), piece)
     game.update(0.0)
     return game, game.update(0.0, [Action.HARD_DROP])
 

@@ -126,11 +126,6 @@ def test_unknown_keys_do_nothing() -> None:
     assert keys.poll(0.151) == [LEFT] * 3
 
 
-def test_impossible_repeat_times_are_refused() -> None:
-    with pytest.raises(ValueError, match="0 or above"):
-        hands(arr_s=-0.1)
-
-
 @given(
     st.lists(st.tuples(st.booleans(), st.sampled_from([pygame.K_LEFT, pygame.K_RIGHT])), max_size=9)
 )

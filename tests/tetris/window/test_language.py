@@ -11,7 +11,7 @@ import pytest
 from tetris.engine.events import Action
 from tetris.engine.modes import MODES
 from tetris.window import bindings, language, theme
-from tetris.window.palettes import PALETTES
+from tetris.window.theme import PALETTES
 
 OTHERS = [name for name in language.names() if name != language.FALLBACK]
 

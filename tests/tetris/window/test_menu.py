@@ -5,7 +5,7 @@ import pytest
 
 from tetris.window.menu import Cursor, Item, Menu, MenuStep, Row
 from tetris.window.menu_view import MenuView, wrapped
-from tetris.window.theme_choice import ThemeChoice
+from tetris.window.tiles import ThemeChoice
 
 
 class Counter:

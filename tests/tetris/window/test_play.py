@@ -9,12 +9,12 @@ import pytest
 from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
-from tetris.history.video import VideoError
 from tetris.window import video
 from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import Settings
+from tetris.window.video import VideoError
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:

@@ -127,9 +127,9 @@ def binding(player: Player, page: str) -> BindingScreen:
 def test_a_key_is_bound_by_pressing_it_and_plays(player: Player) -> None:
     page = binding(player, "Keys")
     player.key(pygame.K_RETURN)
-    assert page.waiting
+    assert page._waiting
     player.key(pygame.K_j)
-    assert not page.waiting
+    assert not page._waiting
     assert player.app.stage.settings.keys["left"] == ("left", "j")
     player.key(pygame.K_ESCAPE, pygame.K_ESCAPE)
     player.choose("Play")
@@ -150,9 +150,9 @@ def test_bindings_are_taken_away_and_set_back(player: Player) -> None:
 def test_a_key_that_never_comes_is_not_waited_for(player: Player) -> None:
     page = binding(player, "Game pad")
     player.key(pygame.K_RETURN)
-    assert page.waiting
+    assert page._waiting
     player.wait(WAIT_S + 0.1)
-    assert not page.waiting
+    assert not page._waiting
     assert player.app.stage.settings.pads == Settings().pads
 
 

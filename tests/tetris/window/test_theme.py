@@ -7,8 +7,7 @@ import pygame
 import pytest
 
 from tetris.engine.pieces import KINDS
-from tetris.window.palettes import DEBRIS, PALETTES, Palette
-from tetris.window.theme import Colour
+from tetris.window.theme import DEBRIS, PALETTES, Colour, Palette
 from tetris.window.tiles import Tiles
 
 THEMES = pytest.mark.parametrize("palette", PALETTES.values(), ids=list(PALETTES))

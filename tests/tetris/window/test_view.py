@@ -3,13 +3,14 @@
 import pygame
 import pytest
 
+from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
 from tetris.window import display, theme
-from tetris.window.bot_player import BotPlayer
-from tetris.window.layout import Layout
+from tetris.window.game_session import BotPlayer
+from tetris.window.scenery import Layout
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------
@@ -34,7 +35,7 @@ def view() -> GameView:
 
 def test_a_block_has_the_colour_of_its_piece(view: GameView) -> None:
     game = Game(seed=1)
-    game.set_up(Board.parse("S........."), Piece("O", 4, 15))
+    set_up(game, Board.parse("S........."), Piece("O", 4, 15))
     surface = drawn(game, view, 0.0)
     cell = view.layout.cell
     x, y = view.layout.at(0, 0)
@@ -45,7 +46,7 @@ def test_a_block_has_the_colour_of_its_piece(view: GameView) -> None:
 
 def test_a_drop_and_a_clear_are_seen_and_fade(view: GameView) -> None:
     game = Game(seed=1)
-    game.set_up(Board.parse("JJJJJJJJJ.\n" * 4 + "J........."), Piece("I", 7, 10, 1))
+    set_up(game, Board.parse("JJJJJJJJJ.\n" * 4 + "J........."), Piece("I", 7, 10, 1))
     game.update(0.0)
     view.show(game.update(0.0, [Action.HARD_DROP]))
     at_once, later = drawn(game, view, 0.02), drawn(game, view, 5.0)

@@ -5,12 +5,15 @@ from typing import Final
 
 import pygame
 
-from tetris.window.bot_player import AttractMode
+from tetris.engine.game import Game
+from tetris.window.game_session import BotPlayer
 from tetris.window.keys import Code
 from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card, draw_logo
 from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.tiles import ThemeChoice
+from tetris.window.view import GameView
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
 _LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game
@@ -19,6 +22,37 @@ _TOP: Final = 56
 _LOGO: Final = 150
 _PANEL: Final = 520
 _VEIL_ALPHA: Final = 150
+_ACTION_S: Final = 0.22  # the bot's pace
+_LONGEST_S: Final = 0.1  # time that one frame may bring; it stands still while it is not seen
+_SEED: Final = 7
+
+
+class AttractMode:
+    """The bot's game and its picture."""
+
+    def __init__(self) -> None:
+        self._game = Game(_SEED)
+        self._bot = BotPlayer(_ACTION_S)
+        self._view: GameView | None = None
+        self._area = pygame.Rect(0, 0, 0, 0)
+        self._look: ThemeChoice | None = None
+        self._time_s = self._seen_s = 0.0
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass."""
+        self._time_s += min(_LONGEST_S, max(0.0, time_s - self._seen_s))
+        self._seen_s = time_s
+        events = self._game.update(self._time_s, self._bot.actions(self._game, self._time_s))
+        self._bot.watch(events)
+        if self._view:
+            self._view.show(events)
+
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
+        """Draw the game into an area."""
+        if self._view is None or self._look is not look or self._area != area:
+            self._view = GameView(area, look=look)
+            self._look, self._area = look, area.copy()
+        self._view.draw(surface, self._game, self._time_s)
 
 
 class MenuScreen(Screen):
@@ -44,8 +78,7 @@ class MenuScreen(Screen):
             behind: The screen over which it is a panel; without one it fills the window.
             logo: Whether the program's name stands above it.
             back: What a step back does; None goes to the screen below.
-            quiet_s: For how long input is ignored at first: it was meant for the game that
-                has just ended.
+            quiet_s: For how long input, meant for the game that has just ended, is ignored.
         """
         self._stage, self._build = stage, build
         self._attract, self._behind, self._logo = attract, behind, logo
@@ -73,8 +106,7 @@ class MenuScreen(Screen):
             self._stage.sounds.click("back")
             self._back()
             return
-        moved = self._cursor.move(self._menu, nav)
-        if moved:
+        if self._cursor.move(self._menu, nav):
             self._stage.sounds.click("take" if nav is MenuStep.CONFIRM else "move")
         self.rebuild()
 
@@ -100,15 +132,12 @@ class MenuScreen(Screen):
     def mouse(self, event: pygame.event.Event, time_s: float) -> None:
         """Choose the item under the pointer; take it, or turn its value, by a click."""
         match event.type:
-            case pygame.MOUSEMOTION:
-                spot = next((s for s in self._view.spots if s.place.collidepoint(event.pos)), None)
-                if spot:
-                    self._cursor.selected = spot.number
-            case pygame.MOUSEBUTTONDOWN if event.button == 1:
+            case pygame.MOUSEMOTION | pygame.MOUSEBUTTONDOWN:
                 for spot in self._view.spots:
                     if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):
                         self._cursor.selected = spot.number
-                        self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
+                        if getattr(event, "button", 0) == 1:
+                            self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
                         return
             case pygame.MOUSEWHEEL if event.y:
                 self.nav(MenuStep.UP if event.y > 0 else MenuStep.DOWN, time_s)

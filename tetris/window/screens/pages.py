@@ -1,18 +1,17 @@
 """Pages of settings: what can be chosen, and the keys and pad buttons that are bound."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Final
 
 from tetris.window import bindings, language
 from tetris.window.bindings import Names
-from tetris.window.bot_player import AttractMode
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu, MenuStep
-from tetris.window.palettes import PALETTES
 from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.settings import LIMITS, Settings, changed, stepped
+from tetris.window.theme import PALETTES
 
 _UNITS: Final = {
     "das_ms": "settings.ms",
@@ -22,66 +21,46 @@ _UNITS: Final = {
 }
 _HANDLING: Final = ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard")
 _SOUND: Final = ("effects", "clicks", "tones")
-_SWITCHES: Final = ("patterns", "motion", "ghost", "grid", "fullscreen")
+_SCREEN: Final = ("theme", "patterns", "motion", "ghost", "grid", "fullscreen")
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
 
 def open_settings(stage: ScreenStack, attract: AttractMode | None = None) -> None:
     """Show the page from which all settings are reached."""
 
-    def show(build: Callable[[], Menu]) -> Callable[[], None]:
-        return lambda: stage.push(MenuScreen(stage, build, attract=attract))
+    def show(title: str, names: Sequence[str]) -> Item:
+        page = partial(_page, stage, title, names)
+        screen = partial(MenuScreen, stage, page, attract=attract)
+        return Item(stage.look.words(title), lambda: stage.push(screen()))
 
-    def bind(kind: str) -> Callable[[], None]:
-        return lambda: stage.push(BindingScreen(stage, kind, attract))
+    def bind(kind: str, hint: str = "") -> Item:
+        screen = partial(BindingScreen, stage, kind, attract)
+        return Item(stage.look.words(f"settings.{kind}"), lambda: stage.push(screen()), hint=hint)
 
     def build() -> Menu:
-        words = stage.look.words  # the language may have changed meanwhile
-        return Menu(
-            words("settings.title"),
-            (
-                Item(words("settings.handling"), show(partial(handling_page, stage))),
-                Item(words("settings.keys"), bind("keys")),
-                Item(words("settings.pads"), bind("pads"), hint=_pads(stage)),
-                Item(words("settings.screen"), show(partial(screen_page, stage))),
-                Item(words("settings.sound"), show(partial(sound_page, stage))),
-                language_item(stage),
-                back_item(stage),
-            ),
-            notice=stage.notice,
+        items = (
+            show("settings.handling", _HANDLING),
+            bind("keys"),
+            bind("pads", _pads(stage)),
+            show("settings.screen", _SCREEN),
+            show("settings.sound", _SOUND),
+            language_item(stage),
+            back_item(stage),
         )
+        return Menu(stage.look.words("settings.title"), items, notice=stage.notice)
 
     stage.push(MenuScreen(stage, build, attract=attract))
 
 
-def handling_page(stage: ScreenStack) -> Menu:
-    """Return the page of key repetition and hard-drop guards."""
-    return _page(stage, "settings.handling", [_item(stage, name) for name in _HANDLING], _HANDLING)
-
-
-def sound_page(stage: ScreenStack) -> Menu:
-    """The volumes."""
-    return _page(stage, "settings.sound", [_item(stage, name) for name in _SOUND], _SOUND)
-
-
-def screen_page(stage: ScreenStack) -> Menu:
-    """Colours, and what is seen."""
-    words, settings = stage.look.words, stage.settings
-    names = list(PALETTES)
-    present = settings.theme if settings.theme in names else names[0]
+def _theme_item(stage: ScreenStack) -> Item:
+    words, names = stage.look.words, list(PALETTES)
+    place = names.index(stage.settings.theme) if stage.settings.theme in names else 0
 
     def turn(step: int) -> None:
-        name = names[(names.index(present) + step) % len(names)]
-        stage.change(changed(stage.settings, theme=name))
+        stage.change(changed(stage.settings, theme=names[(place + step) % len(names)]))
 
-    theme = Item(
-        words("settings.theme"),
-        value=words(f"themes.{present}"),
-        step=turn,
-        hint=words("settings.theme_hint"),
-    )
-    items = [theme, *(_item(stage, name) for name in _SWITCHES)]
-    return _page(stage, "settings.screen", items, ("theme", *_SWITCHES))
+    present, hint = words(f"themes.{names[place]}"), words("settings.theme_hint")
+    return Item(words("settings.theme"), value=present, step=turn, hint=hint)
 
 
 def language_item(stage: ScreenStack) -> Item:
@@ -104,13 +83,14 @@ def back_item(stage: ScreenStack) -> Item:
     return Item(stage.look.words("menu.back"), stage.pop)
 
 
-def _page(stage: ScreenStack, title: str, items: Sequence[Item], names: Sequence[str]) -> Menu:
+def _page(stage: ScreenStack, title: str, names: Sequence[str]) -> Menu:
     words = stage.look.words
 
     def reset() -> None:
         usual = Settings()
         stage.change(changed(stage.settings, **{name: getattr(usual, name) for name in names}))
 
+    items = [_theme_item(stage) if name == "theme" else _item(stage, name) for name in names]
     afresh = Item(words("settings.reset"), reset, hint=words("settings.reset_hint"))
     return Menu(words(title), (*items, afresh, back_item(stage)), notice=stage.notice)
 
@@ -149,11 +129,6 @@ class BindingScreen(MenuScreen):
         self._waiting = ""  # the action that gets the next key
         self._until_s: float | None = None
         super().__init__(stage, self._page, attract=attract)
-
-    @property
-    def waiting(self) -> bool:
-        """Whether the next key or button is bound."""
-        return bool(self._waiting)
 
     def press(self, code: Code, time_s: float) -> None:
         """Bind the key, when one is waited for; else move about."""
@@ -195,38 +170,35 @@ class BindingScreen(MenuScreen):
 
     def _page(self) -> Menu:
         words = self._stage.look.words
-        items = [self._item(action) for action in bindings.ACTIONS]
-
-        def reset() -> None:
-            self._set(getattr(Settings(), self._kind))
-
-        items.append(Item(words("settings.reset"), reset, hint=words("settings.reset_hint")))
-        items.append(Item(words("menu.back"), self._stage.pop))
+        usual = getattr(Settings(), self._kind)
+        items = [
+            *map(self._item, bindings.ACTIONS),
+            Item(
+                words("settings.reset"),
+                lambda: self._set(usual),
+                hint=words("settings.reset_hint"),
+            ),
+            back_item(self._stage),
+        ]
         notice = words("bindings.wait", seconds=round(WAIT_S)) if self._waiting else ""
         return Menu(words(f"settings.{self._kind}"), items, notice=notice or self._stage.notice)
 
     def _item(self, action: str) -> Item:
-        words, pad = self._stage.look.words, self._kind == "pads"
+        words, pad = self._stage.look.words, "_pad" if self._kind == "pads" else ""
 
-        def wait() -> None:
-            self._waiting = action
-
-        def less(step: int) -> None:
+        def change(step: int = 1) -> None:
             if step < 0:
                 self._set(bindings.unbound(self._names, action))
             else:
-                wait()
+                self._waiting = action
 
-        caps = tuple(bindings.caption(name) for name in self._names.get(action, ()))
-        value = words("bindings.none")
-        if action == self._waiting:
-            value, caps = words("bindings.press_pad" if pad else "bindings.press"), ()
-        hint = words("bindings.hint_pad" if pad else "bindings.hint")
+        waits = action == self._waiting
+        names = () if waits else self._names.get(action, ())
         return Item(
             words(f"actions.{action}"),
-            wait,
-            value=value,
-            caps=caps,
-            step=less,
-            hint=hint,
+            change,
+            value=words(f"bindings.press{pad}" if waits else "bindings.none"),
+            caps=tuple(bindings.caption(name) for name in names),
+            step=change,
+            hint=words(f"bindings.hint{pad}"),
         )

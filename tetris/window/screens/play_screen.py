@@ -6,19 +6,17 @@ from typing import Final
 
 import pygame
 
-from tetris.bots.registry import hint
+from tetris.bots import beam_search
 from tetris.engine import moves
 from tetris.engine.events import Action, Event, Spawned
 from tetris.engine.game import Phase
 from tetris.engine.pieces import Piece
 from tetris.window import bindings, theme
-from tetris.window.bot_player import BotPlayer
-from tetris.window.figures import figures_of
-from tetris.window.game_session import Session
+from tetris.window.game_session import BotPlayer, Session
 from tetris.window.keys import Code, DueAction
 from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.settings import hands
-from tetris.window.view import GameView
+from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 0.6  # after a pause, to find one's way
@@ -28,11 +26,7 @@ _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
 
 
 class PlayScreen(Screen):
-    """Plays one session, by hand or by a bot.
-
-    Attributes:
-        session: The game.
-    """
+    """Plays one session, by hand or by a bot."""
 
     pointer = False
 
@@ -46,15 +40,9 @@ class PlayScreen(Screen):
         restart: Callable[["PlayScreen"], None],
         bot: BotPlayer | None = None,
     ) -> None:
-        """Show a game that has not begun.
+        """Show a game that has not begun; the functions lead to other screens.
 
-        Args:
-            stage: Where it is seen.
-            session: What is played.
-            paused: What to do when the game pauses, and a sentence why, "" by the player.
-            over: What to do when it is over.
-            restart: What to do when the player wants to restart.
-            bot: Plays in the player's place.
+        `paused` is given a sentence that says why, "" when the player wanted it.
         """
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart
@@ -79,7 +67,7 @@ class PlayScreen(Screen):
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or a button that went down."""
         if code in self._hint_codes and self.session.game.in_play:
-            self._hint = hint(self.session.game).landing
+            self._hint = beam_search.plan(self.session.game).landing
         self._keys.press(code, time_s + self._offset_s)
 
     def release(self, code: Code, time_s: float) -> None:

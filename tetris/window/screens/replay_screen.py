@@ -8,14 +8,13 @@ import pygame
 
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player, Recorder
-from tetris.history.video import SUFFIXES
-from tetris.window.figures import clock, figures_of
+from tetris.history.replay_file import FILM_SUFFIXES
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.video import VideoExport
-from tetris.window.view import GameView
+from tetris.window.view import GameView, clock, figures_of
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _USUAL: Final = 2  # which of them
@@ -37,11 +36,7 @@ class ReplayScreen(MenuScreen):
     ) -> None:
         """Show a replay from its start.
 
-        Args:
-            stage: Where it is seen.
-            player: What plays it.
-            take_over: Plays on from where it has come to.
-            films: Names a film's file by its suffix; None where nothing is kept.
+        `take_over` plays on from where it has come to; `films` names a film's file by its suffix.
         """
         self._player, self._take_over, self._films = player, take_over, films
         self._film: VideoExport | None = None
@@ -126,7 +121,7 @@ class ReplayScreen(MenuScreen):
             return []
         if film and film.going_on:
             return [Item(words("replays.film"), value=f"{film.share:.0%}", share=film.share)]
-        kind = SUFFIXES[self._suffix].removeprefix(".").upper()
+        kind = FILM_SUFFIXES[self._suffix].removeprefix(".").upper()
         hint = words("replays.film_hint")
         return [
             Item(
@@ -135,11 +130,11 @@ class ReplayScreen(MenuScreen):
         ]
 
     def _turn_film(self, step: int) -> None:
-        self._suffix = (self._suffix + step) % len(SUFFIXES)
+        self._suffix = (self._suffix + step) % len(FILM_SUFFIXES)
 
     def _make_film(self) -> None:
         if self._films:
-            path = self._films(SUFFIXES[self._suffix])
+            path = self._films(FILM_SUFFIXES[self._suffix])
             self._film = VideoExport(self._player.replay, path, self._stage.look)
 
     def _said(self) -> str:

@@ -4,17 +4,20 @@ BlueZ calls these objects when a host reads, writes or subscribes, and sends cha
 subscribers. The kernel advertises whenever no host is connected. BlueZ cannot advertise to one host
 only, so every paired host may connect, and `HidDevice` selects the active one. Outside of the
 pairing window, the advertisement is not discoverable.
-"""
 
-from __future__ import annotations
+Names of interfaces, properties and methods are BlueZ's: doc/org.bluez.GattCharacteristic.rst and
+related files. Annotations of methods are evaluated as D-Bus types: no `from __future__` here.
+"""
 
 import asyncio
 import contextlib
 import logging
 from collections.abc import Callable, Coroutine
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from dbus_fast import DBusError, Message, MessageType, Variant
+from dbus_fast import DBusError, Message, MessageType, PropertyAccess, Variant
+from dbus_fast.annotations import DBusBytes, DBusDict, DBusSignature
+from dbus_fast.service import ServiceInterface, dbus_method, dbus_property
 
 from controller.links.bluetooth.bluez import (
     ADAPTER,
@@ -26,31 +29,39 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
-from controller.links.bluetooth.hid import dbus_objects
-from controller.links.bluetooth.hid.gatt_services import SERVICES, OfferError, ServiceValues
-from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
+from controller.links.bluetooth.hid.gatt_services import (
+    APPEARANCE,
+    HID,
+    SERVICES,
+    Characteristic,
+    OfferError,
+    ServiceValues,
+)
+from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.reports import Report
-from controller.links.bluetooth.registration import logged
+from controller.links.bluetooth.registration import Registration, logged
 
 APPLICATION: Final = "/orbtouch/hid"
 ADVERTISEMENT: Final = "/orbtouch/advertisement"
 GATT: Final = "org.bluez.GattManager1"
 ADVERTISING: Final = "org.bluez.LEAdvertisingManager1"
-BATTERY_S: Final = 60.0  # between two readings of the battery
+CHARACTERISTIC: Final = "org.bluez.GattCharacteristic1"
+INTERVAL_MS: Final = (30, 60)  # between two advertisements, for a fast reconnection
 CLOSE_S: Final = 2.0  # timeout of calls that end the connection
 
 log = logging.getLogger(__name__)
 
 
-class GattTransport(HidTransport):
-    """Services and advertisement, registered with BlueZ."""
+class GattTransport(Registration):
+    """Services and advertisement of a HID device, registered with BlueZ; no method blocks."""
 
-    def __init__(self, device: HidDevice, name: str, charge: Callable[[], int]) -> None:
-        """Prepare the services; `charge` returns the battery's charge in percent."""
-        super().__init__(device, name)
-        self._charge = charge
-        self._values = ServiceValues(name, charge())
-        self._battery: asyncio.TimerHandle | None = None
+    def __init__(self, device: HidDevice, name: str) -> None:
+        """Prepare the services of a device; hosts show its name."""
+        self._hid, self._name = device, name
+        self._bus: Bus | None = None
+        self._adapter = ""
+        self._devices: dict[str, Properties] = {}  # of the adapter, by BlueZ's path
+        self._values = ServiceValues(name)
         self._paths: dict[str, str] = {}  # of characteristics, by name
         self._discoverable = False
         self._advertised = False
@@ -60,18 +71,14 @@ class GattTransport(HidTransport):
     # --- the registration ---
 
     async def begin(self, bus: Bus, adapter: str) -> None:
-        """Register with BlueZ.
-
-        Raises:
-            BluetoothError: BlueZ refuses it; the message is one sentence.
-        """
+        """Register with BlueZ; BluetoothError if it refuses."""
         self._bus, self._adapter, self._advertised = bus, adapter, False
         objects = await bus.objects()
         for name in (GATT, ADVERTISING):
             if name not in objects.get(adapter, {}):
                 raise BluetoothError(
                     f"this adapter cannot be a low energy gamepad (BlueZ offers no {name}); "
-                    "use --link hid:classic, or another adapter"
+                    "use another adapter"
                 )
         self._devices = devices(objects, adapter)
         self._discoverable = bool(objects[adapter][ADAPTER].get("Discoverable"))
@@ -80,7 +87,6 @@ class GattTransport(HidTransport):
         bus.listen(self._follow)
         await self._advertise()
         self._hid.open(self)
-        self._read_battery()
         for host in self._devices.values():
             if host.get("Connected") and self._is_known(host):
                 self._hid.arrive(host["Address"])
@@ -89,8 +95,6 @@ class GattTransport(HidTransport):
         """Release all keys on the host, disconnect it, and unregister."""
         active = self._hid.hosts.active
         self._hid.close()  # sends the last reports if a host is connected
-        if self._battery is not None:
-            self._battery.cancel()
         bus, self._bus = self._bus, None
         if bus is None:
             return
@@ -151,9 +155,16 @@ class GattTransport(HidTransport):
         elif ours and changes and "Discoverable" in changes:
             self._discoverable = changes["Discoverable"]
             self._do(self._advertise())
-        super()._follow(path, interface, changes)
+        if interface == DEVICE and path.startswith(f"{self._adapter}/"):
+            before = self._devices.get(path, {})
+            if changes is None:
+                self._devices.pop(path, None)
+            else:
+                self._devices[path] = before | changes
+            self._changed(before, self._devices.get(path, {}))
 
     def _changed(self, before: Properties, after: Properties) -> None:
+        """Handle changed properties of a host; they are empty before it exists and afterwards."""
         connected, was_connected = after.get("Connected"), before.get("Connected")
         if connected and self._is_known(after):
             if not was_connected or before.get("Address") != after["Address"]:
@@ -173,20 +184,13 @@ class GattTransport(HidTransport):
         """Export all services as a tree of objects."""
         for number, (uuid, characteristics) in enumerate(SERVICES.items()):
             service = f"{APPLICATION}/service{number}"
-            bus.export(service, dbus_objects.service(uuid))
+            bus.export(service, _service(uuid))
             for place, one in enumerate(characteristics):
                 path = f"{service}/char{place}"
                 self._paths[one.name] = path
-                bus.export(path, dbus_objects.characteristic(one, service, self))
+                bus.export(path, _characteristic(one, service, self))
                 for last, (kind, value) in enumerate(one.descriptors):
-                    bus.export(f"{path}/desc{last}", dbus_objects.descriptor(kind, value, path))
-
-    def _read_battery(self) -> None:
-        """Notify hosts of a changed battery level, and schedule the next reading."""
-        for name, value in self._values.charge(self._charge()):
-            self._notify(name, value)
-        loop = asyncio.get_running_loop()
-        self._battery = loop.call_later(BATTERY_S, self._read_battery)
+                    bus.export(f"{path}/desc{last}", _descriptor(kind, value, path))
 
     def _notify(self, name: str, value: bytes) -> None:
         """Signal a changed value to BlueZ, and to no other program on this machine."""
@@ -199,7 +203,7 @@ class GattTransport(HidTransport):
             interface="org.freedesktop.DBus.Properties",
             member="PropertiesChanged",
             signature="sa{sv}as",
-            body=[dbus_objects.CHARACTERISTIC, {"Value": Variant("ay", value)}, []],
+            body=[CHARACTERISTIC, {"Value": Variant("ay", value)}, []],
         )
         self._bus.raw.send(signal)
 
@@ -209,11 +213,7 @@ class GattTransport(HidTransport):
                 await bus.call(path, DEVICE, "Disconnect", timeout_s=CLOSE_S)
 
     async def _advertise(self) -> None:
-        """Replace the registered advertisement by one with the current properties.
-
-        Raises:
-            BluetoothError: BlueZ refuses it.
-        """
+        """Replace the registered advertisement by one with the current properties."""
         async with self._changing:
             if (bus := self._bus) is None:
                 return
@@ -222,7 +222,7 @@ class GattTransport(HidTransport):
                     self._adapter, ADVERTISING, "UnregisterAdvertisement", "o", ADVERTISEMENT
                 )
                 bus.unexport(ADVERTISEMENT)
-            bus.export(ADVERTISEMENT, dbus_objects.advertisement(self._name, self._discoverable))
+            bus.export(ADVERTISEMENT, _advertisement(self._name, self._discoverable))
             await bus.call(
                 self._adapter, ADVERTISING, "RegisterAdvertisement", "oa{sv}", ADVERTISEMENT, {}
             )
@@ -233,3 +233,105 @@ class GattTransport(HidTransport):
         running = asyncio.get_running_loop().create_task(logged(task))
         self._tasks.add(running)
         running.add_done_callback(self._tasks.discard)
+
+
+# --- the objects on D-Bus ---
+
+
+def _service(uuid: int) -> ServiceInterface:
+    """Return a service without characteristics."""
+    properties = {"UUID": ("s", f"{uuid:04x}"), "Primary": ("b", True)}
+    return _with_properties(ServiceInterface, properties)("org.bluez.GattService1")
+
+
+def _characteristic(one: Characteristic, path: str, transport: "GattTransport") -> ServiceInterface:
+    """Return a characteristic of the service at a path; the transport reads and writes it."""
+    properties = {
+        "UUID": ("s", f"{one.uuid:04x}"),
+        "Service": ("o", path),
+        "Flags": ("as", list(one.flags)),
+    }
+    return _with_properties(_Characteristic, properties)(one.name, transport)
+
+
+def _descriptor(uuid: int, value: bytes, path: str) -> ServiceInterface:
+    """Return a constant descriptor of the characteristic at a path."""
+    properties = {
+        "UUID": ("s", f"{uuid:04x}"),
+        "Characteristic": ("o", path),
+        "Flags": ("as", ["encrypt-read"]),
+    }
+    return _with_properties(_Descriptor, properties)(value)
+
+
+def _advertisement(name: str, discoverable: bool) -> ServiceInterface:
+    """Return the advertisement of a name; if discoverable, for hosts that are not paired, too."""
+    properties = {
+        "Type": ("s", "peripheral"),  # hosts may connect
+        "ServiceUUIDs": ("as", [f"{HID:04x}"]),
+        "Appearance": ("q", APPEARANCE),
+        "LocalName": ("s", name),
+        "Discoverable": ("b", discoverable),
+        "MinInterval": ("u", INTERVAL_MS[0]),
+        "MaxInterval": ("u", INTERVAL_MS[1]),
+    }
+    return _with_properties(_Advertisement, properties)("org.bluez.LEAdvertisement1")
+
+
+class _Characteristic(ServiceInterface):
+    def __init__(self, name: str, transport: "GattTransport") -> None:
+        super().__init__(CHARACTERISTIC)
+        self._name, self._transport = name, transport
+
+    @dbus_method()
+    def ReadValue(self, options: DBusDict) -> DBusBytes:  # noqa: N802
+        device = str(_option(options, "device", ""))
+        return self._transport.read(self._name, int(_option(options, "offset", 0)), device)
+
+    @dbus_method()
+    def WriteValue(self, value: DBusBytes, options: DBusDict) -> None:  # noqa: N802
+        self._transport.write(self._name, value, int(_option(options, "offset", 0)))
+
+    @dbus_method()
+    def StartNotify(self) -> None:  # noqa: N802
+        self._transport.subscribed(self._name)
+
+    @dbus_method()
+    def StopNotify(self) -> None:  # noqa: N802
+        log.debug("no host is subscribed to %s", self._name)
+
+
+class _Descriptor(ServiceInterface):
+    def __init__(self, value: bytes) -> None:
+        super().__init__("org.bluez.GattDescriptor1")
+        self._value = value
+
+    @dbus_method()
+    def ReadValue(self, options: DBusDict) -> DBusBytes:  # noqa: N802
+        return self._value[int(_option(options, "offset", 0)) :]
+
+
+class _Advertisement(ServiceInterface):
+    @dbus_method()
+    def Release(self) -> None:  # noqa: N802
+        log.debug("BlueZ no longer advertises")
+
+
+def _with_properties(
+    kind: Any, properties: dict[str, tuple[str, Any]]
+) -> Callable[..., ServiceInterface]:
+    """Return a class with constant properties: the D-Bus type and the value of each."""
+    return type(kind.__name__, (kind,), {n: _constant(n, *one) for n, one in properties.items()})
+
+
+def _constant(name: str, signature: str, value: Any) -> Any:
+    def read(self: Any) -> Any:
+        return value
+
+    read.__name__ = name  # dbus-fast finds it by name
+    read.__annotations__["return"] = Annotated[Any, DBusSignature(signature)]
+    return dbus_property(PropertyAccess.READ, name)(read)
+
+
+def _option(options: dict[str, Any], name: str, default: Any) -> Any:
+    return options[name].value if name in options else default

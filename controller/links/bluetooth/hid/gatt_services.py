@@ -8,8 +8,14 @@ the values that it returns.
 from dataclasses import dataclass
 from typing import Final
 
-from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP
-from controller.links.bluetooth.hid.reports import RELEASED, Report
+from controller.links.bluetooth.hid.reports import (
+    GAMEPAD,
+    KEYBOARD,
+    PNP_ID,
+    RELEASED,
+    REPORT_MAP,
+    Report,
+)
 
 HID: Final = 0x1812  # 16-bit UUIDs, "Assigned Numbers", sections 3.4 and 3.8
 BATTERY: Final = 0x180F
@@ -28,19 +34,12 @@ _HID_INFORMATION: Final = bytes([0x11, 0x01, 0, 0b01])
 
 @dataclass(frozen=True, slots=True)
 class Characteristic:
-    """A GATT characteristic.
+    """A GATT characteristic."""
 
-    Attributes:
-        name: Unique name within this program.
-        uuid: 16 bits.
-        flags: Permissions of BlueZ (doc/org.bluez.GattCharacteristic).
-        descriptors: UUID and constant value of each.
-    """
-
-    name: str
-    uuid: int
-    flags: tuple[str, ...]
-    descriptors: tuple[tuple[int, bytes], ...] = ()
+    name: str  # unique within this program
+    uuid: int  # 16 bits
+    flags: tuple[str, ...]  # permissions of BlueZ (doc/org.bluez.GattCharacteristic)
+    descriptors: tuple[tuple[int, bytes], ...] = ()  # UUID and constant value of each
 
 
 def _report(name: str, number: int, kind: int, flags: tuple[str, ...]) -> Characteristic:
@@ -87,15 +86,15 @@ class OfferError(ValueError):
 class ServiceValues:
     """The values behind `SERVICES`."""
 
-    def __init__(self, name: str, battery: int) -> None:
-        """Begin with released keys, the manufacturer's name and a battery level in percent."""
+    def __init__(self, name: str) -> None:
+        """Begin with released keys and the manufacturer's name."""
         self._values = {
             "report_map": REPORT_MAP,
             "lights": b"\0",
             "boot_lights": b"\0",
             "hid_information": _HID_INFORMATION,
             "control_point": b"\1",
-            "battery": bytes([battery]),
+            "battery": bytes([100]),  # percent; the profile wants the service
             "manufacturer": name.encode(),
             "pnp_id": PNP_ID,
         }
@@ -114,11 +113,7 @@ class ServiceValues:
         return value[offset:]
 
     def write(self, name: str, value: bytes, offset: int = 0) -> None:
-        """Store a value that a host writes.
-
-        Raises:
-            OfferError: The value has another length, or is not allowed.
-        """
+        """Store a value that a host writes; OfferError if it is not allowed."""
         known = _WRITABLE.get(name)
         if known is None:
             raise OfferError("org.bluez.Error.NotPermitted", f"{name} cannot be written")
@@ -137,14 +132,6 @@ class ServiceValues:
         if self.mode == BOOT:
             return [("boot_keyboard", report.data)] if name == "keyboard" else []
         return [(name, report.data)]
-
-    def charge(self, percent: int) -> list[tuple[str, bytes]]:
-        """Store the battery's level; return the names and values to send."""
-        value = bytes([min(max(percent, 0), 100)])
-        if value == self._values["battery"]:
-            return []
-        self._values["battery"] = value
-        return [("battery", value)]
 
     def reset(self) -> None:
         """Reset the protocol and release all keys, for a change of hosts (HIDS, 2.1)."""

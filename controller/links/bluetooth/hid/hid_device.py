@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from abc import abstractmethod
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMap
-from controller.links.bluetooth.bluez import DEVICE, Bus, Properties
-from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import HeldReports, Report
-from controller.links.bluetooth.registration import Registration
 from controller.protocol.messages import Command, Message, State, Telemetry
+
+if TYPE_CHECKING:
+    from controller.links.bluetooth.hid.gatt import GattTransport
 
 GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 
@@ -25,12 +25,7 @@ log = logging.getLogger(__name__)
 
 
 class HidDevice:
-    """Keyboard and gamepad for the active host; it begins without one.
-
-    Attributes:
-        keys: State of held keys and buttons.
-        hosts: Connected and active hosts.
-    """
+    """Keyboard and gamepad for the active host; it begins without one."""
 
     def __init__(
         self,
@@ -40,13 +35,10 @@ class HidDevice:
         notify: Callable[[str], None],
         store: Callable[[StoredHosts], None],
     ) -> None:
-        """Prepare the device.
+        """Prepare the device; `hosts` has the loop's clock.
 
-        Args:
-            key_map: Keys of each command.
-            hosts: Selection of hosts, with the loop's clock.
-            notify: Called with the address of a new active host, "" if there is none.
-            store: Called with the hosts to store for the next run.
+        `notify` is called with the address of a new active host, "" if there is none; `store` with
+        the hosts to store for the next run.
         """
         self.keys = KeyState(key_map, armed=True, gap_s=GAP_S)
         self.hosts = hosts
@@ -54,16 +46,15 @@ class HidDevice:
         self._waiting: list[Report] = []
         self._notify = notify
         self._store = store
-        self._transport: HidTransport | None = None
+        self._transport: GattTransport | None = None
         self._active = ""
         self._known = hosts.known
-        self._seeking: bool | None = None
         self._dropped: set[str] = set()  # being disconnected
         self._timer: asyncio.TimerHandle | None = None
 
-    def open(self, transport: HidTransport) -> None:
+    def open(self, transport: GattTransport) -> None:
         """Use a transport from now on."""
-        self._transport, self._seeking = transport, None
+        self._transport = transport
         self._update()
 
     def close(self) -> None:
@@ -128,16 +119,13 @@ class HidDevice:
             self._store(self._known)
         self._schedule()
 
-    def _select(self, transport: HidTransport) -> None:
-        """Disconnect hosts that are not active; seek one if none is."""
+    def _select(self, transport: GattTransport) -> None:
+        """Disconnect hosts that are not active."""
         unwanted = set(self.hosts.unwanted())
         for address in unwanted - self._dropped:
             log.info("host %s is disconnected: another one is active, or selected", address)
             transport.drop(address)
         self._dropped = unwanted
-        if self._seeking is not (seek := not self._active):
-            self._seeking = seek
-            transport.seek(seek)
 
     def _release(self) -> None:
         """Release all keys, and report that in any case."""
@@ -163,39 +151,3 @@ class HidDevice:
 
     def _now_s(self) -> float:
         return asyncio.get_running_loop().time()
-
-
-class HidTransport(Registration):
-    """Transport of reports to hosts, over GATT or classic Bluetooth; no method blocks."""
-
-    def __init__(self, device: HidDevice, name: str) -> None:
-        """Prepare a transport for a device; hosts show its name."""
-        self._hid, self._name = device, name
-        self._bus: Bus | None = None
-        self._adapter = ""
-        self._devices: dict[str, Properties] = {}  # of the adapter, by BlueZ's path
-
-    @abstractmethod
-    def send(self, report: Report) -> None:
-        """Send a report to the active host."""
-
-    @abstractmethod
-    def drop(self, address: str) -> None:
-        """Disconnect a host."""
-
-    def seek(self, wanted: bool) -> None:
-        """Start or stop seeking paired hosts; no effect where the kernel advertises."""
-
-    @abstractmethod
-    def _changed(self, before: Properties, after: Properties) -> None:
-        """Handle changed properties of a host; they are empty before it exists and afterwards."""
-
-    def _follow(self, path: str, interface: str, changes: Properties | None) -> None:
-        """Handle a change of BlueZ's objects."""
-        if interface == DEVICE and path.startswith(f"{self._adapter}/"):
-            before = self._devices.get(path, {})
-            if changes is None:
-                self._devices.pop(path, None)
-            else:
-                self._devices[path] = before | changes
-            self._changed(before, self._devices.get(path, {}))

@@ -1,7 +1,7 @@
 """An emulated board with an orb: the same interface as a real one's, and its faults."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
@@ -11,45 +11,62 @@ from numpy.typing import NDArray
 from controller.errors import how_to_install
 from controller.sensors.hardware import MissingHardwareError
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.controls import Controls
-from controller.sensors.hardware.converters import find
-from controller.sensors.hardware.emulated.adc import FakeChip
-from controller.sensors.hardware.emulated.circuit import Circuit, CircuitModel
+from controller.sensors.hardware.converters import CHANNELS, CHIPS
+from controller.sensors.hardware.emulated.circuit import Circuit
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.sensors.hardware.pins import GpioPins
+from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
+from controller.simulator.readout import NOMINAL_PF
 
 Array = NDArray[np.float64]
 
 _COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
-_OTHER: Final = {"mcp3208": "mcp3008", "mcp3008": "mcp3208"}
+_SPREAD_PF: Final = 2.9  # of the taxels: paper, section 3.2
+_PIN_S: Final = 15e-6  # what a change of a pin costs: a guess for a Raspberry Pi 4 under Python
+_TRANSFER_S: Final = 20e-6  # what a conversion costs beside its bits: another
+_INFLATE_KPA_S: Final = 0.3  # how fast the pump inflates the orb
+_DEFLATE_PER_MIN: Final = 0.01  # share of its pressure that a sound orb loses
+
+
+@dataclass
+class FakeChip:
+    """An MCP3008 or MCP3208, clocked in SPI mode 0."""
+
+    bits: int  # its resolution
+    measure: Callable[[int], float]  # returns what an input sees, of full scale, as it is sampled
+
+    def transfer(self, data: bytes) -> bytes:
+        """Clock all bits through: start, single-ended, three of channel, a pause, null, result."""
+        total = 8 * len(data)
+        told = int.from_bytes(data, "big")
+        after = told.bit_length() - 1  # bits that follow the start bit
+        answer = (1 << total) - 1  # high impedance, pulled up
+        if after >= 4 and told >> (after - 1) & 1:
+            count = round(self.measure(told >> (after - 4) & 0b111) * (1 << self.bits))
+            count = min(max(count, 0), (1 << self.bits) - 1)
+            # Four bits of address and one of sampling; then null, then the result, from the top.
+            left = after - 5
+            result = (
+                count << (left - 1 - self.bits)
+                if left > self.bits
+                else count >> (self.bits + 1 - left)
+            )
+            if left > 0:
+                answer = answer >> left << left | result & ((1 << left) - 1)
+        return answer.to_bytes(len(data), "big")
+
+    def close(self) -> None:
+        """Nothing is held."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoardModel:
-    """Constants of the board around the circuit.
+    """What is heard on the board."""
 
-    Attributes:
-        circuit: The parts.
-        noise_lsb: Deviation of a row's conversion, counts of 4096; other inputs have 1.
-        mains: Relative hum, quadruple under a firm finger.
-        mains_hz: Its frequency.
-        finger_pf: What a firm finger adds to its row.
-        pin_s: What a change of a pin costs: a guess for a Raspberry Pi 4 under Python.
-        transfer_s: What a conversion costs beside its bits: another.
-        inflate_kpa_s: How fast the pump inflates the orb.
-        deflate_per_min: Share of its pressure that a sound orb loses.
-    """
-
-    circuit: CircuitModel = field(default_factory=CircuitModel)
-    noise_lsb: float = 1.0
-    mains: float = 0.0015
-    mains_hz: float = 60.0
-    finger_pf: float = 2.0
-    pin_s: float = 15e-6
-    transfer_s: float = 20e-6
-    inflate_kpa_s: float = 0.3
-    deflate_per_min: float = 0.01
+    noise_lsb: float = 1.0  # deviation of a row's conversion, counts of 4096; other inputs have 1
+    mains: float = 0.0015  # relative hum, quadruple under a firm finger
+    mains_hz: float = 60.0  # its frequency
+    finger_pf: float = 2.0  # what a firm finger adds to its row
 
 
 class EmulatedBoard:
@@ -64,24 +81,17 @@ class EmulatedBoard:
 
     def __init__(
         self,
-        wiring: Wiring | None = None,
+        wiring: Wiring = Wiring(),  # noqa: B008 (it is frozen)
         seed: int | np.random.SeedSequence = 0,
         *,
-        model: BoardModel | None = None,
+        model: BoardModel = BoardModel(),  # noqa: B008 (it is frozen)
         faults: Sequence[WiringFault] = (),
         picofarads: Array | None = None,
     ) -> None:
-        """Build it.
+        """Build an orb with faults; the seed draws the parts' tolerances and the noise.
 
-        Args:
-            wiring: How the orb is wired; the default wiring if not given.
-            seed: The parts' tolerances, the taxels if none are given, and the noise.
-            model: What the parts are.
-            faults: What is broken from the start.
-            picofarads: The taxels, (rows, columns); 41.2 (SD 2.9) pF if not given.
-
-        Raises:
-            MissingHardwareError: gpiozero is missing.
+        The taxels, pF, (rows, columns), are drawn as well if they are not given. Without gpiozero
+        it raises MissingHardwareError.
         """
         try:
             from controller.sensors.hardware.emulated.pins import CircuitFactory
@@ -89,23 +99,23 @@ class EmulatedBoard:
             raise MissingHardwareError(
                 f"emulated hardware needs {error.name}; {how_to_install('pi')}"
             ) from None
-        self.wiring = wiring = Wiring() if wiring is None else wiring
-        self._model = BoardModel() if model is None else model
+        self.wiring = wiring
+        self._model = model
         parts, noise = np.random.default_rng(seed).spawn(2)
         self._noise = noise
-        self.circuit = Circuit(wiring, self._model.circuit, parts, wiring.supply_v)
-        if picofarads is None:  # paper, section 3.2
-            picofarads = parts.normal(41.2, 2.9, (wiring.rows, wiring.columns))
+        self.circuit = Circuit(wiring, parts)
+        if picofarads is None:
+            picofarads = parts.normal(NOMINAL_PF, _SPREAD_PF, (wiring.rows, wiring.columns))
         self._taxels = self._first = np.asarray(picofarads, dtype=np.float64)
         self._fingers = np.zeros(wiring.rows)
         self._phase = float(parts.uniform(0.0, 2 * np.pi))
         self._faults: dict[WiringFault, float] = {}  # -> since when
         electrodes = (*wiring.electrodes.columns, *wiring.electrodes.rows)
-        factory = CircuitFactory(self.circuit, frozenset(electrodes), self._model.pin_s)
+        factory = CircuitFactory(self.circuit, frozenset(electrodes), _PIN_S)
         self.factory = factory
-        self._chips = [
-            FakeChip(find(wiring.converter.type).bits, partial(self.look, i))
-            for i in range(len(wiring.converter.devices))
+        chip = CHIPS[wiring.converter.type]
+        chips = [
+            FakeChip(chip.bits, partial(self.look, i)) for i in range(len(wiring.converter.devices))
         ]
         self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
         self._row_of = {channel: row for row, channel in enumerate(wiring.electrodes.channels)}
@@ -114,8 +124,8 @@ class EmulatedBoard:
         self.board = Board(
             wiring,
             GpioPins(factory, electrodes),
-            find(wiring.converter.type),
-            tuple(_Bus(self, chip) for chip in self._chips),
+            chip,
+            tuple(_Bus(self, one) for one in chips),
             Controls(factory, wiring),
             self.circuit.advance,
             lambda: self.circuit.now_s,
@@ -132,12 +142,7 @@ class EmulatedBoard:
         return self._taxels
 
     def touch(self, picofarads: Array, fingers: Array | None = None) -> None:
-        """Stretch the skin.
-
-        Args:
-            picofarads: What the taxels have, (rows, columns).
-            fingers: How much finger lies over each row, 0 ... 1, (rows,).
-        """
+        """Set the taxels, pF, (rows, columns), and the finger over each row, 0 ... 1, (rows,)."""
         self._taxels = np.array(picofarads, dtype=np.float64)
         for fault in self._faults:
             if fault.kind == "stiff":
@@ -151,7 +156,7 @@ class EmulatedBoard:
         """Press the label button, or let go of it."""
         if self.wiring.button is not None:
             pin = self.factory.pin(self.wiring.button)
-            (pin.drive_low if down or self._has("button_stuck") else pin.drive_high)()
+            (pin.drive_low if down else pin.drive_high)()
 
     @property
     def lit(self) -> bool:
@@ -167,9 +172,9 @@ class EmulatedBoard:
 
     def breathe(self, seconds: float) -> None:
         """Let time pass for the air: it leaks, and the pump brings more."""
-        leak = self._model.deflate_per_min + self._size("air_leak", 0.0)
+        leak = _DEFLATE_PER_MIN + self._size("air_leak", 0.0)
         self.kpa *= float(np.exp(-leak * seconds / 60.0))
-        self.kpa += self._model.inflate_kpa_s * seconds * self.pumping
+        self.kpa += _INFLATE_KPA_S * seconds * self.pumping
 
     def switch(self, faults: Iterable[WiringFault], on: bool = True) -> None:
         """Switch faults on or off."""
@@ -179,20 +184,14 @@ class EmulatedBoard:
             else:
                 self._faults.pop(fault, None)
         self.circuit.break_(self._faults)
-        slow = self._size("slow_clock", 1.0)
-        self.factory.pin_s = self._model.pin_s * slow
-        bits = find(self.wiring.converter.type).bits
-        if self._has("other_converter"):
-            bits = find(_OTHER[self.wiring.converter.type]).bits
-        for chip in self._chips:
-            chip.bits = bits
+        self.factory.pin_s = _PIN_S * self._size("slow_clock", 1.0)
 
     # --- what the converter does ----------------------------------------------------------------
 
     def transfer(self, chip: FakeChip, data: bytes) -> bytes:
         """Pass bytes over the bus, and time."""
         bits_s = 8 * len(data) / self.wiring.converter.clock_hz
-        self.circuit.advance((bits_s + self._model.transfer_s) * self._size("slow_clock", 1.0))
+        self.circuit.advance((bits_s + _TRANSFER_S) * self._size("slow_clock", 1.0))
         if self._has("bus_errors") and self._noise.random() < self._size("bus_errors", 1.0):
             raise OSError(5, "Input/output error")
         if self._has("no_converter"):
@@ -203,14 +202,12 @@ class EmulatedBoard:
 
     def look(self, converter: int, input_: int) -> float:
         """Return the voltage at a converter's input, of full scale."""
-        channel = converter * find(self.wiring.converter.type).channels + input_
+        channel = converter * CHANNELS + input_
         row = self._row_of.get(channel)
         noise = 1.0 if row is None else self._model.noise_lsb
         for fault in self._faults:
             if fault.kind == "swapped_channels" and row in (fault.row, fault.row + 1):
                 row = 2 * fault.row + 1 - row
-            elif fault.kind == "no_channel" and row == fault.row:
-                row = None
             elif fault.kind == "noise" or (fault.kind == "noisy" and row == fault.row):
                 noise = float(np.hypot(noise, fault.size))
         if row is None:

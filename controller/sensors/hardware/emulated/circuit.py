@@ -3,53 +3,37 @@
 Every electrode has two nodes: its film on the membrane, and its end on the board, where pin, row
 capacitor, R_m and converter are. What pins do, and faults, change conductances; touching changes
 capacitances; time passes only by `advance`. docs/hardware.md draws it.
+
+Units: pF, MOhm, volts, microseconds; 1 pF x 1 MOhm = 1 us.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.sensors.hardware.emulated.rc_network import Modes
 from controller.sensors.hardware.wiring import Wiring
+from controller.simulator.readout import NOMINAL_PF
 
 Array = NDArray[np.float64]
 
+# The parts, with their tolerances; each orb draws its own.
+_CAPACITOR_PF: Final = (100.0, 0.02)  # from each row to ground, and its relative deviation
+_STRAY_PF: Final = (25.0, 0.2)  # pin, converter input and lead of an electrode, and its deviation
+_FILM_PF: Final = 5.0  # of an electrode's film to ground
+_LEAD_MOHM: Final = (0.001, 0.3)  # film and lead, end to end: paper, section 3.1; and its deviation
+_PIN_MOHM: Final = 50e-6  # a pin that drives
+_BLEED_MOHM: Final = (50.0, 0.02)  # R_m: paper, section 3.2; and its relative deviation
+_SAMPLE_PF: Final = 20.0  # the converter's sampling capacitor: MCP3208 data sheet, figure 4-1
+_SAMPLE_US: Final = 1.5  # its sampling time at 1 MHz: section 1
+_LEAK_NA: Final = 1.0  # deviation of what pin and converter leak into a row
+_INJECT_PC: Final = 0.3  # charge that a pin pushes into its row as it lets go
+_OFFSET_LSB: Final = 1.0  # deviation of the converter's offset, counts of 4096
 _SHORT: Final = 1e4  # 1/MOhm: 100 ohms
 _OPEN: Final = 1e-7  # 1/MOhm: what insulates
-_SAMPLE_US: Final = 1.5  # the converter's sampling time at 1 MHz: MCP3208 data sheet, section 1
-
-
-@dataclass(frozen=True, slots=True)
-class CircuitModel:
-    """The parts, with their tolerances; each orb draws its own.
-
-    Attributes:
-        capacitor_pf: The capacitor from each row to ground, and its relative deviation.
-        stray_pf: Pin, converter input and lead of an electrode, and its relative deviation.
-        film_pf: Of an electrode's film to ground.
-        lead_mohm: Film and lead, end to end (paper, section 3.1), and its relative deviation.
-        pin_mohm: A pin that drives: 50 ohms.
-        bleed_mohm: R_m (paper, section 3.2), and its relative deviation.
-        sample_pf: The converter's sampling capacitor: MCP3208 data sheet, figure 4-1.
-        leak_na: Deviation of what pin and converter leak into a row.
-        inject_pc: Charge that a pin pushes into its row as it lets go.
-        offset_lsb: Deviation of the converter's offset, counts of 4096.
-    """
-
-    capacitor_pf: tuple[float, float] = (100.0, 0.02)
-    stray_pf: tuple[float, float] = (25.0, 0.2)
-    film_pf: float = 5.0
-    lead_mohm: tuple[float, float] = (0.001, 0.3)
-    pin_mohm: float = 50e-6
-    bleed_mohm: tuple[float, float] = (50.0, 0.02)
-    sample_pf: float = 20.0
-    leak_na: float = 1.0
-    inject_pc: float = 0.3
-    offset_lsb: float = 1.0
 
 
 class Circuit:
@@ -59,34 +43,23 @@ class Circuit:
         now_s: The circuit's clock.
     """
 
-    def __init__(
-        self, wiring: Wiring, model: CircuitModel, rng: np.random.Generator, supply_v: float = 3.3
-    ) -> None:
-        """Solder it.
-
-        Args:
-            wiring: What hangs where.
-            model: The parts.
-            rng: Their tolerances.
-            supply_v: The pins' supply.
-        """
-        self.now_s, self.supply_v = 0.0, supply_v
-        self._model, self._wiring = model, wiring
+    def __init__(self, wiring: Wiring, rng: np.random.Generator) -> None:
+        """Solder it; the parts' tolerances are drawn."""
+        self.now_s, self.supply_v = 0.0, wiring.supply_v
         rows, columns = self._rows, self._columns = wiring.rows, wiring.columns
         self._ends = columns + rows  # index of the first board end
         pins = (*wiring.electrodes.columns, *wiring.electrodes.rows)
         self._node = {pin: self._ends + i for i, pin in enumerate(pins)}
         nodes = 2 * self._ends
         self._row_node = [self._node[pin] for pin in wiring.electrodes.rows]
-        self._stray = model.stray_pf[0] * (1 + model.stray_pf[1] * rng.uniform(-1, 1, self._ends))
-        self._capacitor = model.capacitor_pf[0] * (
-            1 + model.capacitor_pf[1] * rng.uniform(-1, 1, rows)
-        )
-        self._lead = model.lead_mohm[0] * np.exp(rng.normal(0.0, model.lead_mohm[1], self._ends))
-        self._bleed = model.bleed_mohm[0] * (1 + model.bleed_mohm[1] * rng.uniform(-1, 1, rows))
-        self._leak_ua = rng.normal(0.0, model.leak_na, rows) * 1e-3
-        self._offset_v = rng.normal(0.0, model.offset_lsb, 1 + (rows - 1) // 8) * supply_v / 4096
-        self._taxels = np.full((rows, columns), 41.2)
+        self._stray = _STRAY_PF[0] * (1 + _STRAY_PF[1] * rng.uniform(-1, 1, self._ends))
+        self._capacitor = _CAPACITOR_PF[0] * (1 + _CAPACITOR_PF[1] * rng.uniform(-1, 1, rows))
+        self._lead = _LEAD_MOHM[0] * np.exp(rng.normal(0.0, _LEAD_MOHM[1], self._ends))
+        self._bleed = _BLEED_MOHM[0] * (1 + _BLEED_MOHM[1] * rng.uniform(-1, 1, rows))
+        self._leak_ua = rng.normal(0.0, _LEAK_NA, rows) * 1e-3
+        offset_v = self.supply_v / 4096 * _OFFSET_LSB
+        self._offset_v = rng.normal(0.0, offset_v, 1 + (rows - 1) // CHANNELS)
+        self._taxels = np.full((rows, columns), NOMINAL_PF)
         self._fingers = np.zeros(rows)
         self._faults: tuple[WiringFault, ...] = ()
         self._high: dict[int, bool] = {}  # pins that drive, and where to
@@ -99,12 +72,7 @@ class Circuit:
     # --- what happens to it ---------------------------------------------------------------------
 
     def skin(self, picofarads: Array, finger_pf: Array) -> None:
-        """Stretch the taxels.
-
-        Args:
-            picofarads: Capacitances, (rows, columns).
-            finger_pf: What fingers add to each row, (rows,).
-        """
+        """Set the taxels, pF, (rows, columns), and what fingers add to each row, pF, (rows,)."""
         self._pass()
         self._taxels, self._fingers = picofarads, finger_pf
         self._build()
@@ -129,7 +97,7 @@ class Circuit:
         del self._high[pin]
         node = self._node[pin]
         if node in self._row_node:
-            self._volts[node] += self._model.inject_pc / self._capacitance[node, node]
+            self._volts[node] += _INJECT_PC / self._capacitance[node, node]
 
     def advance(self, seconds: float) -> None:
         """Let time pass."""
@@ -146,7 +114,7 @@ class Circuit:
     def sample(self, row: int, converter: int = 0) -> float:
         """Return what a converter's input sees of a row, as it takes its sample from it."""
         self._pass()
-        node, pf = self._row_node[row], self._model.sample_pf
+        node, pf = self._row_node[row], _SAMPLE_PF
         full = self._capacitance[node, node] + pf
         share = (self._volts[node] * (full - pf) + self._held[converter] * pf) / full
         self._volts[node] = share
@@ -173,35 +141,29 @@ class Circuit:
             self._volts = self._solved(-1).after(self._volts, self._current(), self._due_us)
             self._due_us = 0.0
 
-    def _solved(self, sampling: int) -> Modes:
+    def _solved(self, sampling: int) -> "Modes":
         """Return the modes of the present state; `sampling`: the node that is sampled, or -1."""
         driven = self._driven()
         key = (frozenset(driven), sampling)
         if key not in self._modes:
             conductance, capacitance = self._conductance.copy(), self._capacitance
             for node in driven:
-                conductance[node, node] += 1.0 / self._model.pin_mohm
+                conductance[node, node] += 1.0 / _PIN_MOHM
             if sampling >= 0:
                 capacitance = capacitance.copy()
-                capacitance[sampling, sampling] += self._model.sample_pf
+                capacitance[sampling, sampling] += _SAMPLE_PF
             self._modes[key] = Modes(capacitance, conductance)
         return self._modes[key]
 
     def _driven(self) -> dict[int, bool]:
         """Return the nodes whose pins drive, and whether to the supply."""
-        driven = {self._node[pin]: high for pin, high in self._high.items()}
-        for fault in self._faults:
-            if fault.kind == "stuck_row":
-                driven[self._row_node[fault.row]] = False
-            elif fault.kind == "dead_row_pin":
-                driven.pop(self._row_node[fault.row], None)
-        return driven
+        return {self._node[pin]: high for pin, high in self._high.items()}
 
     def _current(self) -> Array:
         """Return the current into each node, (nodes,), V/MOhm."""
         current = self._source.copy()
         for node, high in self._driven().items():
-            current[node] += self.supply_v / self._model.pin_mohm if high else 0.0
+            current[node] += self.supply_v / _PIN_MOHM if high else 0.0
         return current
 
     def _build(self) -> None:
@@ -221,8 +183,6 @@ class Circuit:
                 taxels[fault.row, c] = 0.0
             elif fault.kind in ("open_row", "open_column"):
                 lead[r if c < 0 else c] = _OPEN
-            elif fault.kind in ("weak_row", "weak_column"):
-                lead[r if c < 0 else c] = 1.0 / fault.size
             elif fault.kind == "unplugged":
                 lead[:] = _OPEN
             elif fault.kind == "swapped_rows":
@@ -242,7 +202,7 @@ class Circuit:
                 self._join(self._capacitance, columns + row, column, float(taxels[row, column]))
         for i in range(ends):
             self._join(self._conductance, i, ends + joins[i], float(lead[i]))
-            self._capacitance[i, i] += self._model.film_pf
+            self._capacitance[i, i] += _FILM_PF
             self._capacitance[ends + i, ends + i] += self._stray[i]
         for row, node in enumerate(self._row_node):
             self._capacitance[node, node] += capacitor[row]
@@ -268,10 +228,6 @@ class Circuit:
         elif fault.kind in ("high_row", "high_column"):
             self._conductance[one, one] += _SHORT
             self._source[one] += _SHORT * self.supply_v
-        elif fault.kind == "pull_up":
-            node = self._row_node[fault.row]
-            self._conductance[node, node] += 1.0 / fault.size
-            self._source[node] += self.supply_v / fault.size
         elif fault.kind == "long_lead":
             self._capacitance[r, r] += fault.size
 
@@ -282,3 +238,27 @@ class Circuit:
         matrix[other, other] += value
         matrix[one, other] -= value
         matrix[other, one] -= value
+
+
+class Modes:
+    """A network of capacitors and resistors, solved exactly for any voltages and sources.
+
+    K dv/dt = -G v + b has the solution of its eigenmodes, so a wait costs two small products
+    however long it is.
+    """
+
+    def __init__(self, capacitance: Array, conductance: Array) -> None:
+        """Solve for capacitances, pF, and conductances, 1/MOhm, both (nodes, nodes)."""
+        lower = np.linalg.cholesky(capacitance)
+        inverse = np.linalg.inv(lower)
+        self._rate, modes = np.linalg.eigh(inverse @ conductance @ inverse.T)
+        self._rate = np.maximum(self._rate, 1e-12)  # what nothing holds stays for a million seconds
+        self._out = inverse.T @ modes  # modes -> volts, and (transposed) currents -> modes
+        self._in = modes.T @ lower.T  # volts -> modes
+
+    def after(self, volts: Array, current: Array, wait_us: float) -> Array:
+        """Return the voltages after a wait with a current into each node, V/MOhm, (nodes,) each."""
+        decay = np.exp(-self._rate * wait_us)
+        grown = -np.expm1(-self._rate * wait_us) / self._rate
+        volts = self._out @ (decay * (self._in @ volts) + grown * (self._out.T @ current))
+        return np.asarray(volts)

@@ -50,13 +50,7 @@ class CircuitFactory(MockFactory):  # type: ignore[misc]
     """
 
     def __init__(self, circuit: Circuit, electrodes: frozenset[int], pin_s: float) -> None:
-        """Solder.
-
-        Args:
-            circuit: To what.
-            electrodes: Which pins are electrodes.
-            pin_s: How long a change of a pin takes.
-        """
+        """Solder the electrodes' pins to a circuit; a change of one takes `pin_s`."""
         super().__init__(pin_class=CircuitPin)
         self.circuit, self.outputs, self.pin_s = circuit, dict[int, bool](), pin_s
         self._electrodes = electrodes

@@ -1,0 +1,115 @@
+"""Ports of both ends of a link: opened by name or URL, never blocking, with errors in words."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import socket
+from functools import partial
+from typing import Any, Final, Protocol
+from urllib.parse import urlsplit
+
+import serial
+
+BAUD: Final = 115_200  # for a real serial line; Bluetooth, USB, ptys and TCP ignore it
+OPEN_S: Final = 3.0  # until a TCP connection counts as refused
+
+
+class Stream(Protocol):
+    """A non-blocking byte stream, such as a socket. A lost connection raises OSError."""
+
+    def fileno(self) -> int:
+        """Return the file descriptor for `select`."""
+
+    def recv(self, size: int, /) -> bytes:
+        """Return available bytes, b"" at the end, or raise BlockingIOError."""
+
+    def send(self, data: bytes, /) -> int:
+        """Write bytes and return how many, or raise BlockingIOError."""
+
+    def close(self) -> None:
+        """Close the stream."""
+
+
+class SerialStream:
+    """A pyserial port, read and written directly: pyserial's own methods may block."""
+
+    def __init__(self, port: Any) -> None:
+        """Take over an open port; io.UnsupportedOperation if it has no file descriptor."""
+        number: int = port.fileno()
+        os.set_blocking(number, False)
+        self.fileno, self.close = port.fileno, port.close
+        self.recv, self.send = partial(os.read, number), partial(os.write, number)
+
+
+def open_port(url: str) -> Any:
+    """Return a socket for socket://ADDRESS:PORT, else pyserial's port of a name or URL.
+
+    It raises errors of many kinds, such as termios.error; `why` has words for all of them.
+    """
+    if url.startswith("socket:"):
+        return _connect(url)
+    return serial.serial_for_url(url, baudrate=BAUD, timeout=0, write_timeout=0, exclusive=True)
+
+
+def _connect(url: str) -> socket.socket:
+    address = None
+    with contextlib.suppress(ValueError):
+        parts = urlsplit(url)
+        if parts.hostname and parts.port:
+            address = parts.hostname, parts.port
+    if address is None:
+        raise ValueError("expected is socket://ADDRESS:PORT")
+    connection = socket.create_connection(address, timeout=OPEN_S)
+    if connection.getsockname() == connection.getpeername():
+        # A connection to a free port of this machine can, by chance, end in itself.
+        connection.close()
+        raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setblocking(False)
+    return connection
+
+
+def why(error: BaseException) -> str:
+    """Return why a port cannot be opened, from the first known number of an error or its causes.
+
+    pyserial wraps errors, sometimes twice; the number of termios.error is its first argument.
+    """
+    inner: BaseException | None = error
+    while inner is not None:
+        number = getattr(inner, "errno", None) or (inner.args[0] if inner.args else None)
+        if isinstance(number, int):
+            return _WORDS.get(number) or os.strerror(number).lower()
+        inner = inner.__cause__ or inner.__context__
+    text = " ".join(str(error).split())
+    return next((words for part, words in _WINDOWS.items() if part in text), text)
+
+
+_ABSENT: Final = "there is no such port"
+_BUSY: Final = "another program uses it"
+_DENIED: Final = "you may not; join the group that owns it (often dialout), and log in again"
+_NO_PORT: Final = "it is not a serial port"
+_DEAD: Final = "no device is behind it; switch it on, or plug it in again"
+_FAR: Final = "it does not answer; check the address, and that the other side is on"
+_WORDS: Final = {
+    errno.ENOENT: _ABSENT,
+    errno.ENOTDIR: _ABSENT,
+    errno.EBUSY: _BUSY,
+    errno.EAGAIN: _BUSY,  # the lock of exclusive=True
+    errno.EACCES: _DENIED,
+    errno.EPERM: _DENIED,
+    errno.ENOTTY: _NO_PORT,
+    errno.EINVAL: _NO_PORT,
+    errno.EISDIR: _NO_PORT,
+    errno.ENXIO: _DEAD,
+    errno.ENODEV: _DEAD,
+    errno.EIO: _DEAD,
+    errno.ECONNREFUSED: "nothing listens there; start the other side first",
+    errno.ETIMEDOUT: _FAR,
+    errno.EHOSTUNREACH: _FAR,
+    errno.ENETUNREACH: _FAR,
+    errno.EHOSTDOWN: _FAR,
+}
+# On Windows pyserial wraps the error in text, and a port in use is "access denied".
+_WINDOWS: Final = {"FileNotFoundError": _ABSENT, "PermissionError": _BUSY, "timed out": _FAR}

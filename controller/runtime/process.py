@@ -1,0 +1,178 @@
+"""The process around the loop: signals, systemd, garbage collection and real-time scheduling."""
+
+import contextlib
+import gc
+import logging
+import os
+import signal
+import socket
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from types import FrameType
+from typing import Final
+
+BEATS: Final = 3  # heartbeats per watchdog interval; sd_notify(3) requires two
+PRIORITY: Final = 10  # of SCHED_FIFO; kernel threads have 50 and more
+COLLECT_S: Final = 5.0  # between two collections
+_SLACK_S: Final = 0.02  # least idle time; a collection of young objects takes less than 1 ms
+
+Schedule = Callable[[int, int, "os.sched_param"], None]
+_SCHEDULE: Final[Schedule | None] = getattr(os, "sched_setscheduler", None)
+
+_log = logging.getLogger("controller")
+
+# --- signals --------------------------------------------------------------------------------------
+
+
+class ShutdownSignals(list[str]):
+    """Reasons to end, in their order.
+
+    Attributes:
+        renew: Whether to read the settings again, and go on.
+        at_once: Whether a signal ends the process itself, since there is nothing to close yet.
+    """
+
+    renew = False
+    at_once = False
+
+
+@contextlib.contextmanager
+def signals() -> Iterator[ShutdownSignals]:
+    """Turn signals to end into reasons to end, in order, for as long as the context lasts.
+
+    SIGHUP ends a program whose terminal was closed; without a terminal it means that
+    the settings have changed.
+    """
+    reasons = ShutdownSignals()
+    # Asked now: a terminal that has been closed is none any more.
+    terminal = any(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr) if stream)
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    hangup = getattr(signal, "SIGHUP", None)  # the terminal was closed; Windows has none
+    if hangup is not None and signal.getsignal(hangup) is not signal.SIG_IGN:  # by nohup
+        numbers.append(hangup)
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if number == hangup and not terminal:
+            reasons.renew = True
+            return
+        if reasons.at_once:
+            os._exit(128 + number)  # as shells report a process that a signal ended
+        reasons.append(signal.Signals(number).name)
+
+    before = {number: signal.signal(number, handle) for number in numbers}
+    try:
+        yield reasons
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+# --- systemd --------------------------------------------------------------------------------------
+
+
+class WatchdogHeartbeat:
+    """Sender of sd_notify(3) messages; the loop calls `beat`, so a hang ends the heartbeats.
+
+    They are datagrams of NAME=VALUE to the socket NOTIFY_SOCKET. Without that variable nothing is
+    sent.
+    """
+
+    def __init__(
+        self,
+        environment: Mapping[str, str] = os.environ,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Read the socket's address and the watchdog's interval, as systemd sets them."""
+        self._clock = clock
+        self._address = environment.get("NOTIFY_SOCKET", "")
+        self._every_s = _interval_s(environment) / BEATS
+        self._beaten_s = clock()
+        self._status = ""
+
+    def ready(self) -> None:
+        """Send that the service has started."""
+        self._send("READY=1")
+
+    def stopping(self) -> None:
+        """Send that the service is stopping."""
+        self._send("STOPPING=1")
+
+    def status(self, line: str) -> None:
+        """Set the status line of `systemctl status`; it is sent when it changes."""
+        if line != self._status:
+            self._status = line
+            self._send("STATUS=" + line.replace("\n", " "))
+
+    def beat(self) -> None:
+        """Send a heartbeat if it is due; call it often."""
+        if self._every_s and self._clock() - self._beaten_s >= self._every_s:
+            self._beaten_s = self._clock()
+            self._send("WATCHDOG=1")
+
+    def _send(self, text: str) -> None:
+        if not self._address:
+            return
+        address = self._address
+        if address.startswith("@"):  # abstract names begin with a zero byte
+            address = "\0" + address[1:]
+        # A run needs no supervisor.
+        with (
+            contextlib.suppress(OSError),
+            socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as port,
+        ):
+            port.setblocking(False)
+            port.connect(address)
+            port.send(text.encode())
+
+
+def _interval_s(environment: Mapping[str, str]) -> float:
+    """Return the watchdog interval, seconds; 0 if there is none for this process."""
+    microseconds = environment.get("WATCHDOG_USEC", "")
+    process = environment.get("WATCHDOG_PID", str(os.getpid()))
+    if process != str(os.getpid()) or not microseconds.isdecimal():
+        return 0.0
+    return int(microseconds) / 1e6
+
+
+# --- low jitter of a frame ------------------------------------------------------------------------
+
+
+class IdleCollector:
+    """Garbage collection in the idle time between frames only."""
+
+    def __init__(self) -> None:
+        """Freeze all present objects, and switch automatic collection off."""
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        self._collected_s = 0.0
+
+    def idle(self, now_s: float, left_s: float) -> None:
+        """Collect, if it is due and the next frame is far enough away."""
+        if left_s >= _SLACK_S and now_s - self._collected_s >= COLLECT_S:
+            self._collected_s = now_s
+            gc.collect(1)
+
+    def close(self) -> None:
+        """Switch automatic collection on again."""
+        gc.enable()
+        gc.unfreeze()
+
+
+def real_time(schedule: Schedule | None = _SCHEDULE) -> bool:
+    """Request real-time scheduling of this thread; return whether it was granted."""
+    if schedule is None:
+        _log.warning("this system has no real-time scheduling; continuing without")
+        return False
+    try:
+        schedule(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except OSError as error:
+        _log.warning(
+            "no real-time scheduling (%s): allow it with `ulimit -r %d`, or LimitRTPRIO= in the "
+            "service's unit; continuing without",
+            error.strerror,
+            PRIORITY,
+        )
+        return False
+    return True

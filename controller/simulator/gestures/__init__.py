@@ -1,1 +1,0 @@
-"""The gestures that ship, one `.toml` file each: docs/gestures.md."""

@@ -1,0 +1,126 @@
+"""Autoplayer of the demo: looks at the board, decides, and asks the virtual orb's hand to act.
+
+It sees what a player sees, the board, and nothing of what the orb makes of its gestures. It
+errs in no other way than its hand does.
+"""
+
+import random
+from typing import Final
+
+from controller.bundles import vocabulary
+from controller.protocol.messages import Perform, Welcome
+from host.targets.tetris import ACTIONS
+from tetris.bots.greedy import Plan, plan, plan_piece
+from tetris.engine.game import Action, Game, Phase
+from tetris.engine.pieces import Piece
+
+Manual = dict[str, tuple[str, tuple[float, float]]]  # command -> gesture, and where it goes
+
+COMMAND_OF: Final = {action: command for command, action in ACTIONS.items()}
+HOLD: Final = "hold"
+MIDDLE: Final = (2.0, 2.0)
+ASIDE: Final = ((0.8, 2.7), (3.2, 2.7), (2.0, 0.4))  # where gestures go whose place matters
+FIRST_S: Final = 1.8  # the orb takes its rest image during the first second
+LAST_S: Final = 3.0  # before the end nothing is begun that could not be answered in time
+LOOK_S: Final = (0.3, 0.7)  # from the last finger's leaving to the next gesture
+STRAY_S: Final = (9.0, 20.0)  # from one brush or resting hand to the next: >= 2 a minute
+AIM: Final = 0.15  # deviation of where a press is meant, grid units; the hand adds its own
+COMMAND_COST: Final = 1.0  # what a gesture is worth in the bot's values: 1.3 s of play
+NUDGE: Final = 0.3  # how often the player lets a piece down a row to see where it will land
+
+
+def _manual() -> Manual:
+    """Return the orb's manual: the shipped vocabulary, read from command to gesture."""
+    book = vocabulary.shipped()
+    mapping, manual = book.mapping, Manual()
+    for entry in book.entries:
+        for place in ASIDE if entry.located else (MIDDLE,):
+            if command := mapping.command(entry.label, place):
+                manual.setdefault(command, (entry.label, place))
+    return manual
+
+
+MANUAL: Final = _manual()
+
+
+class Autoplayer:
+    """One player's decisions; the same for the same seed and the same board."""
+
+    def __init__(self, seed: int, seconds: float) -> None:
+        """Prepare to play `seconds` of granted time."""
+        self._seconds = seconds
+        self._random = random.Random(f"orbtouch player {seed}")
+        self._free_s = FIRST_S  # when the hand may begin again
+        self._stray_s = self._random.uniform(*STRAY_S)
+        self._busy = 0  # number of the performance under way
+        self._number = 0
+        self._piece = -1  # which piece the target and the nudge belong to
+        self._target: Piece | None = None
+        self._nudge = False
+        self._manual = MANUAL
+
+    def meet(self, welcome: Welcome) -> None:
+        """Take an orb's labels and commands.
+
+        A gesture that is not in the manual, and `hold` that is not either, belong together: that is
+        what its owner has taught it.
+        """
+        named = {label for label, _ in MANUAL.values()}
+        taught = [label for label in welcome.labels[1:] if label not in named]
+        self._manual = {does: how for does, how in MANUAL.items() if how[0] in welcome.labels}
+        if len(taught) == 1 and set(welcome.commands) - set(self._manual) == {HOLD}:
+            self._manual[HOLD] = taught[0], MIDDLE
+
+    def decide(self, game: Game, now_s: float) -> tuple[Perform, str] | None:
+        """Return what the hand shall do now and the command it means ("" for a stray touch)."""
+        if self._busy or now_s < self._free_s or now_s > self._seconds - LAST_S:
+            return None
+        if now_s >= self._stray_s:
+            self._stray_s = now_s + self._random.uniform(*STRAY_S)
+            label = self._random.choice(("brush", "rest"))
+            return self._act(label, self._random.uniform(0, 4), self._random.uniform(0, 4)), ""
+        command = self._choose(game)
+        if command not in self._manual:
+            return None
+        label, (x, y) = self._manual[command]
+        if (x, y) != MIDDLE:
+            x, y = self._random.gauss(x, AIM), self._random.gauss(y, AIM)
+        return self._act(label, x, y), command
+
+    def left(self, number: int, now_s: float) -> None:
+        """Take note that the hand has left the orb after performance `number`."""
+        if number == self._busy:
+            self._busy = 0
+            self._free_s = now_s + self._random.uniform(*LOOK_S)
+
+    def _act(self, label: str, x: float, y: float) -> Perform:
+        self._number += 1
+        self._busy = self._number
+        return Perform(self._number, label, x, y)
+
+    def _choose(self, game: Game) -> str | None:
+        """Return the command that the board asks for."""
+        if game.phase is Phase.OVER:
+            return "drop"  # begins the next game
+        if game.phase is not Phase.RUNNING:
+            return None
+        if game.pieces_placed != self._piece:
+            self._piece, self._target = game.pieces_placed, None
+            self._nudge = self._random.random() < NUDGE
+        chosen = plan(game, command_cost=COMMAND_COST, target=self._target)
+        if HOLD in self._manual and game.can_hold and self._rather_other(game, chosen):
+            self._piece = -1  # another piece, another target
+            return HOLD
+        self._target = chosen.landing
+        action = chosen.actions[0]
+        if action is Action.HARD_DROP and self._nudge and game.piece.y - game.ghost_y > 3:
+            self._nudge = False
+            return "down"
+        return COMMAND_OF[action]
+
+    @staticmethod
+    def _rather_other(game: Game, chosen: Plan) -> bool:
+        """Whether the piece that holding would bring into play is worth the gesture."""
+        other = Piece.entering(game.hold or game.next[0])
+        best = plan_piece(game.board.bits, other, command_cost=COMMAND_COST)
+        return best.value - COMMAND_COST > chosen.value

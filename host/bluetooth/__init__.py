@@ -1,1 +1,0 @@
-"""Bluetooth on the laptop: rfcomm:// for pyserial, channel numbers, pairing. For `cli`."""

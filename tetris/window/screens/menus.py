@@ -1,0 +1,198 @@
+"""The first page and the lists that it leads to, and the menus over a game that pauses or ends."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from tetris.engine.game import Finish
+from tetris.engine.modes import MODES, Mode, Ranking
+from tetris.history.high_scores import Entry
+from tetris.history.stats import Summary
+from tetris.window.game_session import SavedGame, Saves
+from tetris.window.language import Words
+from tetris.window.menu import Item, Menu, Row
+from tetris.window.screen_stack import ScreenStack
+from tetris.window.screens.menu_screen import AttractMode, MenuScreen
+from tetris.window.screens.pages import back_item
+from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.settings import changed, stepped
+from tetris.window.view import clock
+
+_QUIET_S: Final = 0.6
+_TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}
+_COLUMNS: Final[Mapping[Ranking, tuple[str, ...]]] = {
+    "score": ("place", "score", "lines", "pieces_per_s", "date"),
+    "time": ("place", "time", "score", "pieces_per_s", "date"),
+    "lines": ("place", "lines", "score", "pieces_per_s", "date"),
+}
+Do = Callable[[], None]
+
+
+def title_screen(
+    stage: ScreenStack, attract: AttractMode, *, play: Do, best: Do, replays: Do, settings: Do
+) -> MenuScreen:
+    """Return the first page; each argument shows another one."""
+
+    def turn_mode(step: int) -> None:
+        names = list(MODES)
+        place = names.index(chosen_mode(stage).name) + step
+        stage.change(changed(stage.settings, mode=names[place % len(names)]))
+
+    def turn_level(step: int) -> None:
+        stage.change(stepped(stage.settings, "level", step))
+
+    def build() -> Menu:
+        words, mode = stage.look.words, chosen_mode(stage)
+        title, text = words(f"modes.{mode.name}.title"), words(f"modes.{mode.name}.text")
+        items = [
+            Item(words("menu.play"), play, hint=words("title.play")),
+            Item(words("menu.mode"), value=title, step=turn_mode, hint=text),
+        ]
+        if mode.levels:
+            level = str(stage.settings.level)
+            items.append(Item(words("menu.level"), value=level, step=turn_level, hint=text))
+        items += [
+            Item(words("menu.best"), best, hint=words("title.best")),
+            Item(words("menu.replays"), replays, hint=words("title.replays")),
+            Item(words("menu.settings"), settings, hint=words("title.settings")),
+            Item(words("menu.quit"), stage.quit),
+        ]
+        return Menu("", items, notice=stage.notice)
+
+    # A step back on the first page leaves nothing: a game is closed by choosing so.
+    return MenuScreen(stage, build, attract=attract, logo=True, back=lambda: None)
+
+
+def chosen_mode(stage: ScreenStack) -> Mode:
+    """Return the mode of the settings; the first one for a name that is unknown here."""
+    return MODES.get(stage.settings.mode) or next(iter(MODES.values()))
+
+
+def best_screen(stage: ScreenStack, shelf: Saves, attract: AttractMode) -> MenuScreen:
+    """Return the best games, a mode at a time."""
+    names = list(MODES)
+    place = names.index(chosen_mode(stage).name)
+
+    def turn(step: int) -> None:
+        nonlocal place
+        place = (place + step) % len(names)
+
+    def build() -> Menu:
+        words, name = stage.look.words, names[place]
+        entries = shelf.best(name)
+        title = words(f"modes.{name}.title")
+        items = [Item(words("best.mode"), value=title, step=turn), back_item(stage)]
+        none = [Row((words("best.none"),))]
+        table = _table(entries, MODES[name].ranking, words) if entries else none
+        return Menu(words("best.title"), items, table, notice=shelf.trouble)
+
+    return MenuScreen(stage, build, attract=attract)
+
+
+def _table(entries: Sequence[Entry], ranking: Ranking, words: Words) -> list[Row]:
+    """Return a best list with its headings; the first game stands out."""
+    keys = _COLUMNS[ranking]
+    rows = [Row(tuple(words(f"best.{key}") for key in keys), quiet=True)]
+    for place, entry in enumerate(entries, 1):
+        cells = {
+            "place": f"{place}",
+            "score": f"{entry.score:,}",
+            "time": clock(entry.time_s),
+            "lines": f"{entry.lines:,}",
+            "pieces_per_s": f"{entry.pieces_per_s:.2f}",
+            "date": entry.date.split(" ")[0],
+        }
+        rows.append(Row(tuple(cells[key] for key in keys), marked=place == 1))
+    return rows
+
+
+def replays_screen(
+    stage: ScreenStack, shelf: Saves, attract: AttractMode, watch: Callable[[Path], None]
+) -> MenuScreen:
+    """Return the replays, the newest first; choosing one shows it."""
+    paths = shelf.replays()
+
+    def item(path: Path) -> Item:
+        words, title, when = stage.look.words, path.stem, ""
+        day, time, mode = [*path.stem.split("_", 2), "", ""][:3]
+        if mode in MODES:
+            title, when = words(f"modes.{mode}.title"), f"{day}  {time[:5].replace('-', ':')}"
+        return Item(title, partial(watch, path), value=when, hint=words("replays.watch_hint"))
+
+    def build() -> Menu:
+        words = stage.look.words
+        notice = stage.notice or ("" if paths else words("replays.none"))
+        return Menu(words("replays.title"), [*map(item, paths), back_item(stage)], notice=notice)
+
+    return MenuScreen(stage, build, attract=attract)
+
+
+# -- over a game -------------------------------------------------------------------------------
+
+
+def pause_screen(
+    stage: ScreenStack, game: PlayScreen, *, reason: str, restart: Do, settings: Do, leave: Do
+) -> MenuScreen:
+    """Return the menu; the reason says why the game pauses, "" when the player wanted it."""
+
+    def resume() -> None:
+        stage.pop()
+        game.resume()
+
+    def build() -> Menu:
+        words = stage.look.words
+        items = (
+            Item(words("menu.resume"), resume),
+            Item(words("menu.restart"), restart),
+            Item(words("menu.settings"), settings),
+            Item(words("menu.leave"), leave),
+        )
+        return Menu(words("pause.title"), items, notice=reason or stage.notice)
+
+    return MenuScreen(stage, build, behind=game, back=resume)
+
+
+def over_screen(
+    stage: ScreenStack, game: PlayScreen, kept: SavedGame, *, again: Do, watch: Do, leave: Do
+) -> MenuScreen:
+    """Return the menu over a game that has ended."""
+    session = game.session
+    summary, result = session.summary, session.game.result
+
+    def build() -> Menu:
+        words = stage.look.words
+        title = _TITLES.get(result, "over.lost") if isinstance(result, Finish) else "over.lost"
+        table = _rows(summary, words, by_time=session.mode.ranking == "time")
+        if kept.place:
+            best = words("over.best") if kept.place == 1 else words("over.place", place=kept.place)
+            table.insert(0, Row((best,), marked=True))
+        items = (
+            Item(words("menu.again"), again),
+            Item(words("menu.watch"), watch),
+            Item(words("menu.leave"), leave),
+        )
+        return Menu(words(title), items, table, notice=kept.notice)
+
+    return MenuScreen(stage, build, behind=game, back=leave, quiet_s=_QUIET_S)
+
+
+def _rows(summary: Summary, words: Words, *, by_time: bool) -> list[Row]:
+    """Return the player's figures, what the mode is about first."""
+    percent = round(100 * summary.finesse)
+    grand = [n for name, n in summary.clears.items() if name == "tetris" or "t-spin" in name]
+    values = {
+        "score": f"{summary.score:,}",
+        "time_s": clock(summary.time_s),
+        "lines": f"{summary.lines:,}",
+        "level": f"{summary.level}",
+        "pieces": f"{summary.pieces:,}",
+        "pieces_per_s": f"{summary.pieces_per_s:.2f}",
+        "commands_per_piece": f"{summary.commands_per_piece:.2f}",
+        "finesse": words("over.finesse_value", percent=percent, faults=summary.faults),
+        "grand": f"{sum(grand)}",
+    }
+    rows = [Row((words(f"over.{name}"), value)) for name, value in values.items()]
+    if by_time:
+        rows[0], rows[1] = rows[1], rows[0]
+    return rows
