@@ -3,7 +3,6 @@
 arm_key = "f9"                     # in the program's window or terminal
 
 [everywhere]                       # holds in every profile
-menu = { arm = true }              # a gesture that arms and disarms
 pause = { profile = "slides" }
 
 [profile.game]                     # the first profile is the one to begin with

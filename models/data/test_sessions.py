@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from controller.recordings.quality.response import respond
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
 from controller.recordings import reader
+from controller.recordings.quality.taxels import respond
 from controller.recordings.recording import Recording
 from controller.simulator.faults import KINDS, Fault
 from controller.simulator.session import TEST_SEEDS

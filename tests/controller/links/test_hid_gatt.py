@@ -15,8 +15,7 @@ pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extr
 if shutil.which("dbus-daemon") is None:
     pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
-from controller.keymap.keymap_file import load
-
+from controller.keymap.keymap import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid.gatt import GattTransport
 from controller.links.bluetooth.hid.hid_device import HidDevice

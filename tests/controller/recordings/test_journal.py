@@ -1,7 +1,7 @@
 """Journals that a crash or a bad disk has cut, changed or mixed: only whole frames are read."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -111,13 +111,14 @@ def test_what_a_journal_takes_can_be_sealed_and_loaded_again(
     journal = Journal(ORIGIN, {}, ID)
     frame = np.array(taxels, dtype=np.float32).reshape(2, 3)
     add(journal, 1)
-    for add_it in (
+    adds: tuple[Callable[[], object], ...] = (
         lambda: journal.add_rest(frame),
         lambda: journal.add_frame(frame, t_s, number, who, False, (t_s, t_s)),
         lambda: journal.add_command(command),
         lambda: journal.add_mark(*mark),
         lambda: journal.amend(*amend),
-    ):
+    )
+    for add_it in adds:
         with suppress(RecordingError):
             add_it()
     arrays = npz.unpack(writer.pack(whole(journal)), reader.MAX_BYTES)

@@ -169,7 +169,8 @@ if sys.platform != "win32":
     import struct
     import termios
 
-    from tests.controller.keymap.test_terminal import ANSWERED, QUERY, Terminal
+    from controller.keymap.terminal_decoder import QUERY
+    from tests.controller.keymap.test_terminal import ANSWERED, Terminal
 
     def test_in_a_terminal_people_see_what_to_do_and_are_asked_in_the_end(mine: Path) -> None:
         argv = ["teach", "--speed", "0", "--out", str(mine), "--session", "1", "--repetitions", "1"]
