@@ -63,19 +63,11 @@ def _started(stack: ExitStack, *command: str) -> Peer:
     return peer
 
 
-def _joined(stack: ExitStack, who: str, wire: Peer) -> Line:
+def _pty(stack: ExitStack, who: str, counted: bool) -> Line:
     """Two ptys, joined by a process: what a serial port with somebody behind it looks like."""
+    wire = _started(stack, "cable")
     near, far = wire.first["ends"]
     return Line(near, _started(stack, who, far), wire)
-
-
-def _pty(stack: ExitStack, who: str, counted: bool) -> Line:
-    return _joined(stack, who, _started(stack, "cable"))
-
-
-def _rfcomm(stack: ExitStack, who: str, counted: bool) -> Line:
-    """RFCOMM over Bumble's virtual controllers, with a pty at each end, which both pay for."""
-    return _joined(stack, who, _started(stack, "air"))
 
 
 def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
