@@ -10,8 +10,6 @@ Seconds lost are those between the last frame that the process had handed over a
 recovered. Needs fork and SIGKILL: Linux or macOS.
 """
 
-import argparse
-import json
 import signal
 import tempfile
 from collections import Counter
@@ -19,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -29,6 +27,7 @@ from controller.recordings.journal import decode
 from controller.recordings.recording import Recording, RecordingError
 
 from .crash_lives import LABELS, ORIGIN, RATE_HZ, Life, control, kill, made, record, recover, seal
+from .results import Results, Row, command_line, row
 
 GOAL_S: Final = 1.0  # "at most the last second is lost"
 LIFE_S: Final = 3.0  # the longest that a process lives
@@ -157,11 +156,7 @@ def room(work: Path) -> Path:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1, help="of the moments")
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+    arguments = command_line(__doc__, kills=200, seed=1).parse_args()
     rng = np.random.default_rng(arguments.seed)
     tenth = max(1, arguments.kills // 10)
     with tempfile.TemporaryDirectory() as folder:
@@ -170,8 +165,9 @@ def main() -> None:
         tallies = [tally, sealings(tenth, work, rng), recoveries(tenth, work, rng, journals)]
         tallies.append(controllers(tenth, work, rng))
     show(tallies)
-    if arguments.json:
-        print(json.dumps({"benchmark": "crash", "results": [result(t) for t in tallies]}))
+    results = Results("crash")
+    results.rows = [result(tally) for tally in tallies]
+    results.finish(arguments.json)
 
 
 def show(tallies: list[Tally]) -> None:
@@ -189,20 +185,13 @@ def show(tallies: list[Tally]) -> None:
     print(f"worst: {worst:.2f} s lost (at most {GOAL_S:g}), {wrong} wrong frames (none)")
 
 
-def result(tally: Tally) -> dict[str, Any]:
-    """Return what a kind gave, as plain data."""
-    return {
-        "name": tally.name,
-        "value": max(tally.lost_s),
-        "unit": "s",
-        "goal": GOAL_S,
-        "runs": tally.runs,
-        "recovered": tally.recovered,
-        "frames": tally.frames,
-        "wrong": tally.wrong,
-        "uncompared": tally.unknown,
-        "reasons": dict(tally.reasons),
-    }
+def result(tally: Tally) -> Row:
+    """Return what a kind gave, as a result."""
+    return row(
+        tally.name, max(tally.lost_s), "s", goal=GOAL_S, runs=tally.runs,
+        recovered=tally.recovered, frames=tally.frames, wrong=tally.wrong,
+        uncompared=tally.unknown, reasons=dict(tally.reasons),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

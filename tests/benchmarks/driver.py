@@ -8,7 +8,6 @@ by the driver on emulated hardware, in both schemes.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -28,13 +27,7 @@ PRESETS: Final = ("nominal", "paper-snr")
 WAYS: Final = ("virtual", "column", "taxel")
 FIRST_SEED: Final = 900_400  # no training accepts it
 
-
-@dataclass(frozen=True)
-class Told:
-    """What a run gave: true gestures, and answers."""
-
-    events: list[Event]
-    answers: list[Answer]
+Told = tuple[list[Event], list[Answer]]  # true gestures, and answers
 
 
 def script(
@@ -82,7 +75,7 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
         if step.gesture is not None:
             answers.append(Answer(now, step.gesture))
     sensor.close()
-    return Told(events, answers)
+    return events, answers
 
 
 def measure(presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: int) -> Results:
@@ -93,8 +86,7 @@ def measure(presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: 
             for way in ways:
                 total = Score()
                 for seed in range(FIRST_SEED, FIRST_SEED + seeds):
-                    told = play(way, preset, seed, minutes, Path(folder))
-                    total.add(judge(told.events, told.answers))
+                    total.add(judge(*play(way, preset, seed, minutes, Path(folder))))
                 late = float(np.median(total.latencies_s)) if total.latencies_s else float("nan")
                 print(
                     f"{preset:10} {way:10} {total.intended:5d} events, hits {total.hits}, wrong "

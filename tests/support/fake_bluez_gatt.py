@@ -1,9 +1,7 @@
 """A small bluetoothd on a private bus: one adapter, and hosts that a test plays.
 
-It does what the real one does with a GATT application and an advertisement: asks for its objects,
-reads, writes, starts notifying, obeys the flags, and forgets whoever leaves the bus. What it knows
-of D-Bus it has from BlueZ's own interface descriptions
-(doc/org.bluez.*.rst); the real bluetoothd has its turn in tests/system.
+It does what the real one does with a GATT application and an advertisement, after BlueZ's own
+interface descriptions (doc/org.bluez.*.rst); the real one has its turn in tests/system.
 """
 
 from __future__ import annotations
@@ -85,16 +83,7 @@ class RefusedError(Exception):
 
 
 class FakeBluez:
-    """Plays bluetoothd, and the hosts behind it.
-
-    Attributes:
-        objects: What GetManagedObjects tells, plain values.
-        application: The registered application's objects by path, {} if there is none.
-        advertisement: The registered advertisement's properties, {} if there is none.
-        heard: (host's address, UUID, value) of every notification, oldest first.
-        disconnected: Addresses that the program has disconnected, oldest first.
-        refuse: The error that a method answers with, by its name.
-    """
+    """Plays bluetoothd, and the hosts behind it."""
 
     def __init__(self, bus: MessageBus) -> None:
         self.bus = bus
@@ -103,6 +92,7 @@ class FakeBluez:
             "Discoverable": False, "Pairable": False, "DiscoverableTimeout": 180,
             "PairableTimeout": 0, "Class": 0,
         }  # fmt: skip
+        # what GetManagedObjects tells, plain values
         self.objects: dict[str, dict[str, Properties]] = {
             "/org/bluez": {},
             ADAPTER: {
@@ -111,10 +101,15 @@ class FakeBluez:
                 "org.bluez.LEAdvertisingManager1": {"SupportedInstances": 5},
             },
         }
+        # the registered application's objects by path, {} if there is none
         self.application: dict[str, dict[str, Properties]] = {}
+        # the registered advertisement's properties, {} if there is none
         self.advertisement: Properties = {}
+        # (host's address, UUID, value) of every notification, oldest first
         self.heard: list[tuple[str, str, bytes]] = []
+        # addresses that the program has disconnected, oldest first
         self.disconnected: list[str] = []
+        # the error that a method answers with, by its name
         self.refuse: dict[str, RefusedError] = {}
         self._owner = ""  # of the application
         self._listening: dict[str, set[str]] = {}  # characteristic: hosts' addresses
