@@ -109,10 +109,7 @@ def unknown_command(program: str, name: str, known: Iterable[str], advice: str =
 
 
 def printable(text: str) -> str:
-    """Return a text in which whatever a terminal would act on is an escape; line breaks stay.
-
-    Such are control characters, colours, and marks that turn the direction of writing.
-    """
+    """Return a text with escapes for what a terminal would act on; line breaks stay."""
     if text.isprintable():
         return text
     return "".join(

@@ -27,7 +27,7 @@ from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
 from controller.runtime.process import signals
-from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
+from controller.teach import TeachError, add_gesture, dataset_folder, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import TeachPlan, say
 
@@ -58,9 +58,13 @@ def main(argv: Sequence[str]) -> int:
         say("nothing was recorded")
         return 1
     agree = agreed if _interactive() and not interrupted else None
-    plan = next_step.course_of_people if options.protocol == protocols.USERS else next_step.course
+    plan = (
+        dataset_folder.course_of_people
+        if options.protocol == protocols.USERS
+        else dataset_folder.course
+    )
     try:
-        return next_step.offer(
+        return dataset_folder.offer(
             plan(options.out, taken), agree=agree, say=say, yes=options.yes and not interrupted
         )
     except KeyboardInterrupt:

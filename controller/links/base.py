@@ -117,11 +117,12 @@ class RequestQueue(Generic[Item]):
         self._ready.clear()
         return items
 
-    def wait(self, timeout_s: float) -> None:
-        """Return when there is a request, or after the timeout."""
+    def wait(self, timeout_s: float) -> Item | None:
+        """Return the oldest request, which stays, as soon as there is one; None: not in time."""
         if not self._ready:
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._queue.get(timeout=max(timeout_s, 0.0)))
+        return self._ready[0] if self._ready else None
 
 
 class LogLimit:

@@ -231,7 +231,9 @@ class StreamLink(Link):
             session.number = self._number  # session numbers are unique
         self._forward(peer, session.receive(data, self._now_ms()))
         self._number = session.number or self._number
-        self._log_refusal(session)
+        if session.refused:
+            self._log(f"a host was refused: {session.refused}", logging.WARNING)
+            session.refused = ""
         if len(self._requests) > REQUESTS:
             raise ConnectionAbortedError("the host sends faster than the orb can follow")
 
@@ -249,12 +251,6 @@ class StreamLink(Link):
                 self._host = None
                 self._log(f"host gone: {request.reason}")
             self._requests.put((peer.session.number, request))
-
-    def _log_refusal(self, session: DeviceSession) -> None:
-        """Log the reason of a refused session."""
-        reason, session.refused = session.refused, ""
-        if reason:
-            self._log(f"a host was refused: {reason}", logging.WARNING)
 
     def _log(self, line: str, level: int = logging.INFO) -> None:
         """Log a line, at a limited rate."""

@@ -79,7 +79,7 @@ def why(error: BaseException) -> str:
     inner: BaseException | None = error
     while inner is not None:
         number = getattr(inner, "errno", None) or (inner.args[0] if inner.args else None)
-        if isinstance(number, int):
+        if isinstance(number, int) and number > 0:  # those of unknown names are negative
             return _WORDS.get(number) or os.strerror(number).lower()
         inner = inner.__cause__ or inner.__context__
     text = " ".join(str(error).split())

@@ -55,10 +55,9 @@ def message(number: int) -> Callable[[M], M]:
 @message(1)
 @dataclass(frozen=True, slots=True)
 class Hello(Message):
-    """Host to device: the start of a session, at any time.
+    """Host to device: the start of a session, with versions and a random number as `token`.
 
-    On the wire only the versions and `token`, a random number for the session, are set. The
-    Hello that a device session returns has the other fields from Join.
+    The Hello that a device session returns has the other fields from Join.
     """
 
     version_min: codec.U8
@@ -289,11 +288,7 @@ class LatencyReport(Report):
 @message(24)
 @dataclass(frozen=True, slots=True)
 class UserIdentified(Report):
-    """Device to host: the identified user. It is no authentication.
-
-    A snapshot, sent when it changes and once to every new host. A device without users sends
-    none.
-    """
+    """Device to host, at each change and once to every new host: the user; no authentication."""
 
     user: codec.Text40  # "": no enrolled user
     confidence: codec.Share  # probability of that user; without one, of the most probable

@@ -43,7 +43,7 @@ class Description:
     columns: int = 0  # taxel columns; 0: as in the array
     rate_hz: float = 0.0  # frames per second; 0: from the median interval
     time: str = ""  # array of times in seconds, (n,); "": uniform intervals at `rate_hz`
-    # A longer interval begins a new stretch, as time that goes back does; 0: none
+    # a longer interval begins a new stretch, as time that goes back does; 0: none
     gap_s: float = 0.0
     drop_repeated: bool = False  # leave out frames that have the time of the frame before
     label: str = ""  # array of class numbers, (n,); "": no labels

@@ -158,11 +158,7 @@ def options(spec: str, **given: object) -> SensorOptions:
 
 
 def load(spec: str, rate_hz: float | None = None, **given: object) -> Sensor:
-    """Return a sensor, ready to be read, at a rate or at its own; other arguments as `options`.
-
-    Raises:
-        SensorError: There is no such sensor, or it cannot be used.
-    """
+    """Return a sensor, ready to be read, at a rate or its own; the rest is as of `options`."""
     chosen = options(spec, **given)
     sensor: Sensor = import_module(f"{__package__}.{name_of(spec)}").create(chosen, rate_hz)
     return sensor

@@ -32,11 +32,7 @@ class Options(virtuals.Options):
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Emulated":
-    """Return the orb, hand and session of a seed, behind a driver.
-
-    Raises:
-        SensorError: The preset, a fault or the wiring cannot be used, or gpiozero is missing.
-    """
+    """Return the orb, hand and session of a seed, behind a driver, or raise SensorError."""
     wiring = read(options.wiring)
     names, others = _split(options.fault)
     try:

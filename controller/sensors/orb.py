@@ -24,12 +24,9 @@ class Options(SensorOptions):
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Orb":
-    """Return the orb of a wiring.
+    """Return the orb of a wiring, after a first frame.
 
-    Raises:
-        HardwareError: A library is missing, something may not be opened, the wiring cannot be
-            used, or a frame takes longer than there is time for.
-        HardwareAwayError: The converter or the membrane is not there.
+    HardwareError if it cannot be opened or is too slow; HardwareAwayError if nothing answers.
     """
     wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
     driver = Driver(open_board(wiring))

@@ -73,7 +73,7 @@ class Session:
     sensor: Sensor  # at its first frame
     model: Bundle | None  # the present model, where it fits this sensor
     runs: RunFiles  # where its recording goes
-    key: int  # A number that no other session of this folder has
+    key: int  # a number that no other session of this folder has
     asks: list[ExampleRequest]  # the examples, in order
     tally: ExampleCounts  # how many there are
 

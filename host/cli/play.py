@@ -1,11 +1,11 @@
 """`host` without a verb: find or start an orb, and play."""
 
 import argparse
+import contextlib
 import logging
 import math
 import secrets
 import signal
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -177,6 +177,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error("--screenshot needs a window; leave out --headless")
     if options.headless and not (options.demo or acts) and options.seconds is None:
         parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
+    if options.seconds == 0.0:
+        parser.error("--seconds must be more than 0; leave it out to play on")
     if options.speed is None:
         options.speed = 1.0
 
@@ -251,9 +253,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--keys", dest="mapping", type=Path, help=argparse.SUPPRESS)  # its first name
     add(
-        "--profile",
-        metavar="NAME",
-        help="the mapping's profile to begin with (default: its first)",
+        "--profile", metavar="NAME", help="the mapping's profile to begin with (default: its first)"
     )
     add(
         "--backend",
@@ -268,13 +268,13 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--seconds",
         metavar="N",
-        type=_number(above=0.0),
+        type=_number,
         help=f"stop after so long (default: play on; the demo: {_DEMO_S:g})",
     )
     add(
         "--speed",
         metavar="X",
-        type=_number(least=0.0),
+        type=_number,
         help="of the demo: 1 is real time, 0 as fast as it can (default: 1)",
     )
     add("--json", action="store_true", help="end the demo with one line of JSON: how it went")
@@ -303,17 +303,8 @@ def _picture(words: str) -> Path:
     return path
 
 
-def _number(*, least: float = -math.inf, above: float = -math.inf) -> Callable[[str], float]:
-    """Return a reader of finite numbers from `least`, and more than `above`."""
-    wanted = f"above {above:g}" if above > -math.inf else f"{least:g} or more"
-
-    def read(words: str) -> float:
-        try:
-            number = float(words)
-        except ValueError:
-            number = math.nan
-        if not (math.isfinite(number) and number >= least and number > above):
-            raise argparse.ArgumentTypeError(f"{words} must be a number, {wanted}")
-        return number
-
-    return read
+def _number(words: str) -> float:
+    with contextlib.suppress(ValueError):
+        if 0.0 <= (number := float(words)) < math.inf:
+            return number
+    raise argparse.ArgumentTypeError(f"{words} must be a number, 0 or more")

@@ -13,16 +13,15 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import queue
 import random
 import secrets
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from typing import Literal, Protocol
+from typing import Protocol
 
 from controller.errors import count
+from controller.links.base import RequestQueue
 from controller.protocol.auth import NONCE
 from controller.protocol.host_session import HostSession
 from controller.protocol.link_events import Connected as Connected
@@ -99,14 +98,13 @@ class Receiver:
             granted: Whether we shall own the device's clock, see `Grant`.
             key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
-        self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
+        self.state = "connecting"
         self.bytes_received = self.bytes_sent = 0
         self._listeners: list[tuple[Listener, type]] = []
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
         self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
-        self._inbox: queue.SimpleQueue[tuple[int, Received]] = queue.SimpleQueue()
-        self._ready: deque[tuple[int, Received]] = deque()  # taken from the inbox by `wait`
+        self._inbox: RequestQueue[tuple[int, Received]] = RequestQueue()
         self._lock = threading.Lock()  # guards session and transport
         self._session: HostSession | None = None
         self._transport: Transport | None = None
@@ -135,11 +133,10 @@ class Receiver:
         LinkError if it failed; the receiver is closed.
         """
         self.start()
-        self.wait(timeout_s)
-        match self._ready[0][1] if self._ready else None:
-            case Connected(welcome=welcome):
+        match self._inbox.wait(timeout_s):
+            case (_, Connected(welcome=welcome)):
                 return welcome
-            case Refused(reason=reason):
+            case (_, Refused(reason=reason)):
                 outcome = reason
             case _:
                 outcome = f"the orb did not answer within {timeout_s:g} s; restart it"
@@ -150,13 +147,9 @@ class Receiver:
     def poll(self) -> list[Received]:
         """Return what is new, oldest first, without waiting."""
         self._raise_failure()
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._ready.append(self._inbox.get_nowait())
         oldest_ms = 0 if self._granted else _now_ms() - LATE_MS
         received: list[Received] = []
-        while self._ready:
-            arrived_ms, news = self._ready.popleft()
+        for arrived_ms, news in self._inbox.take():
             if arrived_ms < oldest_ms and _is_command(news):
                 with self._lock:
                     self.past.missed += 1
@@ -186,9 +179,7 @@ class Receiver:
 
     def wait(self, timeout_s: float) -> None:
         """Return when there is something to poll, or after the timeout."""
-        if not self._ready:
-            with contextlib.suppress(queue.Empty):
-                self._ready.append(self._inbox.get(timeout=max(timeout_s, 0.0)))
+        self._inbox.wait(timeout_s)
 
     def close(self) -> None:
         """Send Bye, and end the thread."""
@@ -211,15 +202,13 @@ class Receiver:
         try:
             while not self._closing.is_set():
                 failures = 0 if self._attempt() else failures + 1
-                self._pause(pause_s(failures, random.random()))
+                seconds = pause_s(failures, random.random())
+                # Also until the program listens again.
+                while not self._closing.wait(seconds) and len(self._inbox) > INBOX // 2:
+                    pass
         except BaseException as error:
             self._failure = error  # for the program's own thread, which raises it
             self._tell([Lost("the receiver's thread has died")])
-
-    def _pause(self, pause_s: float) -> None:
-        """Wait before the next attempt, and until the program listens again."""
-        while not self._closing.wait(pause_s) and self._inbox.qsize() > INBOX // 2:
-            pass
 
     def _attempt(self) -> bool:
         """Connect, and talk while it lasts; return whether there was a connection."""
@@ -270,11 +259,9 @@ class Receiver:
                 now_ms = _now_ms()
                 news = session.receive(data, now_ms) if data else session.tick(now_ms)
             self._tell(news)
-            if session.state == "live":
-                self.state = "live"
-            elif session.state == "stale":
-                self.state = "stale"
-            if self._inbox.qsize() > INBOX:
+            if session.state in ("live", "stale"):
+                self.state = session.state
+            if len(self._inbox) > INBOX:
                 with self._lock:
                     news = session.cut("the program did not listen to the orb any more")
                 self._tell(news)

@@ -1,21 +1,161 @@
-"""Targets of commands, found by name: a module each, and two kinds of keys."""
+"""Targets of commands, found by name: a module each, and two kinds of keys.
+
+Their base class holds the orb's state, and the contacts on a virtual orb.
+"""
 
 import importlib
 import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import cast
 
-from host.targets.base import Target, TargetError, TargetOptions
+import pygame
 
-__all__ = ["Target", "TargetError", "TargetOptions", "load", "names"]
+from controller.errors import UserError
+from controller.protocol.messages import Command, Health, Message, Telemetry, UserIdentified
+from host.connection.latency import EndToEndLatency
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.ui.orb_state import LinkState, OrbState
+from host.ui.panel import Projection
+from host.ui.pointer_input import DomeArea, PointerInput
 
 _KEYS = ("keyboard", "gamepad")  # kinds of `host.targets.keys`
-_SHARED = ("base", "keys")  # modules that are no target
+_RIGHT_BUTTON = 3
+_BUTTONS = (1, _RIGHT_BUTTON)
+
+
+@dataclass(frozen=True, slots=True)
+class TargetOptions:
+    """Options of all targets."""
+
+    seed: int = 0  # of the game
+    mapping: Path | None = None  # file of the key mapping; None: the target's own
+    backend: str = "auto"  # of key injection; "auto": the best available
+    dry_run: bool = False  # print strokes instead of pressing keys
+    profile: str = ""  # the mapping's initial one; "": its first
+
+
+class TargetError(UserError, ValueError):
+    """There is no target of that name."""
+
+
+class Target(ABC):
+    """A program driven by commands. All times are seconds of one monotonic clock.
+
+    Attributes:
+        size: Initial size of its window, pixels.
+        orb: State of the orb, updated by `tick`.
+        touch: Contacts on a virtual orb.
+    """
+
+    size: tuple[int, int]
+
+    def __init__(self) -> None:
+        """Begin without an orb."""
+        self.orb = OrbState()
+        self.touch = PointerInput()
+        self._button = 0  # mouse button held on the dome
+
+    @abstractmethod
+    def tick(self, now_s: float, received: Sequence[Received] = ()) -> object:
+        """Advance to the present time and process received events, oldest first."""
+
+    @abstractmethod
+    def handle(self, event: pygame.event.Event, now_s: float) -> None:
+        """Process an event of the window: a key, the mouse, a finger, the focus."""
+
+    @abstractmethod
+    def draw(self, surface: pygame.Surface) -> None:
+        """Draw the state of the last tick."""
+
+    @property
+    def profile(self) -> str:
+        """The active profile of the key mapping; "" without a mapping."""
+        return ""
+
+    def outgoing(self, now_s: float) -> list[Message]:
+        """Return the messages for the device: the contacts on a virtual orb, if they changed."""
+        self.orb.contacts = self.touch.contacts(now_s) if self._touchable else ()
+        contacts = self.touch.update(now_s) if self._touchable else None
+        return [contacts] if contacts else []
+
+    def paced(self, hops: EndToEndLatency) -> None:  # noqa: B027
+        """Show the latency of frames; called after each picture."""
+
+    def close(self) -> None:  # noqa: B027
+        """Release held keys; called once, however the program ends."""
+
+    # -- for the targets ---------------------------------------------------------------
+
+    @property
+    def _touchable(self) -> bool:
+        """Whether the orb is connected and virtual."""
+        return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
+
+    def _observe(self, item: Received, now_s: float) -> None:
+        """Update the orb's state by a received event."""
+        match item:
+            case Connected(welcome=welcome):
+                self.orb.connected(welcome)
+                self.touch.lift_all()
+                self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
+            case Stale():
+                self._end_touch("stale", "the orb is silent")
+            case Lost(reason=reason) | Refused(reason=reason):
+                self._end_touch("lost", reason or "the link to the orb is lost")
+            case Delivered(message=message):
+                self.orb.heard()
+                self._show(message, now_s)
+
+    def _end_touch(self, link: LinkState, reason: str) -> None:
+        self.orb.silent(link, reason)
+        self.touch.lift_all()
+
+    def _show(self, message: Message, now_s: float) -> None:
+        match message:
+            case Command():
+                self.orb.command(message, now_s)
+            case Telemetry():
+                self.orb.telemetry(message, now_s)
+            case Health(found=found):
+                self.orb.health = found
+            case UserIdentified():
+                self.orb.who(message)
+
+    def _point(
+        self,
+        event: pygame.event.Event,
+        now_s: float,
+        projection: Projection,
+        size: tuple[int, int],
+    ) -> None:
+        """Process an event of the mouse or a touch screen, in a window of `size` pixels."""
+        # SDL reports a finger as a mouse, too.
+        if not self._touchable or getattr(event, "touch", False):
+            return
+        match event.type:
+            case pygame.MOUSEBUTTONDOWN if event.button in _BUTTONS:
+                pinch = event.button == _RIGHT_BUTTON
+                if self.touch.press(*projection.to_grid(*event.pos), now_s, pinch=pinch):
+                    self._button = event.button
+            case pygame.MOUSEMOTION:
+                self.touch.move(*projection.to_grid(*event.pos))
+            case pygame.MOUSEBUTTONUP if event.button == self._button:
+                self.touch.release()
+            case pygame.FINGERDOWN | pygame.FINGERMOTION:
+                place = projection.to_grid(event.x * size[0], event.y * size[1])
+                down = event.type == pygame.FINGERDOWN
+                self.touch.finger(event.finger_id, *place, down=down)
+            case pygame.FINGERUP:
+                self.touch.finger_up(event.finger_id)
 
 
 def names() -> tuple[str, ...]:
     """Return the names of all targets."""
     found = {module.name for module in pkgutil.iter_modules(__path__)}
-    return tuple(sorted(found.difference(_SHARED).union(_KEYS)))
+    return tuple(sorted(found.difference({"keys"}).union(_KEYS)))
 
 
 def load(name: str, options: TargetOptions | None = None) -> Target:

@@ -28,7 +28,7 @@ from host.connection.receiver import Connected, Delivered, Lost, Received, Refus
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
 from host.injection.watchdog import HANG_MS
-from host.targets.base import Target, TargetOptions
+from host.targets import Target, TargetOptions
 from host.ui.panel import WINDOW, OrbWindow
 
 _OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}

@@ -16,7 +16,7 @@ from controller.protocol.messages import (
 )
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
-from host.targets.base import Target, TargetOptions
+from host.targets import Target, TargetOptions
 from host.ui.correction_keys import CorrectionKeys
 from host.ui.layout import DESIGN, WindowLayout
 from host.ui.orb_state import LinkState

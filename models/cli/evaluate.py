@@ -37,20 +37,15 @@ def add(parser: argparse.ArgumentParser) -> None:
         "source of the labels; auto: the truth where it is known, else people's labels, "
         "moved to where the touches were (default: auto)",
     )
-    add(
-        "--broken",
-        action="store_true",
-        help="also with each taxel and each electrode dead, and, where sessions are simulated, "
-        "under every other fault; takes some forty times as long",
+    words = (
+        "also with each taxel and each electrode dead, and, where sessions are simulated, "
+        "under every other fault; takes some forty times as long"
     )
+    add("--broken", action="store_true", help=words)
     add("--sessions", type=options.count, default=20, help="simulated, a preset (default: 20)")
     add("--minutes", type=options.minutes, default=6.0, help="of each of them (default: 6)")
-    add(
-        "--hand",
-        choices=("person", "pointer"),
-        default="person",
-        help="source of the simulated touches (default: person)",
-    )
+    words = "source of the simulated touches (default: person)"
+    add("--hand", choices=("person", "pointer"), default="person", help=words)
     add("--card", type=Path, metavar="FILE", help="write the figures as Markdown")
     add("--json", type=Path, metavar="FILE", help="write them as JSON")
     add("--html", type=Path, metavar="FILE", help="write them as a report to look at")

@@ -23,34 +23,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.set_defaults(resumes=True)
     add = parser.add_argument
-    add(
-        "--out",
-        type=Path,
-        default=Path("docs/pictures"),
-        metavar="DIR",
-        help="folder to write into (default: docs/pictures)",
-    )
-    add(
-        "--paper",
-        type=Path,
-        metavar="FILE",
-        help="Markdown file whose tables are updated: docs/paper.md",
-    )
+    words = "folder to write into (default: docs/pictures)"
+    add("--out", type=Path, default=Path("docs/pictures"), metavar="DIR", help=words)
+    words = "Markdown file whose tables are updated: docs/paper.md"
+    add("--paper", type=Path, metavar="FILE", help=words)
     add("--minutes", type=options.minutes, default=12.0, help="of teaching (default: 12)")
-    add(
-        "--epochs",
-        type=options.count,
-        default=40,
-        metavar="N",
-        help="of CNN-3D by the paper's recipe (default: 40)",
-    )
-    add(
-        "--place-epochs",
-        type=options.count,
-        default=400,
-        metavar="N",
-        help="of CNN-2D by the paper's recipe (default: 400)",
-    )
+    words = "of CNN-3D by the paper's recipe (default: 40)"
+    add("--epochs", type=options.count, default=40, metavar="N", help=words)
+    words = "of CNN-2D by the paper's recipe (default: 400)"
+    add("--place-epochs", type=options.count, default=400, metavar="N", help=words)
     add("--seed", type=options.seed, default=7, help="of everything random (default: 7)")
 
 

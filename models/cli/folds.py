@@ -30,35 +30,18 @@ def add(parser: argparse.ArgumentParser) -> None:
     by = ("user", "session")
     add("--by", choices=by, default="user", help="held out together (default: user)")
     add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
-    add(
-        "--steps",
-        type=options.count,
-        default=0,
-        metavar="N",
-        help=f"batches that each network learns from (default: the recipe's {STEPS:,})",
-    )
-    add(
-        "--window",
-        type=options.whole(2, 250),
-        default=0,
-        metavar="N",
-        help="images in a window, for both models (default: those of one second)",
-    )
+    words = f"batches that each network learns from (default: the recipe's {STEPS:,})"
+    add("--steps", type=options.count, default=0, metavar="N", help=words)
+    words = "images in a window, for both models (default: those of one second)"
+    add("--window", type=options.whole(2, 250), default=0, metavar="N", help=words)
     options.take_labels(
         parser, "source of the labels (default: auto: the first of these that names a gesture)"
     )
     options.take_all(parser)
-    add(
-        "--as-given",
-        dest="given",
-        action="store_true",
-        help="take labels as people gave them; else they are moved to where the touch was",
-    )
-    add(
-        "--sound",
-        action="store_true",
-        help="let no taxel or electrode die in training: for sensors that do not break",
-    )
+    words = "take labels as people gave them; else they are moved to where the touch was"
+    add("--as-given", dest="given", action="store_true", help=words)
+    words = "let no taxel or electrode die in training: for sensors that do not break"
+    add("--sound", action="store_true", help=words)
     add("--no-plain", dest="plain", action="store_false", help="leave the plain models out")
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 

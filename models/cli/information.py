@@ -31,24 +31,16 @@ def add(parser: argparse.ArgumentParser) -> None:
         "source of the labels; auto: the truth where it is known, else people's labels, "
         "moved to the touches (default: auto)",
     )
-    add(
-        "--games",
-        type=Path,
-        nargs="+",
-        default=[],
-        metavar="FILE",
-        help="played games, or folders of them, one player each: "
-        "host --demo --headless --speed 0 --json > FILE",
+    words = (
+        "played games, or folders of them, one player each: "
+        "host --demo --headless --speed 0 --json > FILE"
     )
+    add("--games", type=Path, nargs="+", default=[], metavar="FILE", help=words)
     add("--only", nargs="+", default=[], metavar="PART", help=", ".join(PARTS))
     add("--quick", action="store_true", help="a third of the simulated minutes")
     add("--workers", type=options.whole(1, 64), default=os.cpu_count() or 1, help="processes")
-    add(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="folder for the tables, the drawings, and the results, which are not measured again",
-    )
+    words = "folder for the tables, the drawings, and the results, which are not measured again"
+    add("--out", type=Path, metavar="DIR", help=words)
     add("--paper", type=Path, metavar="FILE", help="Markdown file whose tables are updated")
 
 

@@ -27,13 +27,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("bundle", type=Path, help="the bundle")
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", required=True, help="bundle to write")
-    add(
-        "--frames",
-        type=options.whole(100, MOST),
-        default=FRAMES,
-        metavar="N",
-        help=f"frames to keep, about (default: {FRAMES}, some 120 kB)",
-    )
+    words = f"frames to keep, about (default: {FRAMES}, some 120 kB)"
+    add("--frames", type=options.whole(100, MOST), default=FRAMES, metavar="N", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -24,58 +24,25 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="DIR", help="folder to write into")
     add("--users", type=options.count, default=10, metavar="N", help="how many play (default: 10)")
     add("--sessions", type=options.count, default=3, metavar="N", help="of each user (default: 3)")
-    add(
-        "--minutes",
-        type=options.minutes,
-        metavar="M",
-        help="of each session (default: 6 in free play, 29 in blocks, as in the paper)",
+    words = "of each session (default: 6 in free play, 29 in blocks, as in the paper)"
+    add("--minutes", type=options.minutes, metavar="M", help=words)
+    words = "gestures in any order, or class by class as in the paper (default: free)"
+    add("--protocol", choices=("free", "blocks"), default="free", help=words)
+    words = "quality of the orbs: nominal, paper-snr (default: nominal)"
+    add("--preset", default="nominal", metavar="NAME", help=words)
+    words = "a hand on the dome, or a mouse on the panel's picture of it (default: person)"
+    add("--hand", choices=("person", "pointer"), default="person", help=words)
+    words = "all users touch one orb, on days of their own (default: each session has another)"
+    add("--one-orb", action="store_true", help=words)
+    words = (
+        "labels to play and files of your own (docs/gestures.md), separated by commas: "
+        "press,swipe,wave.toml (default: press,pinch,twist_cw,twist_ccw)"
     )
-    add(
-        "--protocol",
-        choices=("free", "blocks"),
-        default="free",
-        help="gestures in any order, or class by class as in the paper (default: free)",
-    )
-    add(
-        "--preset",
-        default="nominal",
-        metavar="NAME",
-        help="quality of the orbs: nominal, paper-snr (default: nominal)",
-    )
-    add(
-        "--hand",
-        choices=("person", "pointer"),
-        default="person",
-        help="a hand on the dome, or a mouse on the panel's picture of it (default: person)",
-    )
-    add(
-        "--one-orb",
-        action="store_true",
-        help="all users touch the same orb, on days of their own (default: each session has "
-        "another orb)",
-    )
-    add(
-        "--gestures",
-        metavar="LIST",
-        default="press,pinch,twist_cw,twist_ccw",
-        help="labels to play and files of your own (docs/gestures.md), separated by commas: "
-        "press,swipe,wave.toml (default: press,pinch,twist_cw,twist_ccw)",
-    )
-    add(
-        "--seed",
-        type=options.seed,
-        default=0,
-        metavar="S",
-        help="of everything random; 900000 to 999999 are for tests, which no training accepts "
-        "(default: 0)",
-    )
-    add(
-        "--workers",
-        type=options.count,
-        default=os.cpu_count() or 1,
-        metavar="W",
-        help="processes (default: one per core)",
-    )
+    add("--gestures", metavar="LIST", default="press,pinch,twist_cw,twist_ccw", help=words)
+    words = "of everything random; 900000 to 999999 are for tests only (default: 0)"
+    add("--seed", type=options.seed, default=0, metavar="S", help=words)
+    words = "processes (default: one per core)"
+    add("--workers", type=options.count, default=os.cpu_count() or 1, metavar="W", help=words)
     add(
         "--rate",
         dest="rate_hz",
@@ -84,21 +51,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="frames per second, 1 to 200 (default: 10)",
     )
-    add(
-        "--rows",
-        type=options.taxels,
-        default=5,
-        metavar="R",
-        help="taxel rows, 2 to 32 (default: 5)",
-    )
+    words = "taxel rows, 2 to 32 (default: 5)"
+    add("--rows", type=options.taxels, default=5, metavar="R", help=words)
     add("--columns", type=options.taxels, default=5, metavar="C", help="taxel columns (default: 5)")
-    add(
-        "--pitch",
-        dest="pitch_mm",
-        type=options.number(0.5, 34.0),
-        metavar="MM",
-        help="distance of two taxels (default: the grid is 40 mm long)",
-    )
+    words = "distance of two taxels (default: the grid is 40 mm long)"
+    add("--pitch", dest="pitch_mm", type=options.number(0.5, 34.0), metavar="MM", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:

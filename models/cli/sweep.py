@@ -36,14 +36,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--workers", type=workers, default=0, metavar="N", help=f"processes (default: {cores})")
     add("--list", action="store_true", help="list the trainings and which are done; train none")
     names = sorted(file.name.removesuffix(".toml") for file in EXAMPLES.iterdir())
-    add(
-        "--example",
-        metavar="NAME",
-        nargs="?",
-        const="try",
-        choices=names,
-        help=f"print a plan to begin with: {', '.join(names)} (default: try)",
-    )
+    words = f"print a plan to begin with: {', '.join(names)} (default: try)"
+    add("--example", metavar="NAME", nargs="?", const="try", choices=names, help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -34,12 +34,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     latest = "greatest median latency, seconds (default: 0.42)"
     add("--latest", type=options.number(0.0, 60.0), default=0.42, metavar="S", help=latest)
     add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
-    add(
-        "--html",
-        type=Path,
-        metavar="FILE",
-        help="the report that it is added to (default: beside OUT)",
-    )
+    words = "the report that it is added to (default: beside OUT)"
+    add("--html", type=Path, metavar="FILE", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -48,12 +48,6 @@ def entered(bits: int, piece: Piece) -> Piece | None:
     return piece if bits & piece.below.mask else piece.below
 
 
-def shifted(bits: int, piece: Piece, dx: int) -> Piece | None:
-    """Return the piece moved sideways by whole cells, or None where it collides."""
-    moved = piece_at(piece.kind, piece.x + dx, piece.y, piece.turn)
-    return None if bits & moved.mask else moved
-
-
 def rows_to_fall(bits: int, piece: Piece) -> int:
     """Return how many rows the piece can fall; 0 on the ground."""
     # Where the box's corner cannot be, in the piece's column and below it; the floor is there.

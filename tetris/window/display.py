@@ -1,6 +1,7 @@
 """Opening of the window, with one sentence for every reason why there is none."""
 
 import os
+import tempfile
 import warnings
 
 import pygame
@@ -22,6 +23,8 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
         DisplayError: There is no display.
     """
     try:
+        # Where it is unset, libwayland would grumble on standard error.
+        os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
         pygame.display.init()
         driver = pygame.display.get_driver()
         if driver in _UNSEEN and not any(os.environ.get(name) for name in _CHOICES):

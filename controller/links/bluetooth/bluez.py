@@ -289,12 +289,9 @@ _WORDS: Final = {
     ),
     "org.bluez.Error.AlreadyExists": "another program has registered it already; end that one",
     "org.bluez.Error.NotReady": "the adapter is off; bluetoothctl power on",
-    "org.bluez.Error.AuthenticationFailed": "the pairing was not confirmed on the other side",
-    "org.bluez.Error.AuthenticationCanceled": "the pairing was cancelled on the other side",
     "org.bluez.Error.AuthenticationRejected": (
         "the other side refuses to pair; open its window first: controller pair"
     ),
-    "org.bluez.Error.AuthenticationTimeout": "the other side did not answer in time",
     "org.bluez.Error.ConnectionAttemptFailed": (
         "the other side does not answer; is it switched on, near and waiting to be paired?"
     ),

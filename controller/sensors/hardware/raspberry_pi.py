@@ -19,12 +19,7 @@ _SPIN_S: Final = 200e-6  # sleeping is late by a tenth of a millisecond: short w
 
 
 def open_board(wiring: Wiring) -> Board:
-    """Return the board, all electrodes grounded.
-
-    Raises:
-        HardwareError: A library is missing, or something may not be opened.
-        HardwareAwayError: The bus is not there.
-    """
+    """Return the board, all electrodes grounded, or raise HardwareError."""
     where, electrodes = wiring.converter, wiring.electrodes
     with ExitStack() as opened:
         pins = GpioPins(raspberry(), (*electrodes.columns, *electrodes.rows))

@@ -297,9 +297,7 @@ def test_models_says_what_is_a_correction_of_what(
 def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     shipped = bundles.read(SHIPPED)
     other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
-    with pytest.raises(
-        BundleError, match="for 4×5 taxels at 20 Hz, 10 mm apart, and this device has 5×5"
-    ):
+    with pytest.raises(BundleError, match=r"for 4×5 taxels at 20 Hz, .* this device has 5×5"):
         install.check_fits(other, shipped)
     denser = dataclasses.replace(shipped, pitch_mm=5.0)
     with pytest.raises(BundleError, match=r"5×5 taxels at 10 Hz, 5 mm apart, and .* 10 mm apart"):

@@ -123,35 +123,6 @@ def test_every_command_prints_on_an_ascii_terminal_a_full_disk_and_a_closed_pipe
         assert (done.returncode, done.stderr) == (1, told)
 
 
-# --- files that are written -----------------------------------------------------------------------
-
-
-def full(handle: int) -> None:
-    raise OSError(28, "No space left on device")
-
-
-def test_a_key_that_a_full_disk_does_not_take_leaves_no_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", full)
-        assert main(["key", str(tmp_path / "orb.key")]) == 1
-    assert "no space left on device" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-    assert main(["key", str(tmp_path / "orb.key")]) == 0
-
-
-def test_a_calibration_that_a_full_disk_does_not_take_names_its_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr(os, "fsync", full)
-    assert main(["calibrate"]) == 1
-    (file,) = capsys.readouterr().err.splitlines()
-    assert file.startswith(f"controller: {tmp_path / 'orbtouch' / 'calibrations'}")
-    assert file.endswith(".json: no space left on device")
-
-
 @posix
 def test_recordings_follow_the_umask(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = os.umask(0o077)

@@ -81,6 +81,7 @@ async def test_closing_releases_everything_and_disconnects(link: HidLink, bluez:
     await asyncio.to_thread(link.close)
     assert [value for _, _, value in bluez.heard] == RELEASE
     assert bluez.disconnected == [LAPTOP]
+    assert bluez.application == {}
 
 
 @scene()

@@ -285,19 +285,6 @@ async def test_strangers_are_told_to_look_only_while_pairing_is_asked_for(it: Ta
     await it.bluez.until(lambda: it.bluez.advertisement.get("Discoverable") is False)
 
 
-@scene()
-async def test_the_end_releases_everything_and_disconnects(it: Table) -> None:
-    await it.play(LAPTOP)
-    it.press("down")
-    await it.settle()
-    it.bluez.heard.clear()
-    await it.part.end()
-    await it.settle()
-    assert it.values(LAPTOP) == [report.data for report in RELEASED]
-    assert it.bluez.disconnected == [LAPTOP]
-    assert it.bluez.application == {}
-
-
 def test_an_adapter_without_low_energy_is_told_in_one_sentence(address: str, play: Play) -> None:
     async def scene(it: Table) -> None:
         await it.part.end()
@@ -306,14 +293,6 @@ def test_an_adapter_without_low_energy_is_told_in_one_sentence(address: str, pla
             await it.part.begin(await it.again(), ADAPTER)
 
     play(scene)
-
-
-@scene()
-async def test_a_bluetoothd_that_refuses_is_one_sentence(it: Table) -> None:
-    await it.part.end()
-    it.bluez.refuse["RegisterApplication"] = RefusedError("org.bluez.Error.AlreadyExists")
-    with pytest.raises(BluetoothError, match="another program has registered it already"):
-        await it.part.begin(await it.again(), ADAPTER)
 
 
 @scene(known=StoredHosts((LAPTOP, PHONE), LAPTOP))

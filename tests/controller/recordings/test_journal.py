@@ -111,14 +111,14 @@ def test_what_a_journal_takes_can_be_sealed_and_loaded_again(
     journal = Journal(ORIGIN, {}, ID)
     frame = np.array(taxels, dtype=np.float32).reshape(2, 3)
     add(journal, 1)
-    adds: tuple[Callable[[], object], ...] = (
+    adding: tuple[Callable[[], None], ...] = (
         lambda: journal.add_rest(frame),
         lambda: journal.add_frame(frame, t_s, number, who, False, (t_s, t_s)),
         lambda: journal.add_command(command),
         lambda: journal.add_mark(*mark),
         lambda: journal.amend(*amend),
     )
-    for add_it in adds:
+    for add_it in adding:
         with suppress(RecordingError):
             add_it()
     arrays = npz.unpack(writer.pack(whole(journal)), reader.MAX_BYTES)

@@ -12,7 +12,7 @@ from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import Mark
 from controller.simulator import gesture_file
-from controller.teach import TeachError, dataset_folder, next_step
+from controller.teach import TeachError, dataset_folder
 from controller.teach.dataset_folder import ExistingRecording
 from tests.support import ROOT
 from tests.support import recordings as recorded
@@ -140,7 +140,7 @@ def taken(*sessions: str, protocol: str = "gestures") -> list[ExistingRecording]
 
 
 def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_honest() -> None:
-    planned = next_step.course(Path("data"), taken("1"))
+    planned = dataset_folder.course(Path("data"), taken("1"))
     assert planned.commands == (
         ["train", "data", "--out", "data.orb"],
         ["tune", "data.orb", "data", "--out", "data.orb", "--html", "data.html"],
@@ -152,7 +152,7 @@ def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_h
 
 def test_from_three_sessions_on_the_newest_is_neither_trained_nor_tuned_on() -> None:
     places = taken("3", protocol="locations")
-    planned = next_step.course(Path("data"), [*taken("1", "2"), *places, *taken("3", "3")])
+    planned = dataset_folder.course(Path("data"), [*taken("1", "2"), *places, *taken("3", "3")])
     train, tune, _, evaluate = planned.commands
     learned = ["data/gestures-1.npz", "data/gestures-2.npz", "data/locations-3.npz"]
     assert train[1:4] == tune[2:5] == learned
@@ -169,20 +169,22 @@ def came(*who: tuple[str, str]) -> list[ExistingRecording]:
 
 def test_people_who_came_twice_are_told_apart_and_not_merely_their_gestures() -> None:
     twice = came(("ada", "1"), ("ben", "1"), ("ada", "2"), ("ben", "2"))
-    planned = next_step.course_of_people(Path("home"), twice)
+    planned = dataset_folder.course_of_people(Path("home"), twice)
     assert planned.commands == (["train", "home", "--task", "user", "--out", "home.orb"],)
     assert "tell them apart" in planned.question
 
 
 def test_people_who_came_once_are_asked_to_come_again_and_nothing_is_trained() -> None:
     once = came(("ada", "1"), ("ben", "1"), ("ada", "2"))
-    planned = next_step.course_of_people(Path("home"), once)
+    planned = dataset_folder.course_of_people(Path("home"), once)
     said: list[str] = []
-    assert next_step.offer(planned, agree=lambda question: True, say=said.append, yes=True) == 0
+    assert (
+        dataset_folder.offer(planned, agree=lambda question: True, say=said.append, yes=True) == 0
+    )
     assert said == [planned.note]
     assert planned.note.startswith("ben came on one day only")
     assert "controller teach --protocol users --user ada,ben --out home" in planned.note
-    alone = next_step.course_of_people(Path("home"), came(("ada", "1"), ("ada", "2")))
+    alone = dataset_folder.course_of_people(Path("home"), came(("ada", "1"), ("ada", "2")))
     assert alone.note.startswith("only ada was recorded")
 
 
@@ -212,8 +214,8 @@ def test_who_agrees_gets_a_bundle_and_others_are_told_how(
         called.append(command[3])
         return statuses.pop(0) if statuses else 0
 
-    ended = next_step.offer(
-        next_step.course(Path("data"), taken("1")),
+    ended = dataset_folder.offer(
+        dataset_folder.course(Path("data"), taken("1")),
         agree=None if answer is None else lambda question: answer,
         say=said.append,
         call=call,

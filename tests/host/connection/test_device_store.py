@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.connection.device_store import MOST, DeviceStore, KnownDevice, default_path
+from host.connection.device_store import MOST, DeviceStore, KnownDevice
 from tests.support import special_files
 
 
@@ -91,15 +91,6 @@ def test_special_file_in_its_place_costs_a_sentence(kind: str, tmp_path: Path) -
     if kind != "locked":  # which only root may read
         assert len(told) == (kind not in ("missing", "empty", "dangling"))
     assert "\n" not in "".join(told)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="only there is it XDG_CONFIG_HOME")
-def test_relative_configuration_folder_is_ignored(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.setenv("XDG_CONFIG_HOME", "here")
-    assert default_path() == tmp_path / ".config" / "orbtouch" / "devices.toml"
 
 
 def test_file_is_its_owner_s_alone(path: Path) -> None:

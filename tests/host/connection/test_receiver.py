@@ -474,6 +474,7 @@ def test_a_port_that_cannot_be_opened_is_explained(url: str, reason: str) -> Non
             serial.SerialException("could not open port 'COM3': PermissionError(13, 'Access is"),
             "another program uses it",
         ),
+        (socket.gaierror(-2, "Name or service not known"), "[Errno -2] Name or service not"),
         (RuntimeError("something\nelse"), "something else"),
     ],
 )

@@ -27,12 +27,6 @@ def test_a_channel_that_flips_bits_carries_what_shannon_says() -> None:
     assert best.share == pytest.approx([0.5, 0.5])
 
 
-def test_a_channel_that_errs_one_way_only_is_best_used_unevenly() -> None:
-    best = channel.best_use(np.array([[1.0, 0.0], [0.5, 0.5]]))
-    assert best.nats / LN2 == pytest.approx(math.log2(1.25))
-    assert best.share == pytest.approx([0.6, 0.4], abs=1e-3)
-
-
 def test_symbols_that_take_longer_are_sent_less_often() -> None:
     # Without noise the rate r per second is where the sum of exp(-r t) is 1 (Shannon, 1948).
     seconds = np.array([1.0, 2.0, 3.0])

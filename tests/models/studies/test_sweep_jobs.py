@@ -66,15 +66,6 @@ def test_a_jobs_name_is_the_same_in_years_to_come() -> None:
     assert run.name_of(job, VERSION) == hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def test_recordings_are_known_by_what_is_in_them_not_by_where_they_lie() -> None:
-    names = {
-        run.name_of(job, VERSION)
-        for place in ("here", "there")
-        for job in planned(f"[data]\nfolders = ['{place}']\n[test]\nhold = 1").jobs("ff")
-    }
-    assert len(names) == 1
-
-
 def test_every_user_is_held_out_in_one_fold() -> None:
     unit = np.array([3, 3, 5, 7, 7, 9, 11])
     folds = [HoldOut("user", folds=3, fold=fold).held(unit, unit) for fold in range(3)]

@@ -106,9 +106,3 @@ def test_the_csv_has_a_row_for_each_point(tmp_path: Path) -> None:
     drawn = report.draw(report.points(swept()), ["users", "gesture.rate"], "score")
     assert [panel.get_xscale() for panel in drawn.axes] == ["log", "linear"]
     assert [len(panel.containers) for panel in drawn.axes] == [2, 3]
-
-
-def test_without_an_axis_of_amounts_nothing_is_drawn(tmp_path: Path) -> None:
-    one = found({"recipe": ["default"]}, [job({"recipe": "default"}, [15] * PEOPLE)])
-    assert [path.name for path in report.write(one, tmp_path)] == [report.POINTS]
-    assert report.write(found({}, []), tmp_path) == []

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -216,42 +215,3 @@ def test_no_process_of_ours_is_left_behind() -> None:
     for pid in pids:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
-
-
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A sweep over recordings of three people, of which one runs at another rate."""
-    folder = tmp_path_factory.mktemp("recorded")
-    (folder / "data").mkdir()
-    for user in range(4):
-        made = DataSet(minutes=0.5).session(user, 0)
-        if user == 3:
-            made = replace(made, t=made.t * 1.05)
-        (folder / "data" / f"{user}.npz").write_bytes(writer.pack(made))
-    (folder / "data" / "gestures.toml").write_text(
-        "".join(f'[[gesture]]\nlabel = "{name}"\n' for name in DataSet().gestures)
-    )
-    (folder / "few.toml").write_text(
-        '[data]\nfolders = ["data"]\n[train]\ngesture.epochs = 1\n[test]\nhold = 1\n'
-    )
-    return folder / "few.toml"
-
-
-def listed(sweep: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    capsys.readouterr()
-    assert main(["sweep", str(sweep), "--list"]) == 0
-    return capsys.readouterr().out
-
-
-def test_gestures_that_are_declared_otherwise_make_every_training_a_new_one(
-    recorded: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["sweep", str(recorded), "--workers", "1"]) == 0
-    assert " done " in listed(recorded, capsys)
-    declared = recorded.parent / "data" / "gestures.toml"
-    before = declared.read_text()
-    declared.write_text(f"# a comment changes nothing\n{before}")
-    assert " done " in listed(recorded, capsys)
-    declared.write_text(before.replace('"press"\n', '"press"\nrotations = "all"\n'))
-    assert " done " not in listed(recorded, capsys)
-    declared.write_text(before)

@@ -85,12 +85,6 @@ def test_an_upright_i_at_the_wall_kicks_away_from_it() -> None:
     assert turned == (Piece("I", x=0, y=5, turn=2), 2)
 
 
-@pytest.mark.parametrize(("dx", "free"), [(-1, False), (1, True)])
-def test_a_shift_stops_at_the_wall(dx: int, free: bool) -> None:
-    piece = Piece("O", x=0, y=0)
-    assert (moves.shifted(Board().bits, piece, dx) is not None) == free
-
-
 def test_a_drop_stops_on_the_first_block_below() -> None:
     board = Board.parse("""
         JJJ.......

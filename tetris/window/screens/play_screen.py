@@ -7,7 +7,6 @@ from typing import Final
 import pygame
 
 from tetris.bots import beam_search
-from tetris.engine import moves
 from tetris.engine.events import Action, Event, Spawned
 from tetris.engine.game import Phase
 from tetris.engine.pieces import Piece
@@ -163,11 +162,11 @@ class PlayScreen(Screen):
 
     def _idle(self, action: Action) -> bool:
         """Return whether a shift that repeats at once has nowhere to go; replays need it not."""
-        dx = {Action.LEFT: -1, Action.RIGHT: 1}.get(action)
         game = self.session.game
-        if dx is None or self._stage.settings.arr_ms or not game.in_play:
+        if self._stage.settings.arr_ms or not game.in_play:
             return False
-        return moves.shifted(game.board.bits, game.piece, dx) is None
+        piece = game.piece.left if action is Action.LEFT else game.piece.right
+        return bool(game.board.bits & piece.mask)
 
     def _rest(self) -> None:
         if self._over_s is None:
