@@ -115,7 +115,7 @@ def main() -> None:
     with ProcessPoolExecutor(options.workers) as pool:
         for name in PRESETS:
             print(f"\n{name}: {options.orbs} orbs each; share named, share placed, other answers")
-            named = []
+            named, seen = [], []
             for kind in kinds:
                 told = list(pool.map(one, repeat(kind), repeat(name), range(options.orbs)))
                 right = [code == CALLED.get(kind, kind) for code, _ in told]
@@ -124,7 +124,9 @@ def main() -> None:
                 shares = f"{np.mean(right):6.2f}{np.mean(placed):6.2f}"
                 print(f"{kind:<18}{shares}  {dict(others)}", flush=True)
                 named += right
+                seen += [code != NOTHING for code, _ in told]
             results.note("faults_named", float(np.mean(named)), "share", preset=name)
+            results.note("faults_seen", float(np.mean(seen)), "share", preset=name)
             flags = list(pool.map(healthy, repeat(name), range(options.healthy)))
             share = sum(bool(flag) for flag in flags) / max(1, options.healthy)
             results.note("healthy_flagged", share, "share", preset=name, goal=0.01)
