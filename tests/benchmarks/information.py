@@ -3,9 +3,11 @@
     python -m tests.benchmarks.information [--keep FOLDER] [--quick] [--json]
 
 Both presets: section 6 of the paper on two class-block sessions of one user, 34,795 frames, button
-labels, for five users; everything else that `models information` measures, on four days of one
-user; and games of the demo and of the same player at a keyboard. Some CPU-minutes; with --keep what
-was measured is not measured again (docs/pictures keeps what docs/paper.md shows).
+labels, z = C / C0 with C0 the mean of the first ten seconds, for five users; everything else that
+`models information` measures, on four days of one user; and games of the demo and of the same
+player at a keyboard (tests/benchmarks/information_games.py). Some CPU-minutes; with --keep what was
+measured is not measured again (docs/pictures keeps what docs/paper.md shows). --quick: a few
+minutes, on less.
 """
 
 import tempfile
@@ -13,9 +15,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from models.studies.information import games, study, tables
+from models.studies.information import channel, study, tables
 from models.studies.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMATION, PAPER_STATIC
-from models.studies.information.results import MEASURED, keep, sets_with, value
+from models.studies.information.tables import MEASURED, keep
 
 from . import information_games
 from .results import Results, command_line, say
@@ -44,8 +46,10 @@ def played(count: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         information_games.play_all(Path(folder), count, MINUTES)
         return {
-            who: games.figures(
-                games.gather(games.read(path) for path in sorted((Path(folder) / who).iterdir()))
+            who: channel.figures(
+                channel.gather(
+                    channel.read(path) for path in sorted((Path(folder) / who).iterdir())
+                )
             )
             for who in information_games.PLAYERS
         }
@@ -54,14 +58,13 @@ def played(count: int) -> dict[str, Any]:
 def results(found: Mapping[str, Any]) -> Results:
     """Print and return the figures that have a name."""
     listed = Results("information")
-    for preset in sets_with(found):
-        if part := value(found, preset, "histogram"):
-            for name, figure in part["mean"].items():
-                unit = "1" if name in ("p_static", "frames") else "nats"
-                listed.note(name, figure, unit, preset=preset, goal=GOALS.get(name))
-        if part := value(found, preset, "classifier"):
-            best = max(row["gesture"][0] for row in part["rows"].values())
-            listed.note("bits_per_gesture_another_day", best * BITS, "bits", preset=preset)
+    for preset, figures in tables.part(found, "histogram").items():
+        for name, figure in figures.items():
+            unit = "1" if name == "p_static" else "nats"
+            listed.note(name, figure, unit, preset=preset, goal=GOALS.get(name))
+    for preset, part in tables.part(found, "classifier").items():
+        best = max(row["gesture"][0] for row in part["rows"].values())
+        listed.note("bits_per_gesture_another_day", best * BITS, "bits", preset=preset)
     for who, one in found["games"].items():
         listed.note("bits_per_command", one["played"][0] * BITS, "bits", preset=who)
         listed.note("bits_per_minute", one["played_per_min"] * BITS, "bits/min", preset=who)

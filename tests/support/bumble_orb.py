@@ -16,12 +16,12 @@ from bumble.device import Device
 from bumble.hid import Host as HidHost
 from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 
 from controller.keymap.keymap import load
 from controller.links.bluetooth.bluez import Bus, Properties
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 from controller.links.bluetooth.hid.reports import OUTPUTS, Report
 from tests.support.bumble_radio import LAPTOP as HOST
 from tests.support.bumble_radio import ORB, attributes, powered
