@@ -1,9 +1,11 @@
 """`controller calibrate`: take the rest image with care, judge it, and keep it."""
 
 import argparse
+import json
 import logging
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from datetime import UTC, datetime
 
 from controller.cli.sensor_options import add_sensor, load
@@ -37,8 +39,13 @@ def main(argv: Sequence[str]) -> int:
         )  # fmt: skip
     finally:
         sensor.close()
-    print(table(rows))
-    print("calibration: failed" if kept is None else f"calibration: {verdict}, kept in {kept}")
+    verdict = "failed" if kept is None else verdict
+    if options.json:
+        plain = {"verdict": verdict, "kept": kept and str(kept), "rows": [*map(asdict, rows)]}
+        print(json.dumps(plain, ensure_ascii=False))
+    else:
+        print(table(rows))
+        print(f"calibration: {verdict}" + (f", kept in {kept}" if kept else ""))
     return 0 if kept else 1
 
 
@@ -56,4 +63,5 @@ def _parser() -> argparse.ArgumentParser:
     add("--anyway", action="store_true",
         help="keep it although something seems to lie on the orb")  # fmt: skip
     add("--forget", action="store_true", help="remove what is kept of this sensor instead")
+    add("--json", action="store_true", help="print one JSON object in place of the table")
     return grammar

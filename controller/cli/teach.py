@@ -203,6 +203,7 @@ def parser() -> argparse.ArgumentParser:
         help="sensor scans per second (default: the sensor's own)")  # fmt: skip
     add("--speed", metavar="X", type=_speed, default=1.0,
         help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)")  # fmt: skip
+    add("--bell", action="store_true", help="ring the terminal's bell at every go")
     add("--yes", action="store_true",
         help="train, tune and evaluate unasked; with --add, take it into use")  # fmt: skip
     add("--add", metavar="NAME",

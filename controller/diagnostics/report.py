@@ -55,6 +55,10 @@ def table(rows: Sequence[Row]) -> str:
 # Faults of the wiring: what was found, where {} takes the figures, and advice.
 _SWAPPED: Final = "Swap the two leads at the plug, or the two numbers in the wiring file."
 _TOUCHING: Final = "Look for a solder bridge, or for film that touches."
+_WEAK: Final = (
+    "it fills slowly: {} times as much after 4 ms as after 0.1 ms",
+    "The film or its contact is worn (megohms): spray it anew, or clamp the lead again.",
+)
 _TO_GROUND: Final = "Look for a bridge to ground; if there is none, its pin is broken: use another."
 SENTENCES: Final[dict[str, tuple[str, str]]] = {
     # --- converter and bus
@@ -68,6 +72,14 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
         "Check the data-out lead, the reference pin and the converter's ground.",
     ),
     "bus_errors": ("{}", "Shorten the bus leads, or lower the SPI clock in the wiring file."),
+    "other_converter": (
+        "the last two bits are always zero: a 10-bit converter answers",
+        "An MCP3008 is fitted where the wiring file says MCP3208: correct one of the two.",
+    ),
+    "stuck_bit": (
+        "bit {} never changes",
+        "Lower the SPI clock; if it stays, the converter is broken: replace it.",
+    ),
     "bit_errors": (
         "{} % of the readings jump",
         "Lower the SPI clock in the wiring file, and shorten the bus leads.",
@@ -79,8 +91,11 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
     "slow": ("{}", "The computer is too busy: end other programs, or raise the SPI clock."),
     "noise": (
         "readings scatter by {} counts of 4096",
-        "Join the converter's grounds, shorten its leads, put 1 uF across its supply; keep away "
-        "from mains leads and chargers.",
+        "Join the converter's grounds, shorten its leads, put 1 uF across its supply.",
+    ),
+    "mains": (
+        "readings hum by {} % at {} Hz",
+        "Keep away from mains leads and chargers; ground the computer.",
     ),
     # --- rows and columns
     "unplugged": ("all taxels have {} pF", "The membrane's plug is out: push it in."),
@@ -88,12 +103,14 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
     "short_columns": ("it touches {}", _TOUCHING),
     "open_row": (
         "{} pF a taxel, where the others have {}: the lead is off",
-        "Fasten this row's lead at the membrane; if it is fast, the film is worn: spray it anew.",
+        "Fasten this row's lead at the membrane.",
     ),
     "open_column": (
         "{} pF a taxel, where the others have {}: the lead is off",
-        "Fasten this column's lead at the membrane; if it is fast, the film is worn.",
+        "Fasten this column's lead at the membrane.",
     ),
+    "weak_row": _WEAK,
+    "weak_column": _WEAK,
     "swapped_rows": ("what touches it is felt in {}", _SWAPPED),
     "swapped_columns": ("what touches it is felt in {}", _SWAPPED),
     "swapped_channels": (
@@ -101,17 +118,25 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
         "Swap the two converter inputs, or the two channels in the wiring file.",
     ),
     "high_row": (
-        "at the supply, {} of full scale, by itself",
-        "Look for a bridge or a pull-up from this row to 3.3 V.",
+        "at the supply, {} of full scale, whatever its pin does",
+        "Look for a bridge from this row to 3.3 V.",
     ),
     "high_column": (
         "at the supply, whatever its pin does",
         "Look for a bridge from this column to 3.3 V.",
     ),
-    "grounded_row": (
-        "what its pin does never comes to the converter",
-        "Look for a bridge to ground, and at its leads to pin and converter; else its pin is "
-        "broken: use another.",
+    "pull_up": (
+        "rises to {} of full scale by itself within a fraction of a millisecond",
+        "A pull-up is switched on at its pin, or a resistor goes to 3.3 V: remove it.",
+    ),
+    "grounded_row": ("at ground, whatever its pin does", _TO_GROUND),
+    "no_channel": (
+        "its pin sees the charge, the converter does not",
+        "The lead from this row to its converter input is off: solder it.",
+    ),
+    "dead_row_pin": (
+        "its pin neither charges nor grounds it",
+        "The lead from this row to its pin is off, or the pin is broken.",
     ),
     "grounded_column": ("at ground, whatever its pin does", _TO_GROUND),
     "damp": (
@@ -124,8 +149,7 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
     ),
     "small_bleed": (
         "it loses its charge through {} megohms, not 50",
-        "Fit the right resistor from this row to ground; look for flux beside it, and for damp in "
-        "the membrane.",
+        "Fit the right resistor from this row to ground; look for flux beside it.",
     ),
     "no_row_capacitor": (
         "about {} pF to ground, not 150",
@@ -144,6 +168,10 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
         "its row touches its column",
         "There is a hole in the dielectric here: patch the membrane.",
     ),
+    "leaky": (
+        "it conducts: {} times as much after 4 ms as after 0.1 ms",
+        "The dielectric is thin or damp here: dry the membrane; if it stays, patch it.",
+    ),
     "dead": (
         "{} pF, where the others have {}",
         "The film is cracked here. Play goes on with a guess in its place.",
@@ -161,10 +189,11 @@ SENTENCES: Final[dict[str, tuple[str, str]]] = {
         "it feels {} % of what it should",
         "The membrane is stiff or loose here. Play goes on with a guess in its place.",
     ),
+    "weak": ("it feels {} % of what it should", "Watch it: the film may be cracking here."),
 }
 
 
-def fault(code: str, name: str, *figures: object) -> Row:
+def fault(code: str, name: str, *figures: object, verdict: Verdict = Verdict.FAULT) -> Row:
     """Return the row of a fault: a key of `SENTENCES`, what has it ("row 2"), and its figures."""
     found, advice = SENTENCES[code]
-    return Row(name, Verdict.FAULT, found.format(*figures), advice, code)
+    return Row(name, verdict, found.format(*figures), advice, code)

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.report import Row, fault
+from controller.diagnostics.report import Row, Verdict, fault
 from controller.recognition.dead_taxels import DEAD, TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
@@ -28,6 +28,7 @@ _HOLD_S: Final = 1.0
 _FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
 _BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
 _STIFF: Final = (DEAD, 0.35)  # of what its neighbours predict, and of what the dome should feel
+_WEAK: Final = (0.6, 0.7)
 
 
 def places(rows: int, columns: int) -> tuple[Place, ...]:
@@ -91,9 +92,10 @@ def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
     for one, part in zip(straight, whole, strict=True):
         one[np.ix_(order_r, order_c)] = part
     broken[np.ix_(order_r, order_c)] = bad
-    for (row, column), share in _stiff(straight, model, broken, filler):
+    for (row, column), share, code in _stiff(straight, model, broken, filler):
         name = f"taxel ({order_r.index(row)},{order_c.index(column)})"
-        faults.append(fault("stiff", name, f"{100 * share:.0f}"))
+        verdict = Verdict.DOUBTFUL if code == "weak" else Verdict.FAULT
+        faults.append(fault(code, name, f"{100 * share:.0f}", verdict=verdict))
     return faults
 
 
@@ -155,13 +157,18 @@ def _swaps(found: tuple[str, str]) -> Iterator[Row]:
 
 def _stiff(
     changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator
-) -> Iterator[tuple[Place, float]]:
-    """Yield taxels that feel too little of `model`, (places, rows, columns), and their share."""
+) -> Iterator[tuple[Place, float, str]]:
+    """Yield taxels that feel too little of `model`, (places, rows, columns), and their share.
+
+    The word says whether they are "stiff" or "weak".
+    """
     around = np.array([filler.around(change) for change in changes])
     by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
     by_model = (changes * model).sum(axis=0) / np.square(model).sum(axis=0)
     by_model = by_model / np.median(by_model[~bad]) if not bad.all() else by_model
     for row, column in np.argwhere(~bad).tolist():
         others, dome = by_others[row, column], by_model[row, column]
-        if others < _STIFF[0] and dome < _STIFF[1]:
-            yield (row, column), max(0.0, float(dome))
+        for code, limits in (("stiff", _STIFF), ("weak", _WEAK)):
+            if others < limits[0] and dome < limits[1]:
+                yield (row, column), max(0.0, float(dome)), code
+                break

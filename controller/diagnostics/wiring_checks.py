@@ -25,8 +25,11 @@ _HELD: Final = 0.5  # of full scale: a row keeps its charge, .94, or does not
 _CLIPPED: Final = 0.985  # a charged row at full scale: the reference is below the supply
 _LOW: Final = 0.88
 _UP: Final = 0.5  # a row that no pin drives stands at the supply
+_AT_SUPPLY: Final = 0.965  # ... at once, where a pull-up takes some time
 _LOST: Final = 0.25  # of the middle taxel's capacitance
 _FULL: Final = 0.9  # a taxel whose row gets the whole supply
+_GROWS: Final = 1.3  # late by early
+_CONDUCTS: Final = 0.15  # of full scale, late: sound taxels read .08
 _OUTLIER: Final = 12.0  # times the usual deviation: eight standard deviations
 _SETTLING: Final = 3  # scans until a film that fills slowly has forgotten what was before
 _OUTLIERS: Final = 0.005  # of all readings
@@ -35,9 +38,11 @@ _BLEED_MOHM: Final = (30.0, 85.0)
 _ROW_PF: Final = (95.0, 240.0)
 _NOISY: Final = 2.2  # times the middle row
 _NOISE: Final = 85.0  # counts: twice what the paper's own figures imply
+_HUM: Final = 0.015  # of the reading
 _BUSY: Final = 0.8  # of a frame
+_TELLING: Final = 30  # conversions that tell bits which never change
 _LOSES_S: Final = 2e-3  # a row that loses its charge faster has no sound resistor
-_UNPLUGGED_S: Final = 10e-3  # a row without its taxels loses it faster than so
+_FILLS_S: Final = 20e-3  # a row whose film fills slowly seems to lose it faster than so
 
 
 class WiringChecks:
@@ -60,18 +65,21 @@ class WiringChecks:
             "row": np.zeros(rows, dtype=np.bool_), "column": np.zeros(columns, dtype=np.bool_)
         }  # fmt: skip
         self.capacitance = measured.picofarads.mean(axis=0)
+        self._most = np.maximum(measured.late, self.capacitance)
+        self._growth = np.maximum(measured.late, 0.5) / np.maximum(self.capacitance, 0.5)
         samples = np.sqrt(measured.wiring.times.samples)
         self.scatter = np.median(measured.shares.std(axis=0, ddof=1), axis=1) * samples * _COUNTS
         self._tau_s = measured.time_constants_s()
         self._reference_off = False  # levels are not to be trusted
+        self._loud = False  # nor is what takes a quiet converter
         if measured.scan_s > _BUSY / rate_hz:  # what is read that late says nothing of the leads
             scan_ms, frame_ms = 1e3 * measured.scan_s, 1e3 / rate_hz
             words = f"a scan takes {scan_ms:.0f} of the frame's {frame_ms:.0f} ms"
             self._add("slow", "scan", words)
             return
         for check in (
-            self._plug, self._converter, self._shorts, self._pins, self._noise, self._open,
-            self._row_parts, self._dead,
+            self._bits, self._hums, self._plug, self._converter, self._shorts, self._pins,
+            self._noise, self._open, self._worn, self._leaks, self._row_parts, self._dead,
         ):  # fmt: skip
             check()
 
@@ -115,10 +123,30 @@ class WiringChecks:
 
     # --- the checks, in order -------------------------------------------------------------------
 
+    def _bits(self) -> None:
+        m = self._m
+        values = m.values[(m.values > 0) & (m.values < 1.0 / m.step - 1)].astype(np.int64)
+        bits = round(np.log2(1.0 / m.step))
+        if len(values) >= _TELLING and bits > 10 and not (values & 3).any():
+            self._add("other_converter", "converter")
+            return
+        for bit in range(bits - 2):
+            telling = values[values >= 4 << bit] >> bit & 1
+            if len(telling) >= _TELLING and telling.min() == telling.max():
+                self._add("stuck_bit", "converter", bit)
+                self._reference_off = True
+                return
+
+    def _hums(self) -> None:
+        hum, hertz = self._m.hum()
+        if hum > _HUM and not self.faults:
+            self._add("mains", "readings", f"{100 * hum:.0f}", f"{hertz:.0f}")
+            self._reference_off = True
+
     def _plug(self) -> None:
         holds = np.diag(self._m.held) > _HELD
-        nothing = np.median(self.capacitance) < _LOST * NOMINAL_PF and holds.mean() > 0.5
-        if nothing and _LOSES_S < np.median(self._tau_s) < _UNPLUGGED_S:
+        nothing = np.median(self._most) < _LOST * NOMINAL_PF and holds.mean() > 0.5
+        if nothing and _LOSES_S < np.median(self._tau_s) < _FILLS_S / 2:
             self._add("unplugged", "membrane", f"{np.median(self.capacitance):.1f}")
             for row in self._left("row"):
                 self._explain("row", row)
@@ -132,6 +160,7 @@ class WiringChecks:
         if jumps.mean() > _OUTLIERS and jumps.any(axis=(0, 2)).mean() > 0.5:
             self._add("bit_errors", "converter", f"{100 * jumps.mean():.1f}")
             self._reference_off = True
+        if self._reference_off:
             return
         level = float(np.median(np.diag(m.held))) / m.wiring.circuit.reach
         clipped = level >= _CLIPPED and np.median(m.dark) < _UP
@@ -167,9 +196,12 @@ class WiringChecks:
         m = self._m
         for row in self._left("row"):
             if m.dark[row] > _UP:
-                self._line("high_row", "row", row, f"{m.dark[row]:.2f}")
+                high = min(m.prompt[row], m.dark[row]) > _AT_SUPPLY
+                self._line("high_row" if high else "pull_up", "row", row, f"{m.dark[row]:.2f}")
             elif m.held[row, row] < _HELD / 5:
-                self._line("grounded_row", "row", row)
+                charged = m.shares[:, row].mean(axis=0).sum() > 0.05
+                other = "dead_row_pin" if charged else "grounded_row"
+                self._line("no_channel" if m.held_level[row] else other, "row", row)
         for column in self._left("column"):
             if not m.column_low[column]:
                 self._line("high_column", "column", column)
@@ -186,14 +218,14 @@ class WiringChecks:
                 self._line("noisy", "row", row, f"{self.scatter[row]:.0f}", f"{middle:.0f}")
         if middle > _NOISE and not self.faults:
             self._add("noise", "readings", f"{middle:.0f}")
-            self._reference_off = True
+            self._loud = True
 
     def _open(self) -> None:
         good = self.capacitance[~self.bad]
         if not good.size:
             return
         middle = float(np.median(good))
-        low = self.capacitance < _LOST * middle
+        low = self._most < _LOST * middle
         for kind, lost, taxels, charges in (
             ("row", low, self.capacitance, self._tau_s > _LOSES_S),
             ("column", low.T, self.capacitance.T, np.ones(low.shape[1], dtype=np.bool_)),
@@ -204,9 +236,33 @@ class WiringChecks:
                     mean = f"{taxels[i].mean():.1f}"
                     self._line(f"open_{kind}", kind, i, mean, f"{middle:.0f}")
 
+    def _worn(self) -> None:
+        grows = (self._growth > _GROWS) & ~self.bad & (not self._loud)
+        for kind, slow, growth, bad, fades in (
+            # A missing resistor or a long lead lets all of a row grow; but then its charge stays.
+            ("row", grows, self._growth, self.bad, self._tau_s < _FILLS_S),
+            ("column", grows.T, self._growth.T, self.bad.T, np.ones(grows.shape[1], np.bool_)),
+        ):
+            for i in self._left(kind):
+                free = ~bad[i]
+                if free.sum() > 1 and slow[i, free].all() and fades[i]:
+                    self._line(f"weak_{kind}", kind, i, f"{np.median(growth[i, free]):.1f}")
+
+    def _leaks(self) -> None:
+        for row in () if self._loud else self._left("row"):
+            free = ~self.bad[row]
+            if not free.any():
+                continue
+            growth = self._growth[row] / np.median(self._growth[row, free])
+            conducts = free & (growth > _GROWS) & (self._m.late_shares[row] > _CONDUCTS)
+            if free.sum() > conducts.sum() > 0:
+                for column in np.flatnonzero(conducts).tolist():
+                    self._taxel("leaky", row, column, f"{growth[column]:.1f}")
+                self._bad_lines["row"][row] = True  # what leaks there is no resistor's fault
+
     def _row_parts(self) -> None:
         m = self._m
-        for row in () if self._reference_off else self._left("row"):
+        for row in () if self._reference_off or self._loud else self._left("row"):
             ground_pf, bleed_mohm = self._row_pf(row), self._bleed_mohm(row)
             # Counts are never below zero, so noise alone reads as some charge.
             if m.dark_late[row] > _DAMP + 0.8 * self.scatter[row] / _COUNTS:

@@ -14,6 +14,7 @@ import tempfile
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from time import monotonic
 from typing import Final
 
 from controller.errors import reason
@@ -27,6 +28,7 @@ from controller.recordings.writer import seal
 
 SYNC_S: Final = 0.4  # between two syncs
 RETRY_S: Final = 1.0  # after a failed sync
+SLOW_S: Final = 1.0  # with a slower sync, a crash may lose more than a second
 HANG_S: Final = 10.0  # timeout for the disk on close
 ADVICE: Final = (
     "make room, or look at the disk: what is recorded waits in memory, and is tried again every "
@@ -194,17 +196,25 @@ class Recorder:
         wait_s, closing = SYNC_S, False
         while not closing:
             closing = self._closing.wait(wait_s)
+            began_s = monotonic()
             try:
                 self.sync()
             except OSError as error:
                 wait_s, problem = RETRY_S, f"cannot write {self._place}: {reason(error)}; {ADVICE}"
             else:
-                wait_s, problem = SYNC_S, ""
+                wait_s, problem = SYNC_S, self._slowness(monotonic() - began_s)
             if problem and not self.problem:
                 _log.warning("%s", problem)
             elif self.problem and not problem:
                 _log.info("%s is up to date again", self._place)
             self.problem = problem
+
+    def _slowness(self, took_s: float) -> str:
+        """Return the problem that a sync took too long; "" if it did not."""
+        return "" if took_s <= SLOW_S else (
+            f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as much, so "
+            "record onto a faster one"
+        )  # fmt: skip
 
     def _rescue(self, recording: Recording, error: Exception, answers: bool) -> str:
         """Seal a session into a temporary folder, beside its journal; return the sentence."""

@@ -195,16 +195,20 @@ class ProgressPage:
 class ProgressDisplay(TerminalDisplay):
     """A page at the bottom of a terminal, written again and again."""
 
-    def __init__(self, stream: TextIO, page: ProgressPage, tally: ExampleCounts) -> None:
-        """Show `page` on a terminal."""
+    def __init__(
+        self, stream: TextIO, page: ProgressPage, tally: ExampleCounts, *, bell: bool = False
+    ) -> None:
+        """Show `page` on a terminal; with `bell` it rings at every go."""
         super().__init__(stream)
-        self._page, self._tally = page, tally
+        self._page, self._tally, self._bell = page, tally, bell
         self._drawn: list[str] = []
         self._shown_s = 0.0
 
     def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Show a frame."""
         self._tally.take(said, step)
+        if self._bell and said.fresh and said.asked is not None and said.asked.phase is Phase.GO:
+            self.emit("\a")
         if not said.fresh and step.t_s - self._shown_s < 1.0 / _SHOWN_HZ:
             return
         self._shown_s = step.t_s

@@ -232,7 +232,7 @@ def _screen(session: Session, keyboard: Keyboard | None) -> Display:
         plain=not encoding.startswith("utf"),
     )
     if drawable(sys.stderr):
-        return ProgressDisplay(sys.stderr, page, tally)
+        return ProgressDisplay(sys.stderr, page, tally, bell=options.bell)
     return ProgressLog(tally, say)
 
 

@@ -7,12 +7,13 @@ A peer needs an environment of its own, for it may bring old libraries or share 
     python3 -m venv peer && peer/bin/pip install tetris-gymnasium
     python -m tests.benchmarks.tetris --peer tetris-gymnasium=peer/bin/python
 
-All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each;
-`env` through our environment's `step`, observation included; `kernel` through `Kernel.step`. Ratios
-are to Tetris-Gymnasium's `step`, which returns one too: of each round, then their median.
-A peer whose Python is not given is reported as missing. Before that the kernel is held against the
-engine on random games. `placements_us` is the time to find all placements of each piece, mean over
-boards of games played well and of games played at random.
+All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
+gravity, lock delay, points and events; `env` through our environment's `step`, observation
+included; `kernel` through `Kernel.step`. Ratios are to Tetris-Gymnasium's `step`, which returns an
+observation too, both without wrappers: of each round, then their median; without that peer there
+are none. Before that the kernel is held against the engine on random games. `placements_us` is the
+time to find all placements of each piece with their spins, mean over boards of games played well
+and of games played at random.
 """
 
 import argparse
@@ -25,10 +26,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from tests.reference.tetris_kernel import Kernel
+from tests.reference.tetris_kernel import MOVES, Kernel, agree
 from tests.support.processes import LineProcess
 from tetris.bots.greedy import plan
-from tetris.bots.placements import find
+from tetris.bots.placements import find_spins
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece
 
@@ -40,11 +41,6 @@ PEER_STEPS: Final = {REFERENCE: 4_000, "tetris": 20_000, "tetris-terminal": 20_0
 GOALS: Final = {"steps": 60.0, "env": 20.0, "kernel": 200.0}
 PLACEMENTS_GOAL_US: Final = 12.0
 STEPS: Final = 100_000
-MOVES: Final = (
-    Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP, Action.ROTATE_CW, Action.ROTATE_CCW,
-    Action.HOLD,
-)  # fmt: skip
-Rate = Callable[[], float]
 
 
 def per_second(play: Callable[[], None], steps: int = STEPS) -> float:
@@ -130,13 +126,7 @@ def differences(games: int) -> tuple[int, int]:
             game.update(0.0, (action,))
             kernel.step(action)
             moves += 1
-            wrong += (
-                kernel.bits != game.board.bits
-                or kernel.piece != game.piece
-                or kernel.hold != game.hold
-                or kernel.lines != game.lines
-                or kernel.over != (game.phase is Phase.OVER)
-            )
+            wrong += not agree(kernel, game)
         kernel.restart()
         game.update(0.0, (Action.RESTART,))
     return moves, wrong
@@ -152,9 +142,9 @@ def boards() -> dict[str, list[int]]:
         for _ in range(60):
             game.update(0.0, plan(game).actions)
             well.append(game.board.bits)
-    game = Game(1)
+    game, turns_and_shifts = Game(1), MOVES[:2] + MOVES[4:6]
     while len(wild) < len(well):
-        game.update(0.0, [*chooser.choices(MOVES[:2] + MOVES[4:6], k=6), Action.HARD_DROP])
+        game.update(0.0, [*chooser.choices(turns_and_shifts, k=6), Action.HARD_DROP])
         if game.phase is Phase.OVER:
             game.update(0.0, [Action.RESTART])
         wild.append(game.board.bits)
@@ -169,10 +159,9 @@ def placements_us(sets: dict[str, list[int]]) -> dict[str, float]:
         pairs = [(bits, piece) for bits in some for piece in entering if not bits & piece.mask]
         start_s = time.process_time()
         for bits, piece in pairs:
-            find(bits, piece)
+            find_spins(bits, piece)
         times[name] = (time.process_time() - start_s) / len(pairs) * 1e6
-    times["mean"] = statistics.mean(times[name] for name in sets)
-    return times
+    return {"placements_us": statistics.mean(times.values()), **times}
 
 
 def peer_of(words: str) -> tuple[str, str]:
@@ -211,37 +200,31 @@ def main() -> int:
                 rates[name].append(rate)
     for peer in peers:
         peer.close()
-    results = report(rates, placements, {peer.name: peer.version for peer in peers})
-    results.finish(arguments.json, moves=moves, wrong=wrong)
+    results = Results("tetris")
+    for name, values in rates.items():
+        note(results, name, values, "steps/s")
+    reference = rates.get(REFERENCE, [])
+    for name, goal in GOALS.items():
+        # Without the reference there are no ratios.
+        ratios = [mine / theirs for mine, theirs in zip(rates[name], reference, strict=False)]
+        note(results, f"tetris_{name}_ratio", ratios, goal=goal)
+    for name in placements[0]:
+        aim = PLACEMENTS_GOAL_US if name == "placements_us" else None
+        note(results, name, [times[name] for times in placements], "µs", goal=aim)
+    versions = {peer.name: peer.version for peer in peers}
+    results.finish(arguments.json, moves=moves, wrong=wrong, versions=versions)
     return 1 if wrong else 0
 
 
-def report(
-    rates: dict[str, list[float]], placements: list[dict[str, float]], versions: dict[str, str]
-) -> Results:
-    """Print and return the figures."""
-    results = Results("tetris")
-
-    def note(name: str, values: list[float], unit: str, goal: float | None = None) -> None:
-        spread = {"low": min(values), "high": max(values)}
-        results.note(name, statistics.median(values), unit, goal=goal, **spread)
-
-    for name, values in rates.items():
-        note(name, values, f"1/cpu_s {versions.get(name, '')}".strip())
-    for name in PEERS:
-        if name not in rates:
-            results.note(name, "missing", f"give --peer {name}=PYTHON")
-    for name, goal in GOALS.items():
-        if reference := rates.get(REFERENCE):
-            ratios = [mine / theirs for mine, theirs in zip(rates[name], reference, strict=True)]
-            note(f"tetris_{name}_ratio", ratios, "1", goal)
-        else:
-            results.note(f"tetris_{name}_ratio", "missing", goal=goal)
-    for name in placements[0]:
-        mean = name == "mean"
-        values = [times[name] for times in placements]
-        note("placements_us" if mean else name, values, "us", PLACEMENTS_GOAL_US if mean else None)
-    return results
+def note(
+    results: Results, name: str, values: list[float], unit: str = "", goal: float | None = None
+) -> None:
+    """Note the median, the least and the greatest of some values; None of none."""
+    if values:
+        span = {"low": min(values), "high": max(values)}
+        results.note(name, statistics.median(values), unit, goal=goal, **span)
+    else:
+        results.note(name, None, unit, goal=goal)
 
 
 if __name__ == "__main__":

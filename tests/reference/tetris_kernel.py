@@ -9,6 +9,7 @@ from typing import Final
 
 from tetris.engine.board import Board, full_rows, without_rows
 from tetris.engine.events import Action
+from tetris.engine.game import Game, Phase
 from tetris.engine.moves import TABLES, lowered, rows_to_fall
 from tetris.engine.pieces import KINDS, STRIDE, Kind, Piece
 from tetris.engine.rules import Config
@@ -17,17 +18,33 @@ from tetris.engine.state import Randomizer
 # Members by their bare names: looking them up in their class takes longer than a shift.
 _LEFT, _RIGHT, _DOWN, _HARD_DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
 _ROTATE_CW, _ROTATE_CCW, _HOLD = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD
+MOVES: Final = (_LEFT, _RIGHT, _DOWN, _HARD_DROP, _ROTATE_CW, _ROTATE_CCW, _HOLD)
 _STANDARD: Final = Config()
 
 
 class Kernel:
-    """One game after another, action by action."""
+    """One game after another, action by action; what can be seen has the names of `Game`."""
 
     __slots__ = (
-        "_columns", "_dealer", "_entrances", "_holds", "_partial", "_previews", "_queue", "_rows",
-        "_start", "_table", "bits", "can_hold", "hold", "lines", "over", "piece", "pieces_placed",
-    )  # fmt: skip
-    piece: Piece  # in play; when the game is over, the one that ended it
+        "_columns",
+        "_dealer",
+        "_entrances",
+        "_holds",
+        "_partial",
+        "_previews",
+        "_queue",
+        "_rows",
+        "_start",
+        "_table",
+        "bits",
+        "can_hold",
+        "hold",
+        "lines",
+        "over",
+        "piece",
+        "pieces_placed",
+    )
+    piece: Piece  # when the game is over, the one that ended it
 
     def __init__(self, seed: int, config: Config = _STANDARD) -> None:
         """Begin a game; of the rules, those count that have nothing to do with time."""
@@ -46,7 +63,7 @@ class Kernel:
 
     def restart(self) -> None:
         """Begin anew; the random numbers go on."""
-        self.bits = self._start
+        self.bits = self._start  # the board: see `tetris.engine.board`
         self.hold: Kind | None = None
         self.can_hold = self._holds
         self.lines = self.pieces_placed = 0
@@ -127,3 +144,15 @@ class Kernel:
         elif not bits & piece.below.mask:
             piece = piece.below
         self.piece = piece
+
+
+def agree(kernel: Kernel, game: Game) -> bool:
+    """Return whether a kernel and a game stand at the same moment."""
+    return (
+        game.phase is (Phase.OVER if kernel.over else Phase.RUNNING)
+        and all(
+            getattr(kernel, name) == getattr(game, name)
+            for name in ("piece", "hold", "next", "lines", "pieces_placed")
+        )
+        and kernel.bits == game.board.bits
+    )

@@ -70,7 +70,7 @@ class Scanner:
         counts, age_s = np.empty(shape), np.empty(shape)
         for slot in self._slots:
             assert slot.column is not None
-            for row, (count, age) in zip(slot.rows, self._read(slot), strict=True):
+            for row, (count, age) in zip(slot.rows, self.read(slot), strict=True):
                 counts[row, slot.column], age_s[row, slot.column] = count, age
         return Scan(counts, age_s)
 
@@ -82,11 +82,11 @@ class Scanner:
         counts = np.zeros(self._wiring.rows)
         for _ in range(readings):
             for slot in self._dark_slots:
-                for row, (count, _) in zip(slot.rows, self._read(slot), strict=True):
+                for row, (count, _) in zip(slot.rows, self.read(slot), strict=True):
                     counts[row] += count / readings
         return counts
 
-    def _read(self, slot: Slot) -> list[tuple[float, float]]:
+    def read(self, slot: Slot) -> list[tuple[float, float]]:
         """Return (mean counts, mean seconds since the column's rise) of one slot's rows.
 
         All electrodes are grounded afterwards, also if the converter does not answer.

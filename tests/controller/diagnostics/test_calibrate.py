@@ -47,6 +47,18 @@ def test_a_hand_that_comes_is_refused() -> None:
 
 
 @pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
+def test_a_firm_finger_is_refused_although_the_sensor_is_new(place: tuple[int, int]) -> None:
+    even = (41.2 + 0.3 * (REST_PF - 41.2)) / REST_PF  # taxels that differ by 2 %
+    frames = (idle() * even * finger(*place)).astype(np.float32)
+    rows, rest, _ = calibrate(frames, 10.0)
+    assert (rest, rows[0].code, rows[0].verdict) == (None, "touched", Verdict.FAULT)
+    assert rows[0].found.endswith(f"near taxel ({place[0]},{place[1]})")
+    rows, rest, _ = calibrate(frames, 10.0, anyway=True)
+    assert rest is not None
+    assert [(row.code, row.verdict) for row in rows] == [("touched", Verdict.DOUBTFUL)]
+
+
+@pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
 def test_a_finger_that_lies_there_all_the_time_is_refused_where_the_sensor_is_known(
     place: tuple[int, int],
 ) -> None:
@@ -134,6 +146,10 @@ def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
     assert main(["calibrate", "--sensor", "virtual", "--seed", "5"]) == 0
     told = capsys.readouterr().out
     assert told.endswith(f"calibration: good, kept in {tmp_path / 'virtual-5.json'}\n")
+    assert main(["calibrate", "--seed", "5", "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    assert (plain["verdict"], Path(plain["kept"])) == ("good", tmp_path / "virtual-5.json")
+    assert [row["verdict"] for row in plain["rows"]] == ["good"]
     assert main(["calibrate", "--seed", "5", "--forget"]) == 0
     assert not list(tmp_path.iterdir())
 

@@ -96,10 +96,11 @@ def test_a_link_is_opened_and_closed() -> None:
     ("kpa", "pumping", "problem", "code"),
     [
         ([2.2] * 20, False, "", ""),
-        ([2.2] * 20, True, "", "pump_dead"),
+        ([2.2] * 20, True, "refused", "pump_dead"),
         (np.linspace(2.2, 2.6, 20), False, "", "pump_stuck"),
         (np.linspace(2.2, 2.0, 20), False, "", "air_leak"),
         ([2.2] * 20, False, "refused", "pump"),
+        ([-0.7] * 20, False, "refused", "no_pressure_sensor"),
     ],
 )
 def test_what_the_pressure_says_of_pump_and_hose(
@@ -107,6 +108,11 @@ def test_what_the_pressure_says_of_pump_and_hose(
 ) -> None:
     samples = [PressureReading(i / 2, float(value), pumping) for i, value in enumerate(kpa)]
     assert skin_checks.air(samples, problem).code == code
+
+
+def test_a_pump_that_starts_again_and_again_tells_of_a_leak() -> None:
+    samples = [PressureReading(i / 2, 2.2, i % 4 == 1) for i in range(20)]
+    assert skin_checks.air(samples, "").code == "air_leak"
 
 
 # --- presses --------------------------------------------------------------------------------------
@@ -168,6 +174,13 @@ def test_a_taxel_that_feels_nothing_is_named_where_it_is_wired() -> None:
     swapped = changes[:, [1, 0, 2, 3, 4]]
     names = [row.name for row in touch_checks.judge(swapped, 10.0, SOUND)]
     assert names == ["row 0", "taxel (0,3)"]
+
+
+def test_a_taxel_that_feels_less_than_it_should_is_doubtful() -> None:
+    changes = felt()
+    changes[:, 1, 3] *= 0.5
+    [row] = touch_checks.judge(changes, 10.0, SOUND)
+    assert (row.code, row.name, row.verdict) == ("weak", "taxel (1,3)", Verdict.DOUBTFUL)
 
 
 def test_whoever_does_not_want_to_press_need_not() -> None:

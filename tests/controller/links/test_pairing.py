@@ -118,7 +118,7 @@ def test_status_names_adapters_and_hosts(
 
 def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:
     found = {row.code: row for row in bluetooth.rows() if row.code}
-    assert set(found) <= {"no_service", "not_trusted", "blocked"}
+    assert set(found) <= {"no_service", "not_trusted", "blocked", "old_bluez"}
     assert found["no_service"].advice.startswith("start it: sudo systemctl start orbtouch")
     fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", False))
     assert "bluetoothctl power on" in {row.advice for row in bluetooth.rows()}

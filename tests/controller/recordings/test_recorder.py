@@ -169,6 +169,17 @@ def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
     assert (tmp_path / "one.journal").read_bytes() == bytes(range(100))
 
 
+def test_a_disk_too_slow_to_keep_the_promise_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ticks = iter(range(0, 10_000, 3))  # every look at the clock is 3 s after the one before
+    monkeypatch.setattr(recorder, "monotonic", lambda: float(next(ticks)))
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
+    add(session, 1, 3)
+    until(lambda: "the disk took 3.0 s" in session.problem)
+    session.close()
+
+
 def test_a_disk_that_is_full_from_the_start_is_refused(tmp_path: Path) -> None:
     file = FakeFile()
     file.room = 100

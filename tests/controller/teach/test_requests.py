@@ -196,7 +196,7 @@ class Terminal(io.StringIO):
 
 def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
     screen, tally = Terminal(), ExampleCounts({"press": 1})
-    board = ProgressDisplay(screen, page(tally), tally)
+    board = ProgressDisplay(screen, page(tally), tally, bell=True)
     for phase in (Phase.GET_READY, Phase.GO):
         board.show(
             FrameLabels(asked=Cue(phase, "press", more={"press": 1}), fresh=True), step(1.0), ""
@@ -206,6 +206,7 @@ def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
     seen = screen.getvalue()
     assert seen.count("\n") == 2 * 9
     assert seen.count("\x1b[J\x1b[9A") == 2
+    assert [part.count("\n") for part in seen.split("\a")] == [9, 9]  # it rings at the go
     assert seen.endswith("\x1b[9A\r\x1b[J")
 
 

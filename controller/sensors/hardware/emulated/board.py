@@ -25,6 +25,7 @@ _SPREAD_PF: Final = 2.9  # of the taxels: paper, section 3.2
 _PIN_S: Final = 15e-6  # what a change of a pin costs: a guess for a Raspberry Pi 4 under Python
 _TRANSFER_S: Final = 20e-6  # what a conversion costs beside its bits: another
 _INFLATE_KPA_S: Final = 0.3  # how fast the pump inflates the orb
+_OTHER: Final = {"mcp3208": "mcp3008", "mcp3008": "mcp3208"}
 _DEFLATE_PER_MIN: Final = 0.01  # share of its pressure that a sound orb loses
 
 
@@ -114,7 +115,7 @@ class EmulatedBoard:
         factory = CircuitFactory(self.circuit, frozenset(electrodes), _PIN_S)
         self.factory = factory
         chip = CHIPS[wiring.converter.type]
-        chips = [
+        self._chips = [
             FakeChip(chip.bits, partial(self.look, i)) for i in range(len(wiring.converter.devices))
         ]
         self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
@@ -125,7 +126,7 @@ class EmulatedBoard:
             wiring,
             GpioPins(factory, electrodes),
             chip,
-            tuple(_Bus(self, one) for one in chips),
+            tuple(_Bus(self, one) for one in self._chips),
             Controls(factory, wiring),
             self.circuit.advance,
             lambda: self.circuit.now_s,
@@ -156,7 +157,7 @@ class EmulatedBoard:
         """Press the label button, or let go of it."""
         if self.wiring.button is not None:
             pin = self.factory.pin(self.wiring.button)
-            (pin.drive_low if down else pin.drive_high)()
+            (pin.drive_low if down or self._has("button_stuck") else pin.drive_high)()
 
     @property
     def lit(self) -> bool:
@@ -185,6 +186,9 @@ class EmulatedBoard:
                 self._faults.pop(fault, None)
         self.circuit.break_(self._faults)
         self.factory.pin_s = _PIN_S * self._size("slow_clock", 1.0)
+        type_ = self.wiring.converter.type
+        for chip in self._chips:
+            chip.bits = CHIPS[_OTHER[type_] if self._has("other_converter") else type_].bits
 
     # --- what the converter does ----------------------------------------------------------------
 
@@ -208,6 +212,8 @@ class EmulatedBoard:
         for fault in self._faults:
             if fault.kind == "swapped_channels" and row in (fault.row, fault.row + 1):
                 row = 2 * fault.row + 1 - row
+            elif fault.kind == "no_channel" and row == fault.row:
+                row = None
             elif fault.kind == "noise" or (fault.kind == "noisy" and row == fault.row):
                 noise = float(np.hypot(noise, fault.size))
         if row is None:

@@ -157,7 +157,13 @@ class Circuit:
 
     def _driven(self) -> dict[int, bool]:
         """Return the nodes whose pins drive, and whether to the supply."""
-        return {self._node[pin]: high for pin, high in self._high.items()}
+        driven = {self._node[pin]: high for pin, high in self._high.items()}
+        for fault in self._faults:
+            if fault.kind == "stuck_row":
+                driven[self._row_node[fault.row]] = False
+            elif fault.kind == "dead_row_pin":
+                driven.pop(self._row_node[fault.row], None)
+        return driven
 
     def _current(self) -> Array:
         """Return the current into each node, (nodes,), V/MOhm."""
@@ -183,6 +189,8 @@ class Circuit:
                 taxels[fault.row, c] = 0.0
             elif fault.kind in ("open_row", "open_column"):
                 lead[r if c < 0 else c] = _OPEN
+            elif fault.kind in ("weak_row", "weak_column"):
+                lead[r if c < 0 else c] = 1.0 / fault.size
             elif fault.kind == "unplugged":
                 lead[:] = _OPEN
             elif fault.kind == "swapped_rows":
@@ -228,6 +236,10 @@ class Circuit:
         elif fault.kind in ("high_row", "high_column"):
             self._conductance[one, one] += _SHORT
             self._source[one] += _SHORT * self.supply_v
+        elif fault.kind == "pull_up":
+            node = self._row_node[fault.row]
+            self._conductance[node, node] += 1.0 / fault.size
+            self._source[node] += self.supply_v / fault.size
         elif fault.kind == "long_lead":
             self._capacitance[r, r] += fault.size
 
