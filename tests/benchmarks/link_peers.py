@@ -147,14 +147,10 @@ def _welcome() -> Welcome:
 
 
 class Joint:
-    """Two ends that are joined while nobody has pulled the plug.
-
-    Attributes:
-        passed: Bytes so far, from the first end to the second and back.
-    """
+    """Two ends that are joined while nobody has pulled the plug."""
 
     def __init__(self) -> None:
-        self.passed = [0, 0]
+        self.passed = [0, 0]  # bytes so far, from the first end to the second and back
         self.pulled = False
 
     def run(self, ends: list[int], far: list[int] | None = None) -> None:
@@ -278,15 +274,8 @@ def tetris() -> None:
 
 
 _ROLES: Final[dict[str, Callable[..., None]]] = {
-    "device": device,
-    "sessions": sessions,
-    "echo": echo,
-    "lines": lines,
-    "cable": cable,
-    "air": air,
-    "proxy": proxy,
-    "xprogram": xprogram,
-    "tetris": tetris,
+    role.__name__: role
+    for role in (device, sessions, echo, lines, cable, air, proxy, xprogram, tetris)
 }
 
 if __name__ == "__main__":

@@ -4,14 +4,13 @@
 
 PATH is the `frames.npz` of docs/people.md; it is imported, and its people are judged in five folds
 by `models folds`: CNN-3D by our recipe, and trees on the touch's trajectory, on the same windows;
-once more the same trees where taxels that are read wrongly are left out (`@mended`).
-Nothing of it is kept. `--why` adds what CNN-3D gets right of the first fold's people where part of
-what it sees is taken away, after a quarter of the steps:
+once more the same trees where taxels that are read wrongly are left out (`@mended`). `--why` adds
+what CNN-3D gets right of the first fold's people, after a quarter of the steps, where it sees:
 
-    whole       nothing is taken away
-    place       each image is one round spot, as strong as the touch and where its centroid was
-    look        each image is moved to the middle of the grid, so nobody knows where it was
-    one_image   all images of a window are its last
+    whole       everything
+    place       one round spot for each image, as strong as the touch and where its centroid was
+    look        images moved to the middle of the grid
+    one_image   the last image of a window only
 """
 
 import math

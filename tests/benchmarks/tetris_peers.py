@@ -39,15 +39,9 @@ def tetris() -> Play:
     def play(choices: list[int]) -> None:
         game = library.BaseGame(seed=1)
         moves = (
-            game.tick,
-            game.left,
-            game.right,
-            game.soft_drop,
-            game.rotate,
-            lambda: game.rotate(-1),
-            game.hard_drop,
-            game.swap,
-        )
+            game.tick, game.left, game.right, game.soft_drop, game.rotate, lambda: game.rotate(-1),
+            game.hard_drop, game.swap,
+        )  # fmt: skip
         for choice in choices:
             try:
                 moves[choice]()
@@ -86,15 +80,9 @@ def tetris_terminal() -> Play:
 
 
 TERMINAL = (
-    None,
-    "do_move_left",
-    "do_move_right",
-    "do_soft_drop",
-    "do_rotate_cw",
-    "do_rotate_ccw",
-    "do_hard_drop",
-    "do_hold",
-)
+    None, "do_move_left", "do_move_right", "do_soft_drop", "do_rotate_cw", "do_rotate_ccw",
+    "do_hard_drop", "do_hold",
+)  # fmt: skip
 PEERS: dict[str, Callable[[], Play]] = {
     "tetris-gymnasium": tetris_gymnasium,
     "tetris": tetris,

@@ -26,24 +26,9 @@ class Kernel:
     """One game after another, action by action; what can be seen has the names of `Game`."""
 
     __slots__ = (
-        "_columns",
-        "_dealer",
-        "_entrances",
-        "_holds",
-        "_partial",
-        "_previews",
-        "_queue",
-        "_rows",
-        "_start",
-        "_table",
-        "bits",
-        "can_hold",
-        "hold",
-        "lines",
-        "over",
-        "piece",
-        "pieces_placed",
-    )
+        "_columns", "_dealer", "_entrances", "_holds", "_partial", "_previews", "_queue", "_rows",
+        "_start", "_table", "bits", "can_hold", "hold", "lines", "over", "piece", "pieces_placed",
+    )  # fmt: skip
     piece: Piece  # when the game is over, the one that ended it
 
     def __init__(self, seed: int, config: Config = _STANDARD) -> None:
