@@ -46,13 +46,9 @@ class NoBluez:
 
 
 class Local:
-    """Local sockets in the kernel's place.
+    """Local sockets in the kernel's place."""
 
-    Attributes:
-        arrived: Called with the orb's end of every connection.
-    """
-
-    arrived: Callable[[socket.socket], None]
+    arrived: Callable[[socket.socket], None]  # called with the orb's end of every connection
 
     def open_channel(self, address: str, channel: int, *_: object) -> socket.socket:
         """Connect to the orb's channel."""
