@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import re
 from typing import Any, Final
 
 from controller.links.base import Access, Link, LinkAwayError, LinkError
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 
-__all__ = ["PRINT", "Access", "Link", "LinkAwayError", "LinkError", "open_link"]
+__all__ = [
+    "PRINT",
+    "Access",
+    "Link",
+    "LinkAwayError",
+    "LinkError",
+    "module_of",
+    "open_link",
+    "split",
+]
 
 PRINT: Final = "-"  # the link that prints commands
+_JOINT: Final = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere is part of the URL
 
 
 def open_link(
@@ -22,7 +33,8 @@ def open_link(
 
     Args:
         url: "-" prints commands; "listen://127.0.0.1:PORT" waits for a host (0: any free port, see
-            its `url`); anything else is the name of a port, or a pyserial URL.
+            its `url`); anything else is the name of a port, or a pyserial URL; "rfcomm:+hid:"
+            opens both.
         welcome: The description of the device.
         token: Shared secret of the hosts; "" accepts every host.
         key: Key that authenticates every frame, on both ends; b"": no authentication.
@@ -31,17 +43,24 @@ def open_link(
     if not url:
         raise LinkError("--link names no port; leave it out to have commands printed")
     try:
-        link: Link = _module_of(url).create(url, welcome, Access(token, key, exposed))
+        link: Link = module_of(url).create(url, welcome, Access(token, key, exposed))
     except ProtocolError as error:  # the Welcome does not fit in a packet
         raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     return link
 
 
-def _module_of(url: str) -> Any:
+def module_of(url: str) -> Any:
     """Return the module that opens a URL: the one with its scheme's name, or `serial_port`."""
     scheme = "stdout" if url == PRINT else url.partition(":")[0] if ":" in url else ""
+    if len(split(url)) > 1:
+        scheme = "multi"
     if scheme.isidentifier() and importlib.util.find_spec(f"{__name__}.{scheme}"):
         module = importlib.import_module(f"{__name__}.{scheme}")
         if hasattr(module, "create"):
             return module
     return importlib.import_module(f"{__name__}.serial_port")
+
+
+def split(url: str) -> list[str]:
+    """Return the links in a URL: one, or several joined by a plus."""
+    return _JOINT.split(url)

@@ -2,7 +2,9 @@
 
 hid:                        over GATT (Bluetooth low energy), on the first adapter
 hid:hci1                    on another adapter
+hid:classic                 over classic Bluetooth; on another adapter: hid:classic,hci1
 hid:?keys=keyboard          keys in place of the pad; or the path of a mapping: docs/hid.md
+hid:?host=AA:BB:CC:DD:EE:FF for one host only
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from controller.links.base import LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import hosts
-from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
@@ -36,22 +38,30 @@ from controller.protocol.messages import (
     Welcome,
 )
 
+CLASSIC = "classic"
+
 log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
     """Register the HID device; LinkError or KeyMapError if that is not possible."""
-    adapter, _, query = url.partition(":")[2].partition("?")
+    head, _, query = url.partition(":")[2].partition("?")
+    first, _, second = head.partition(",")
+    classic = first == CLASSIC
+    adapter = second if classic else head
     options = dict(parse_qsl(query, keep_blank_values=True))
-    if adapter.startswith("//") or set(options) - {"keys"}:
+    host = options.get("host", "").upper()
+    if head.startswith("//") or "," in adapter or set(options) - {"keys", "host"}:
         raise LinkError(
-            f"cannot understand {url}; write hid: or an adapter as in hid:hci1, then ?keys=FILE "
-            "(docs/hid.md)"
+            f"cannot understand {url}; write hid: or hid:classic, then an adapter as in "
+            "hid:classic,hci1, then ?keys=FILE or ?host=ADDRESS (docs/hid.md)"
         )
+    if host and not hosts.is_address(host):
+        raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
     keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome.name, adapter)
+    return HidLink(keys, welcome.name, adapter, classic=classic, only=host)
 
 
 class HidLink(BluetoothLink):
@@ -65,20 +75,25 @@ class HidLink(BluetoothLink):
     dropped = 0
     connected = False
 
-    def __init__(self, keys: KeyMap, name: str, adapter: str) -> None:
-        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses."""
-        from controller.links.bluetooth.hid.gatt import GattTransport
+    def __init__(
+        self, keys: KeyMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
+    ) -> None:
+        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses.
 
+        `only` is the address of the only host that may be active; "": any paired host.
+        """
         self._requests: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         place = hosts.place()
         self._device = HidDevice(
             keys,
-            HostSelection(hosts.recall(place), time.monotonic()),
+            HostSelection(hosts.recall(place), only, time.monotonic()),
             notify=self._report_host,
             store=partial(hosts.remember, place),
         )
-        self._registration = RegistrationThread(GattTransport(self._device, name), adapter)
+        self._registration = RegistrationThread(
+            _transport(self._device, name, classic=classic), adapter
+        )
         try:
             self._registration.start()
         except BluetoothError as error:
@@ -119,3 +134,14 @@ class HidLink(BluetoothLink):
         else:
             log.info("no host is active")
             self._requests.put(Bye("the host has gone"))
+
+
+def _transport(device: HidDevice, name: str, *, classic: bool) -> HidTransport:
+    """Return the transport of reports to hosts."""
+    if classic:
+        from controller.links.bluetooth.hid.classic import ClassicTransport
+
+        return ClassicTransport(device, name)
+    from controller.links.bluetooth.hid.gatt import GattTransport
+
+    return GattTransport(device, name)

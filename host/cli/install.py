@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import sys
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -13,6 +14,8 @@ from controller import errors
 from controller.errors import TROUBLE, UserError, reason
 from controller.files import read_bytes
 from controller.protocol import psk
+from controller.protocol.link_events import Received
+from controller.protocol.messages import Message
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import MessageLink, Receiver, ever_connected
@@ -46,21 +49,47 @@ def _install(options: argparse.Namespace) -> int:
         _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
         return errors.INTERRUPTED
     if upload.stage == "declined":
-        return errors.complain("host", f"the orb does not take it: {upload.told}", TROUBLE)
-    print(upload.told)
+        return errors.complain("host", outcome(upload), TROUBLE)
+    print(outcome(upload))
     return 0
 
 
 def _deliver(upload: BundleUpload, link: MessageLink) -> None:
     """Run the link until the upload is over; LinkError if the first connection failed."""
-    connected, shown = False, ""
+    connected, take = False, delivery(upload, link.send)
     while not upload.over:
         link.wait(TURN_S)
         received = link.poll()
         connected = ever_connected(received, connected)
-        upload.turn(received, time.monotonic(), link.send)
+        take(received)
+
+
+def delivery(
+    upload: BundleUpload, send: Callable[[Message], object], *, announce: bool = False
+) -> Callable[[Sequence[Received]], None]:
+    """Return what delivers an upload by what a link receives, and prints its state.
+
+    `announce` is for a program that does not end with the upload: the outcome is printed, too.
+    """
+    shown = ""
+
+    def take(received: Sequence[Received]) -> None:
+        nonlocal shown
+        if upload.over:
+            return
+        upload.turn(received, time.monotonic(), send)
         with contextlib.suppress(OSError, ValueError):  # standard error may be closed
             shown = _show(upload, shown)
+        if upload.over and announce:
+            _warn(outcome(upload))
+
+    return take
+
+
+def outcome(upload: BundleUpload) -> str:
+    """Return the sentence about an upload that is over."""
+    declined = upload.stage == "declined"
+    return f"the orb does not take it: {upload.told}" if declined else upload.told
 
 
 def _show(upload: BundleUpload, before: str) -> str:

@@ -106,7 +106,14 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.call(path, DEVICE, "Pair", timeout_s=PAIR_S)
             print(f"paired with {who}", flush=True)
         await bus.set(path, DEVICE, "Trusted", "b", True)
-        print("on the orb: controller --link rfcomm:")
+        local = await bus.get(adapter, ADAPTER, "Address")
+        channel = None
+        try:
+            channel = await asyncio.to_thread(rfcomm.look_up, device["Address"], local)
+        except OSError as error:
+            print(f"it does not say what it offers: {error.strerror or error}")
+        if channel is None:
+            print("it waits for no host yet; start it there: controller --link rfcomm:")
         print(f"play: host --link rfcomm://{device['Address']}", flush=True)
         return 0
     finally:

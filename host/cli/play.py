@@ -15,7 +15,7 @@ from controller.protocol import psk
 from controller.protocol.link_events import Connected
 from host import taps, targets
 from host import window_loop as loop
-from host.cli import VERBS
+from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
@@ -84,6 +84,9 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             receiver.subscribe(noted.on_received, Connected)
         else:
             remembering.offer(memory, _warn)
+        if options.install is not None:
+            upload = install.load(options.install)
+            receiver.subscribe(install.delivery(upload, receiver.send, announce=True))
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
         if surface is not None:  # which shows it
             receiver.subscribe(hops.on_received)
@@ -225,6 +228,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         type=Path,
         help="the key that the orb was started with, made by `controller key FILE`: docs/link.md",
+    )
+    add(
+        "--install",
+        metavar="FILE",
+        type=Path,
+        help="send the orb a new bundle while you play, as `host install` does without a game",
     )
     add(
         "--target",

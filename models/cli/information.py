@@ -19,7 +19,7 @@ DESCRIPTION: Final = (
     "(docs/information.md). Without recordings, both presets of the virtual orb are simulated."
 )
 EXAMPLE: Final = "Try it (a minute): models information --quick --only histogram classifier"
-PARTS: Final = ("histogram", "neighbours", "classifier", "vocabulary", "none")
+PARTS: Final = ("histogram", "neighbours", "classifier", "places", "vocabulary", "none")
 
 
 def add(parser: argparse.ArgumentParser) -> None:

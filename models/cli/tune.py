@@ -19,6 +19,14 @@ EXAMPLE: Final = (
     "models/orbtouch.orb data --out tuned.orb"
 )
 
+# Option, default, greatest value, metavar and meaning of each part of the goal, in order.
+GOAL: Final = (
+    ("lost", 1.0, 1e6, "W", "cost of each per cent of F1 that is missing"),
+    ("alarm", 5.0, 1e6, "W", "cost of one false alarm in an idle minute"),
+    ("wait", 1.0, 1e6, "W", "cost of a second of latency"),
+    ("latest", 0.42, 60.0, "S", "greatest median latency, seconds"),
+    ("alarms", 0.02, 1000.0, "N", "most false alarms in an idle minute"),
+)
 SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 
 
@@ -31,8 +39,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     options.take_labels(
         parser, "source of the labels (default: auto: the truth, else people's labels)"
     )
-    latest = "greatest median latency, seconds (default: 0.42)"
-    add("--latest", type=options.number(0.0, 60.0), default=0.42, metavar="S", help=latest)
+    for name, default, most, metavar, meaning in GOAL:
+        words, kind = f"{meaning} (default: {default:g})", options.number(0.0, most)
+        add(f"--{name}", type=kind, default=default, metavar=metavar, help=words)
     add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
     words = "the report that it is added to (default: beside OUT)"
     add("--html", type=Path, metavar="FILE", help=words)
@@ -73,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
             play(replace(loaded, spread=position_error.BARE), networks, recording, truth)
         )
         options.say(f"{survey.path.stem}: {count(len(truth.events), 'event')}")
-    goal = Goal(latest_s=arguments.latest)
+    goal = Goal(*(getattr(arguments, name) for name, *_ in GOAL))
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"

@@ -5,7 +5,7 @@ of the test set has its twin in the training set, and the score is that of memor
 no split (docs/paper.md); `random_windows` measures what that is worth, and nothing else uses it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from models.data.load import Data
 Index = NDArray[np.int64]  # (n,)
 Mask = NDArray[np.bool_]  # (n,)
 
-SPLITS: Final = ("session", "user", "time")
+SPLITS: Final = ("session", "user", "time", "site")
 RANDOM: Final = ("windows", "random")  # refused, with the reason
 SHARE: Final = 1 / 6  # of sessions, users or sites, held out
 MOST: Final = 16  # sessions held out
@@ -61,6 +61,8 @@ class Split:
     words: str  # the rule, a sentence
     held: Mask  # recordings held out as a whole, (recordings,)
     windows: Parts  # positions in `ends`
+    # touches are held out by the taxel that is nearest, not with their recordings
+    sites: bool = False
 
 
 # --- folds of windows -----------------------------------------------------------------------------
@@ -127,8 +129,12 @@ def check(fold: Fold, ends: Index, window: int) -> None:
 def split_windows(data: Data, by: str, seed: int) -> Split:
     """Hold sessions, users or the ends of sessions out; "": sessions if there are enough.
 
+    "site" is the same for gestures, and holds out touches by their place.
+
     LeakError if it would leak, ValueError if there is no such split, or too little to split.
     """
+    if by == "site":
+        return replace(split_windows(data, "", seed), sites=True)
     examples = data.examples
     present = np.unique(examples.session)  # recordings that have a window
     many = len(np.unique(data.session[present])) >= FEW

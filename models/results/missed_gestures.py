@@ -32,10 +32,13 @@ def counts(labels: Sequence[str], table: Table, number: int) -> str:
     return f"{labels[number]}: {table[number][number]} of {sum(table[number])}"
 
 
-def advice(labels: Sequence[str], table: Table, number: int, *, more: int = 0) -> str:
+def advice(
+    labels: Sequence[str], table: Table, number: int, *, more: int = 0, little: bool = False
+) -> str:
     """Return the advice on a class that is missed too often, a sentence with its figures.
 
     With `more`, so many further examples would help; fewer than were missed are not named.
+    With `little`, more examples are known to help little.
     """
     row, label = table[number], labels[number]
     others = [
@@ -46,6 +49,7 @@ def advice(labels: Sequence[str], table: Table, number: int, *, more: int = 0) -
     how = ", ".join(words for _, words in sorted(others, reverse=True))
     named = more >= sum(row) - row[number]
     first = f"record {more} more, " if named else "record more of it, "
+    first = "more of it would help little: " if little else first
     unlike = f"from {labels[worst]}" if (worst := _taken_for(row, number)) else "from rest"
     return (
         f"{label} is answered rightly in {row[number]} of {sum(row)} ({how}): {first}make it "

@@ -1,7 +1,9 @@
 """Cross-validation over people or sessions: each window is named by networks that never saw them.
 
 In each fold CNN-3D is trained on all others by the default recipe, and the last step's network is
-kept, so nothing that is judged decides anything.
+kept, so nothing that is judged decides anything. With `choose`, each fold first chooses, by short
+trainings on part of its own people: how far examples are shifted, where gestures are declared to be
+the same anywhere (`shifts`), and the temperature of probabilities.
 """
 
 import shutil
@@ -9,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import torch
@@ -33,9 +35,11 @@ from models.training.loop import fit, prepare_torch
 
 Say = Callable[[str], None]
 Answers = dict[str, NDArray[np.float32]]  # of each model, (windows of the fold, classes)
-Done = tuple[Answers, dict[str, float]]  # and the CPU time of each model, seconds
+Done = tuple[Answers, dict[str, Any]]  # "cpu_s" of each model; "chosen", in words
 
 EDGES: Final = (1 / 1000, 1 / 2, 1.0)  # touched shares of a window: between two of `TOUCHED`
+DISTANCES: Final = (0, 1, 2)  # taxels by which examples may be shifted, to choose from
+SHORT: Final = 3  # steps of a full training over those of one to choose by
 MOST_EPOCHS: Final = 1000  # no limit in practice
 OURS: Final = "ours"
 NAMES: Final = {
@@ -58,6 +62,7 @@ class Request:
     labels: Choice = "auto"  # source of the labels
     all: bool = False  # take recordings that fail the check
     given: bool = False  # take labels as given; else they are moved to the touch
+    choose: bool = False  # each fold chooses settings among its own people
     sound: bool = False  # no taxel or electrode dies in training
     plain: bool = True  # judge trees on the touch's trajectory, too
     seed: int = 0  # of everything random
@@ -138,27 +143,60 @@ class _Study:
             f"{NAMES[key]} {(answers.argmax(axis=1) == label).mean():.4f}"
             for key, answers in done[0].items()
         ]
-        self.say(f"fold {number + 1} of {len(self.folds)}: {', '.join(right)}")
+        line = f"fold {number + 1} of {len(self.folds)}: {', '.join(right)} {done[1]['chosen']}"
+        self.say(line.rstrip())
         return done
 
     def _judge(self, number: int, fold: Fold) -> Done:
         """Train all models on a fold."""
         begun = time.process_time()
-        label, seed, data = self.windows.label[fold.train], self.request.seed, self.data
-        classes = len(self.windows.labels)
-        torch.manual_seed(seed)
-        parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
-        task = GestureTask(data.examples, parts, classes, self.symmetry, self.course, self.device)
-        fit(task, seed, self.folder / f"fold-{number}-last.npz")
-        logits, _ = task.answers(data.examples.ends[fold.test])
-        answers = {OURS: scores.softmax(logits.cpu().numpy()).astype(np.float32)}
+        label, seed = self.windows.label[fold.train], self.request.seed
+        course, temperature, chosen = self.course, 1.0, ""
+        if self.request.choose:
+            course, temperature, chosen = self._choose(number, fold)
+        logits, _ = self._train(f"fold-{number}-last", fold, course)
+        answers = {OURS: scores.softmax(logits, temperature).astype(np.float32)}
         cpu_s = {OURS: time.process_time() - begun}
         for name, rows in self.rows.items():
             begun = time.process_time()
             trees = trajectory_baseline.train(rows[fold.train], label, seed)
+            classes = len(self.windows.labels)
             answers[name] = trajectory_baseline.predict(trees, rows[fold.test], classes)
             cpu_s[name] = time.process_time() - begun
-        return answers, cpu_s
+        return answers, {"cpu_s": cpu_s, "chosen": chosen}
+
+    def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
+        """Return the recipe and temperature of a fold, and the choice in words."""
+        examples, shifts = self.data.examples, self.symmetry.shifts
+        inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
+        least, most = self.course.limits
+        steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
+        tried = {}
+        for distance in DISTANCES if shifts else (0,):
+            brief = replace(_shifting(self.course, distance), steps=steps, limits=limits)
+            logits, label = self._train(f"fold-{number}-by-{distance}", inner, brief)
+            temperature = scores.temperature(logits, label)
+            own = scores.softmax(logits, temperature)[np.arange(len(label)), label]
+            loss = float(-np.log(np.maximum(own, 1e-12)).mean())
+            tried[distance] = loss, temperature
+            self.say(f"  within fold {number + 1}, shifted by {distance}: loss {loss:.4f}")
+        best = min(tried, key=lambda distance: tried[distance][0])
+        temperature = tried[best][1]
+        words = f"(shifted by {best} at most, " if shifts else "("
+        return _shifting(self.course, best), temperature, f"{words}temperature {temperature:.2f})"
+
+    def _train(
+        self, name: str, fold: Fold, course: NetworkRecipe
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+        """Train on a fold; return logits (windows, classes) and classes of its test part."""
+        seed, examples = self.request.seed, self.data.examples
+        torch.manual_seed(seed)
+        parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
+        classes = len(self.windows.labels)
+        task = GestureTask(examples, parts, classes, self.symmetry, course, self.device)
+        fit(task, seed, self.folder / f"{name}.npz")
+        logits, label = task.answers(examples.ends[fold.test])
+        return logits.cpu().numpy(), label.cpu().numpy()
 
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
@@ -170,6 +208,10 @@ def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
     if not request.steps:
         return plain
     return replace(plain, epochs=0, steps=request.steps, limits=(1, MOST_EPOCHS))
+
+
+def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
+    return replace(course, augmentation=replace(course.augmentation, shifted=distance))
 
 
 def _windows(data: Data) -> Windows:
@@ -199,7 +241,7 @@ def _results(
         whole = np.zeros((len(windows.label), len(windows.labels)), dtype=np.float32)
         for fold, (own, _) in zip(folds, done, strict=True):
             whole[fold.test] = own[key]
-        cpu_s = sum(float(own[key]) for _, own in done)
+        cpu_s = sum(float(words["cpu_s"][key]) for _, words in done)
         seed, name = request.seed, NAMES[key]
         models.append(fold_statistics.judge(windows, folds, name, whole, cpu_s, seed))
         answers[key] = whole
@@ -220,6 +262,7 @@ def _results(
         stretches=int(windows.stretch[-1]) + 1,
         people=windows.people,
         held=tuple(", ".join(windows.people[one] for one in some) for some in people),
+        chosen=tuple(str(words["chosen"]) for _, words in done) if request.choose else (),
         touched=tuple(np.bincount(windows.touched, minlength=len(TOUCHED)).tolist()),
         models=tuple(models),
         gains=tuple(gains),

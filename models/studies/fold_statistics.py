@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
 from models.reports import markdown
@@ -74,11 +75,30 @@ class CrossValidation:
     stretches: int  # number of stretches
     people: tuple[str, ...]  # their names
     held: tuple[str, ...]  # people judged in each fold
+    chosen: tuple[str, ...]  # settings that each fold chose, in words; empty if they are given
     touched: tuple[int, ...]  # windows of each of `TOUCHED`
     models: tuple[Model, ...]  # scores; ours first
     gains: tuple[Gain, ...]  # lead of ours over each of the others
     reading_cpu_s: float  # CPU time of reading and preparing the recordings, seconds
     cpu_minutes: float  # CPU time of everything, minutes
+
+
+def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
+    """Return a fold of a fold's training windows, whose test part is there to choose on.
+
+    The group is of each frame, (frames,); ValueError if the fold learns from fewer than two.
+    """
+    of = group[ends[fold.train]]
+    names = np.unique(of)
+    if len(names) < 2:
+        raise ValueError(
+            "a fold that learns from one person has nobody to choose on; record another, or ask "
+            "for more folds"
+        )
+    held = np.isin(of, splits.spread(names, max(1, round(splits.SHARE * len(names)))))
+    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
+    splits.check(inner, ends, window)
+    return inner
 
 
 def judge(
@@ -137,7 +157,7 @@ def text(found: CrossValidation) -> str:
     """Return the card as Markdown."""
     touched = [f"{name}: {n} windows" for name, n in zip(TOUCHED, found.touched, strict=True)]
     tables = [
-        _shares_table("fold", found.held, found.models, "by_fold"),
+        _shares_table("fold", found.held, found.models, "by_fold", found.chosen),
         _shares_table("person", found.people, found.models, "by_person"),
         _shares_table("images of the window that are touched", touched, found.models, "by_touched"),
         *(_confusion(found.labels, model) for model in found.models),
@@ -164,13 +184,16 @@ def _scores(found: CrossValidation) -> Table:
     return Table(["", "windows", "stretches", "CPU minutes"], rows)
 
 
-def _shares_table(what: str, names: Sequence[str], models: Sequence[Model], key: str) -> Table:
+def _shares_table(
+    what: str, names: Sequence[str], models: Sequence[Model], key: str, chosen: Sequence[str] = ()
+) -> Table:
     """Return a table of the share of windows named rightly, a row for each name."""
+    head = [what, *(model.name for model in models), *(["chosen"] if chosen else [])]
     rows = [
-        [name, *(f"{getattr(model, key)[i]:.3f}" for model in models)]
+        [name, *(f"{getattr(model, key)[i]:.3f}" for model in models), *chosen[i : i + 1]]
         for i, name in enumerate(names)
     ]
-    return Table([what, *(model.name for model in models)], rows)
+    return Table(head, rows)
 
 
 def _confusion(labels: Sequence[str], model: Model) -> Table:

@@ -105,7 +105,10 @@ class NetworkPlan:
             export.write_bundle(tried, manifest, gesture, location)
             answered = evaluate.replay_held_out(bundle.read(tried), data, split)
             result = replace(result, gesture=replace(result.gesture, answered=answered))
-            result = advice.advise(result, data.vocabulary.table)
+            measured = not (request.unmeasured or request.auxiliary)
+            if measured:
+                say("measuring how much more examples would help")
+            result = advice.advise(result, job, measured=measured)
         export.write_bundle(request.out, manifest, gesture, location)
         result = replace(result, debounce=manifest["debounce"])
         page.write_training(request.out, bundle.read(request.out), result)

@@ -62,8 +62,8 @@ class Request:
     )
     split: str = _option(
         "",
-        "hold out sessions, users, or the ends of sessions: session, user, time (default: session, "
-        "or time for fewer than four)",
+        "hold out sessions, users, the ends of sessions, or places: session, user, time, site "
+        "(default: session, or time for fewer than four)",
         "BY",
     )
     base: Path | None = _option(
@@ -118,6 +118,9 @@ class Request:
         "with --task user: recordings of people who are not enrolled, strangers",
         "DIR",
         **FOLDERS,
+    )
+    unmeasured: bool = _option(
+        False, "do not measure how much more examples would help", flag="no-advice"
     )
     command: str = ""  # as it was typed
 

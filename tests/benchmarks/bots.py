@@ -6,14 +6,9 @@ Two experiments, each with fixed seeds; games that are in FILE already are not p
 
 1. `dellacherie`: 10x10, uniform pieces, hard drops only, no hold; a placement is legal when all
    four cells lie below row 10, and the game is over when none is. Features as Thiery and Scherrer
-   define them, counted on the ten rows; how high a piece lands is the row of its highest cell, and
-   equals are settled by Dellacherie's own priority: far from the entrance first, then to the left.
-   A bare loop, without the engine. docs/tetris-modes.md, "bots", has what other readings of these
-   words give. About a minute.
-2. `pairs`: both bots, as they ship, on the same seeds through the engine's inputs: ten columns and
-   eight rows, on which the weaker one seldom reaches the cap; uniform pieces, five previews, hold;
-   a piece that locks with a cell above the eight rows ends the game; 5,000 pieces at most. About
-   ten minutes.
+   define them, and equals are settled by Dellacherie's own priority (docs/tetris-modes.md, "bots").
+2. `pairs`: both bots on the same seeds through the engine's inputs: ten columns and eight rows,
+   uniform pieces, five previews, hold, 5,000 pieces at most. About ten minutes.
 """
 
 import json

@@ -2,13 +2,10 @@
 
     python -m tests.benchmarks.bundles [--count N] [--seed N] [--json]
 
-Each mutation is made of the shipped bundle, or of one with people in it: cut short, bits flipped,
-pieces swapped or repeated, parts exchanged, numbers in the ONNX files made hostile, and then, for
-half of them, all sums made right again, as somebody would who means harm. Each is read, walked and
-proved as `controller install` does it; time and memory are bounded from outside, by a child that
-may use 512 MiB and is killed after 20 s. A mutation counts as accepted when the proof goes through;
-what is accepted after it was hashed anew must be a network within the limits: a wrong model at
-worst.
+Each mutation of the shipped bundle, or of one with people in it, is read, walked and proved as
+`controller install` does it, half of them with all sums made right again; a child may use 512 MiB
+and is killed after 20 s. A mutation counts as accepted when the proof goes through; what is
+accepted after it was hashed anew must be a network within the limits: a wrong model at worst.
 """
 
 import multiprocessing

@@ -105,13 +105,6 @@ class Skin(Sensor):
             self.events = self._source.recv()
         return frame
 
-    def button(self, t_s: float) -> str:
-        """Nobody presses it."""
-        return ""
-
-    def close(self) -> None:
-        """Let go of the orb."""
-
 
 class World(Link):
     """The clock, and a host that goes away and comes back."""
@@ -149,16 +142,8 @@ class World(Link):
 
 
 # What the stages said of one frame: its number, two flags, two labels (-1: none), a flag.
-SEEN: Final = np.dtype(
-    [
-        ("frame", "i8"),
-        ("ready", "?"),
-        ("quiet", "?"),
-        ("best", "i1"),
-        ("fired", "i1"),
-        ("sent", "?"),
-    ]
-)
+SEEN: Final = np.dtype("i8, ?, ?, i1, i1, ?")
+SEEN.names = ("frame", "ready", "quiet", "best", "fired", "sent")
 
 
 class Witness(Device):

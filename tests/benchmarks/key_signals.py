@@ -3,13 +3,10 @@
     python -m tests.benchmarks.key_signals [--rounds N] [--seed N]
 
 It needs Debian's xvfb and the [keys] extra. A round starts an orb and a `host` that presses keys
-under Xvfb, lets the orb press something, and sends one to four signals to host, watchdog or both:
-SIGKILL, SIGSTOP (some with a later SIGCONT), SIGTERM, SIGINT, SIGHUP. It ends with a polite signal
-to the host or with the loss of the link. Then no key may be down 1.1 s after the last of it, nor
-may one go down again.
-
-Rounds after which neither process ran on, nor ended by itself, are the documented exception
-(docs/keys.md); they are listed, and not counted.
+under Xvfb, lets the orb press something, and sends one to four signals to host, watchdog or both.
+It ends with a polite signal to the host or with the loss of the link. Then no key may be down 1.1 s
+after the last of it, nor may one go down again. Rounds after which neither process ran on, nor
+ended by itself, are the documented exception (docs/keys.md); they are listed, and not counted.
 """
 
 from __future__ import annotations
@@ -63,19 +60,13 @@ class Board(Protocol):
 
 @dataclass(frozen=True)
 class Plan:
-    """A round.
+    """A round."""
 
-    Attributes:
-        stroke: The line for the orb.
-        acts: Signals in order: (seconds after the stroke, name, who gets it).
-        end: How it ends, one of ENDS.
-        end_s: When, seconds after the stroke.
-    """
-
-    stroke: str
+    stroke: str  # the line for the orb
+    # signals in order: (seconds after the stroke, name, who gets it)
     acts: tuple[tuple[float, str, str], ...]
-    end: str
-    end_s: float
+    end: str  # how it ends, one of ENDS
+    end_s: float  # when, seconds after the stroke
 
     def __str__(self) -> str:
         acts = ", ".join(f"{at_s:.3f} {name} {victim}" for at_s, name, victim in self.acts)
@@ -84,23 +75,14 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a round.
+    """What came of a round."""
 
-    Attributes:
-        survivor: Whether a process ran on, or ended by itself.
-        pressed: Whether a key was seen down.
-        up_s: When one was last seen down, seconds after the last signal; 0: before it.
-        stuck: What was down at the end.
-        limit_s: When every key has to be up.
-        crashed: Whether the host ended in a traceback of what presses keys.
-    """
-
-    survivor: bool
-    pressed: bool
-    up_s: float
-    stuck: tuple[object, ...]
-    limit_s: float
-    crashed: bool
+    survivor: bool  # whether a process ran on, or ended by itself
+    pressed: bool  # whether a key was seen down
+    up_s: float  # when one was last seen down, seconds after the last signal; 0: before it
+    stuck: tuple[object, ...]  # what was down at the end
+    limit_s: float  # when every key has to be up
+    crashed: bool  # whether the host ended in a traceback of what presses keys
 
     @property
     def ok(self) -> bool:
@@ -207,14 +189,9 @@ def rounds(
 ) -> list[tuple[Plan, Outcome]]:
     """Play until `count` rounds had a survivor; return all.
 
-    Args:
-        board: What the system says is down.
-        start: Starts a host for an orb.
-        seed: Which rounds.
-        count: How many.
-        strokes: What the orb may press.
-        limit_s: When every key has to be up, seconds after the last signal.
-        say: Takes a line for each round that is an exception, or failed.
+    board: what the system says is down; start: starts a host for an orb; seed: which rounds; count:
+    how many; strokes: what the orb may press; limit_s: when every key has to be up, seconds after
+    the last signal; say: takes a line for each round that is an exception, or failed.
     """
     rng = random.Random(seed)
     played: list[tuple[Plan, Outcome]] = []

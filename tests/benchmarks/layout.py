@@ -2,28 +2,21 @@
 
     python -m tests.benchmarks.layout [--root DIR] [--static] [--json]
 
-Product: the folders controller, host, models, tetris and orbtouch, as far as they are there.
-
-    lines       of all Python files, blank ones and comments included
+    lines       of all Python files of the product, blank ones and comments included
     files       Python files; `longest` is the one with the most lines
     entries     modules and packages directly inside a package, without __init__ and __main__
     function    median length of functions and methods, lines from `def` to the end
-    documented  share of functions, methods and classes without a leading underscore that have a
-                docstring
+    documented  share of public functions, methods and classes that have a docstring
     shapes      of the functions that take or return arrays (NDArray or an alias), the share whose
-                shapes are named: by an alias with its shape in the comment beside it, or in
-                the docstring of the function, or of the class for its __init__
-    path        modules whose functions are entered from the sensor's read of a frame to the stroke
-                of a key: `controller --sensor emulated` and `host --target keyboard` as processes,
-                joined by TCP. Counted are those in which every such frame enters a function, but
-                for those that stand for the hardware and the finger
+                shapes are named, by an alias with its shape in a comment or in the docstring
+    path        modules whose functions every frame enters on its way from the sensor's read to the
+                stroke of a key, without those that stand for the hardware and the finger
     calls       calls of the project's own functions from one read of the sensor to the next, in
                 `controller --replay assets/demo.npz`: the median
 
 --root measures another tree by the same rules; its programs then run with it as their path.
 """
 
-import argparse
 import ast
 import json
 import os
@@ -40,7 +33,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
-PACKAGES: Final = ("controller", "host", "models", "tetris", "orbtouch")
+from .results import command_line
+
+PACKAGES: Final = ("controller", "host", "models", "tetris")
 STROKES: Final = 12  # frames that press a key, of which the path is taken
 PATIENCE_S: Final = 120.0
 _EMULATED: Final = "controller/sensors/emulated.py"
@@ -67,7 +62,7 @@ rotate_ccw = "z"
 _TRACED: Final = """
 import atexit, json, runpy, sys, threading, time
 root, out, sys.argv = sys.argv[1], sys.argv[2], sys.argv[3:]
-PACKAGES = ("controller/", "host/", "models/", "tetris/", "orbtouch/")
+PACKAGES = ("controller/", "host/", "models/", "tetris/")
 events, files = [], {}
 def note(frame, event, arg, now=time.monotonic_ns):
     if event == "call":
@@ -93,12 +88,8 @@ if sys.argv[0] == "host":
             events.append((time.monotonic_ns(), "a stroke", ""))
         return write(text)
     sys.stdout.write = note_stroke
-    try:
-        from controller.protocol.messages import Perform
-        from host.connection.receiver import Receiver
-    except ImportError:
-        from controller.protocol import Perform
-        from host.receiver import Receiver
+    from controller.protocol.messages import Perform
+    from host.connection.receiver import Receiver
     begin = Receiver.start
     def start(self):
         begin(self)
@@ -119,26 +110,17 @@ runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 
 @dataclass(frozen=True, slots=True)
 class Module:
-    """One source file.
+    """One source file."""
 
-    Attributes:
-        path: Relative to the root, as in "controller/files.py".
-        lines: How many.
-        tree: Its syntax tree.
-    """
-
-    path: str
-    lines: int
-    tree: ast.Module
+    path: str  # relative to the root, as in "controller/files.py"
+    lines: int  # how many
+    tree: ast.Module  # its syntax tree
 
 
 def main() -> int:
     """Measure, print, and return 0."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--root", type=Path, default=Path(__file__).resolve().parents[2])
-    parser.add_argument("--static", action="store_true", help="leave out the running programs")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    here = Path(__file__).resolve().parents[2]
+    options = command_line(__doc__, root=here, static=False).parse_args()
     root = options.root.resolve()
     figures = static(root)
     if not options.static:
@@ -268,7 +250,7 @@ def replay_calls(root: Path, folder: Path) -> float:
     reads = [
         i
         for i, (_, path, name) in enumerate(events)
-        if name == "read" and path.endswith("/replay.py")
+        if (path[-10:], name) == ("/replay.py", "read")
     ]
     return statistics.median(b - a for a, b in pairwise(reads))
 

@@ -3,19 +3,16 @@
     python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S] [--keys N]
                                     [--wire NAME ...] [--json]
 
-A round trip is Grant and its Granted, program to program: `host.connection.receiver` here, and
-`controller.links` with a loop in another process. Its peers are the same number of bytes there and
-back through pyserial at both ends, over the same kind of wire, in the same run, in turns:
-"pyserial" knows how long a frame is and reads so many bytes, which is the least that a program can
-do and the peer of the goal; "lines" has to find a frame's end, as ours has to, and does so with
-pyserial's own readline. "sessions" is what the two sessions cost with nothing around them: neither
-thread, lock nor queue. The pty's wire is a process between two ptys, which all pay for.
-The ledger is in `link_ledger`; it
-needs Xvfb and the [keys] extra, and is reported as missing without.
+A round trip is Grant and its Granted, program to program. Its peers are the same number of bytes
+there and back over the same kind of wire, in turns: "pyserial" knows how long a frame is, which is
+the least that a program can do and the peer of the goal; "lines" has to find a frame's end, as ours
+has to; "sessions" is the two sessions with neither thread, lock nor queue. The pty's wire is a
+process between two ptys. `link_ledger` needs Xvfb and the [keys] extra.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import socket
 import statistics
@@ -68,38 +65,38 @@ _KEY: Final = bytes(range(32))
 
 def packets(results: Results, count: int) -> None:
     """Measure decoding and encoding, per second of CPU; the best of five."""
-    for preset, messages in PRESETS.items():
-        for sealed in (False, True) if preset == "play" else (False,):
-            frames, seconds = [], []
-            for _ in range(5):
-                seal = FrameAuthenticator(_KEY, 0) if sealed else None
-                began_s = time.process_time()
-                frames = [
-                    encode(
-                        messages[number % len(messages)],
-                        session=1,
-                        sequence=number & 0xFFFF,
-                        t_ms=number,
-                        seal=seal,
-                    )
-                    for number in range(1, count + 1)
-                ]
-                seconds.append(time.process_time() - began_s)
-            where = f"{preset}-sealed" if sealed else preset
-            results.note("packets_per_s_encoded", count / min(seconds), "packet/s", preset=where)
-            stream = b"".join(frames)
-            chunks = [stream[at : at + CHUNK] for at in range(0, len(stream), CHUNK)]
-            seconds = []
-            for _ in range(5):
-                decoder, found = Decoder(), 0
-                decoder.seal = FrameAuthenticator(_KEY, 0) if sealed else None
-                began_s = time.process_time()
-                for chunk in chunks:
-                    found += len(decoder.feed(chunk))
-                seconds.append(time.process_time() - began_s)
-                assert found == count
-            rate = count / min(seconds)
-            results.note("packets_per_s", rate, "packet/s", preset=where, goal=PACKETS_GOAL)
+    for preset, sealed in (*((name, False) for name in PRESETS), ("play", True)):
+        messages, where = PRESETS[preset], f"{preset}-sealed" if sealed else preset
+
+        def seal(sealed: bool = sealed) -> FrameAuthenticator | None:
+            return FrameAuthenticator(_KEY, 0) if sealed else None
+
+        def written(messages: tuple[Message, ...] = messages) -> list[bytes]:
+            said, own = itertools.cycle(messages), seal()
+            return [
+                encode(next(said), session=1, sequence=n & 0xFFFF, t_ms=n, seal=own)
+                for n in range(1, count + 1)
+            ]
+
+        stream = b"".join(written())
+
+        def read(stream: bytes = stream) -> None:
+            decoder = Decoder()
+            decoder.seal = seal()
+            chunks = range(0, len(stream), CHUNK)
+            assert sum(len(decoder.feed(stream[at : at + CHUNK])) for at in chunks) == count
+
+        for name, work, goal in (
+            ("packets_per_s_encoded", written, None), ("packets_per_s", read, PACKETS_GOAL),
+        ):  # fmt: skip
+            seconds = min(_cpu_seconds(work) for _ in range(5))
+            results.note(name, count / seconds, "packet/s", preset=where, goal=goal)
+
+
+def _cpu_seconds(work: Callable[[], object]) -> float:
+    began_s = time.process_time()
+    work()
+    return time.process_time() - began_s
 
 
 def until(receiver: Receiver, wanted: Callable[[Received], bool]) -> Received:
@@ -308,8 +305,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         if options.silent:
             silence(results, wire, options.silent)
     if options.keys:
-        for name, preset, value, unit in link_ledger.measure(options.keys):
-            results.note(name, value, unit, preset=preset)
+        link_ledger.measure(results, options.keys)
     results.finish(options.json)
 
 

@@ -34,8 +34,7 @@ from tests.support.x_programs import server
 
 from .link_peers import now_us
 from .link_wires import WIRES, Peer
-
-Figures = list[tuple[str, str, float, str]]
+from .results import Results, say
 
 APART_S: Final = (0.08, 0.13)  # between two presses, at random, so that no clock is in step
 LOST_S: Final = 1.0  # a key that was not pressed by then will not be; it is counted
@@ -60,22 +59,21 @@ class Timed(Injector):
                 self.at_us = now_us()
 
 
-def measure(count: int) -> Figures:
-    """Return name, preset, value and unit of each figure; a missing part is said on stderr."""
-    figures = hops(count)
+def measure(results: Results, count: int) -> None:
+    """Note every figure; a missing part is said on stderr."""
+    hops(results, count)
     for missing, words in (
         (shutil.which("Xvfb") is None, "Xvfb is missing (Debian: xvfb)"),
         (not _has_xlib(), "pynput is missing (the [keys] extra)"),
     ):
         if missing:
-            print(f"the ledger to real programs is missing: {words}", file=sys.stderr)
-            return figures
+            say(f"the ledger to real programs is missing: {words}")
+            return
     for role, title in (("xprogram", "listener"), ("tetris", "Tetris")):
-        figures += whole(role, title, count)
-    return figures
+        whole(results, role, title, count)
 
 
-def hops(count: int) -> Figures:
+def hops(results: Results, count: int) -> None:
     """Measure hop by hop, over a TCP link, in this process and the watchdog's."""
     tcp = next(wire for wire in WIRES if wire.name == "tcp")
     took: dict[str, list[int]] = {"link": [], "map": [], "guard": [], "all": []}
@@ -113,10 +111,9 @@ def hops(count: int) -> Figures:
             took["map"].append(sender.at_us - polled_us)
             took["guard"].append(down_us - sender.at_us)
             took["all"].append(down_us - sent_us)
-    figures = [
-        one for hop, us in took.items() for one in _quantiles(f"command_to_key_{hop}", "paper", us)
-    ]
-    return [*figures, ("command_to_key_lost", "paper", lost, "keys")]
+    for hop, us in took.items():
+        _quantiles(results, f"command_to_key_{hop}", "paper", us)
+    results.note("command_to_key_lost", lost, "keys", preset="paper")
 
 
 def _play(target: KeysTarget, receiver: Receiver, seconds: float) -> list[Received]:
@@ -158,7 +155,7 @@ def _next_line(written: Any, target: KeysTarget, receiver: Receiver) -> int | No
     return None
 
 
-def whole(role: str, title: str, count: int) -> Figures:
+def whole(results: Results, role: str, title: str, count: int) -> None:
     """Measure `host --target keyboard` as a process, with a real program at its end."""
     us = []
     with ExitStack() as stack:
@@ -203,8 +200,8 @@ def whole(role: str, title: str, count: int) -> Figures:
                 us.append(pressed.get(timeout=LOST_S) - sent_us)
             except queue.Empty:
                 lost += 1
-    lost_keys = ("command_to_key_event_lost", role, float(lost), "keys")
-    return [*_quantiles("command_to_key_event", role, us), lost_keys]
+    _quantiles(results, "command_to_key_event", role, us)
+    results.note("command_to_key_event_lost", lost, "keys", preset=role)
 
 
 def _watch(lines: Iterable[str], armed: threading.Event) -> None:
@@ -238,9 +235,7 @@ def _has_xlib() -> bool:
     return True
 
 
-def _quantiles(name: str, preset: str, us: list[int]) -> Figures:
+def _quantiles(results: Results, name: str, preset: str, us: list[int]) -> None:
     cuts = statistics.quantiles(us, n=100)
-    return [
-        (f"{name}_p50_ms", preset, cuts[49] / 1000, "ms"),
-        (f"{name}_p99_ms", preset, cuts[98] / 1000, "ms"),
-    ]
+    results.note(f"{name}_p50_ms", cuts[49] / 1000, "ms", preset=preset)
+    results.note(f"{name}_p99_ms", cuts[98] / 1000, "ms", preset=preset)

@@ -5,6 +5,7 @@
     python -m tests.benchmarks.link_peers echo URL        a bare pyserial loop: a frame in, one out
     python -m tests.benchmarks.link_peers lines URL       the same, which looks for a frame's end
     python -m tests.benchmarks.link_peers cable           two ptys, joined
+    python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
     python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
     python -m tests.benchmarks.link_peers xprogram        a window that tells when it gets keys
     python -m tests.benchmarks.link_peers tetris          our game's window, and the same
@@ -146,14 +147,10 @@ def _welcome() -> Welcome:
 
 
 class Joint:
-    """Two ends that are joined while nobody has pulled the plug.
-
-    Attributes:
-        passed: Bytes so far, from the first end to the second and back.
-    """
+    """Two ends that are joined while nobody has pulled the plug."""
 
     def __init__(self) -> None:
-        self.passed = [0, 0]
+        self.passed = [0, 0]  # bytes so far, from the first end to the second and back
         self.pulled = False
 
     def run(self, ends: list[int], far: list[int] | None = None) -> None:
@@ -190,6 +187,21 @@ def cable(far: list[int] | None = None) -> None:
     on_line(take)
     say(ends=[os.ttyname(slave) for _, slave in pairs])
     joint.run([master for master, _ in pairs], far)
+
+
+def air() -> None:
+    """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
+    import queue
+
+    from controller.links.bluetooth.bluez import CHANNEL
+    from controller.links.bluetooth.serial_profile import record
+    from tests.support.bumble_radio import ORB, Air
+
+    radio = Air(record(), CHANNEL)
+    came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
+    radio.arrived = came.put
+    sockets = [radio.open_channel(ORB, CHANNEL), came.get(timeout=10.0)]
+    cable([each.fileno() for each in sockets])
 
 
 def proxy(port: str) -> None:
@@ -262,14 +274,8 @@ def tetris() -> None:
 
 
 _ROLES: Final[dict[str, Callable[..., None]]] = {
-    "device": device,
-    "sessions": sessions,
-    "echo": echo,
-    "lines": lines,
-    "cable": cable,
-    "proxy": proxy,
-    "xprogram": xprogram,
-    "tetris": tetris,
+    role.__name__: role
+    for role in (device, sessions, echo, lines, cable, air, proxy, xprogram, tetris)
 }
 
 if __name__ == "__main__":

@@ -8,23 +8,20 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, Final
 
 from tests.support.processes import LineProcess
 
 
 class Peer(LineProcess):
-    """A process of `link_peers`.
-
-    Attributes:
-        first: What its first line told.
-    """
+    """A process of `link_peers`."""
 
     def __init__(self, *command: str, environment: dict[str, str] | None = None) -> None:
         """Start it, and wait for its first line."""
         program = [sys.executable, "-m", "tests.benchmarks.link_peers", *command]
         super().__init__(program, stderr=subprocess.DEVNULL, env=environment)
-        self.first = self.read()
+        self.first = self.read()  # what its first line told
 
     def read(self) -> dict[str, Any]:
         """Return its next line, waiting for it."""
@@ -38,30 +35,20 @@ class Peer(LineProcess):
 
 @dataclass(frozen=True)
 class Line:
-    """A wire with somebody at its far end.
+    """A wire with somebody at its far end."""
 
-    Attributes:
-        url: What a host opens.
-        peer: Who is at the far end.
-        wire: What can be pulled and counted; None where nothing is in between.
-    """
-
-    url: str
-    peer: Peer
-    wire: Peer | None
+    url: str  # what a host opens
+    peer: Peer  # who is at the far end
+    wire: Peer | None  # what can be pulled and counted; None where nothing is in between
 
 
 @dataclass(frozen=True)
 class Wire:
-    """A kind of wire.
+    """A kind of wire."""
 
-    Attributes:
-        name: The preset that results are reported under.
-        join: Puts "device", or another one of `link_peers`, at its far end; True: with something in
-            between that can be pulled and counts bytes.
-    """
-
-    name: str
+    name: str  # the preset that results are reported under
+    # puts "device", or another one of `link_peers`, at its far end; True: with something in between
+    # that can be pulled and counts bytes
     join: Callable[[ExitStack, str, bool], Line]
 
     @contextmanager
@@ -94,7 +81,15 @@ def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
     return Line(str(wire.first["ends"][0]), peer, wire)
 
 
+def _rfcomm(stack: ExitStack, who: str, counted: bool) -> Line:
+    """RFCOMM over Bumble's virtual controllers, with a pty at each end, which both pay for."""
+    wire = _started(stack, "air")
+    near, far = wire.first["ends"]
+    return Line(near, _started(stack, who, far), wire)
+
+
 WIRES: Final = (
     Wire("pty", _pty),
     Wire("tcp", _tcp),
+    *([Wire("rfcomm-bumble", _rfcomm)] if find_spec("bumble") else []),
 )

@@ -12,7 +12,6 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -35,35 +34,11 @@ USERS: Final = 6
 MINUTES: Final = 10.0  # of each: an hour in all
 STEPS: Final = 300  # of training
 WARM: Final = 30  # of them are not timed
+MIB: Final = 2.0**20
 
 
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """What an hour of recordings costs; times are processor-seconds.
-
-    Attributes:
-        frames: In an hour.
-        bytes_on_disk: Of recordings as they are written.
-        bytes_in_memory: Of examples made of them.
-        survey_s: To learn what kind of recordings they are.
-        read_s: To check them, choose labels, and make examples of them.
-        windows: To learn from.
-        step_ms: Of training, for a batch.
-        batch: Windows in it.
-    """
-
-    frames: float
-    bytes_on_disk: float
-    bytes_in_memory: float
-    survey_s: float
-    read_s: float
-    windows: float
-    step_ms: float
-    batch: int
-
-
-def measure(preset: str) -> Cost:
-    """Measure on simulated sessions."""
+def measure(preset: str) -> tuple[dict[str, float], float]:
+    """Return what an hour costs (frames, MiB, processor-seconds), and a step, milliseconds."""
     data, hours = DataSet(minutes=MINUTES, preset=preset), USERS * MINUTES / 60.0
     with tempfile.TemporaryDirectory() as place:
         folder, written = Path(place), 0
@@ -78,10 +53,12 @@ def measure(preset: str) -> Cost:
     columns = ("images", "label", "touch", "ends", "session", "idle")
     size = sum(getattr(examples, name).nbytes for name in columns)
     step_s, windows = _step(read)
-    return Cost(
-        len(examples.label) / hours, written / hours, size / hours, survey_s / hours,
-        read_s / hours, windows / hours, 1000.0 * step_s, DEFAULT.gesture.batch,
-    )  # fmt: skip
+    costs = {
+        "frames": len(examples.label), "disk": written / MIB, "memory": size / MIB,
+        "survey": survey_s, "read": read_s,
+        "epoch": windows / DEFAULT.gesture.batch * step_s,
+    }  # fmt: skip
+    return {name: cost / hours for name, cost in costs.items()}, 1000.0 * step_s
 
 
 def _spent(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -117,26 +94,19 @@ def main() -> None:
     """Measure and print."""
     parser = command_line(__doc__, people=10_000, minutes=30.0, preset="nominal")
     arguments, results = parser.parse_args(), Results("many_people")
-    cost, mib, gib = measure(arguments.preset), 2.0**20, 2.0**30
+    cost, step_ms = measure(arguments.preset)
     hours = arguments.people * arguments.minutes / 60.0
-    epoch_s = cost.windows / cost.batch * cost.step_ms / 1000.0
-    measured = (
-        ("frames_per_hour", cost.frames, ""),
-        ("disk_per_hour", cost.bytes_on_disk / mib, "MiB"),
-        ("memory_per_hour", cost.bytes_in_memory / mib, "MiB"),
-        ("survey_per_hour", cost.survey_s, "cpu_s"),
-        ("read_per_hour", cost.read_s, "cpu_s"),
-        ("step", cost.step_ms, "cpu_ms"),
-        ("epoch_per_hour", epoch_s, "cpu_s"),
-    )
+    units = {"frames": "", "disk": "MiB", "memory": "MiB"}
+    measured = [(f"{name}_per_hour", each, units.get(name, "cpu_s")) for name, each in cost.items()]
+    measured.insert(-1, ("step", step_ms, "cpu_ms"))
     multiplied = (
         ("hours_recorded", hours, "h"),
-        ("disk", hours * cost.bytes_on_disk / gib, "GiB"),
-        ("memory", hours * cost.bytes_in_memory / gib, "GiB"),
-        ("survey", hours * cost.survey_s / 60.0, "cpu_min"),
-        ("read", hours * cost.read_s / 3600.0, "cpu_h"),
-        ("epoch", hours * epoch_s / 3600.0, "cpu_h"),
-        ("recipe_steps", DEFAULT.gesture.steps * cost.step_ms / 60e3, "cpu_min"),
+        ("disk", hours * cost["disk"] / 1024.0, "GiB"),
+        ("memory", hours * cost["memory"] / 1024.0, "GiB"),
+        ("survey", hours * cost["survey"] / 60.0, "cpu_min"),
+        ("read", hours * cost["read"] / 3600.0, "cpu_h"),
+        ("epoch", hours * cost["epoch"] / 3600.0, "cpu_h"),
+        ("recipe_steps", DEFAULT.gesture.steps * step_ms / 60e3, "cpu_min"),
     )
     print(f"an hour of recordings, {arguments.preset}, measured on {USERS * MINUTES:.0f} minutes:")
     for name, value, unit in measured:

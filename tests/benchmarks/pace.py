@@ -58,13 +58,6 @@ class Recorded(Sensor):
         frame: Frame = self._frames[self._next % len(self._frames)]
         return frame
 
-    def button(self, t_s: float) -> str:
-        """Nobody presses it."""
-        return ""
-
-    def close(self) -> None:
-        """Let go of nothing."""
-
 
 class AllLines(LatencyStatistics):
     """A ledger that forgets nothing, for a run whose length is known."""
@@ -73,17 +66,11 @@ class AllLines(LatencyStatistics):
         """Make room for so many frames."""
         super().__init__(lines=lines)
 
-    def waits_ms(self) -> NDArray[np.float64]:
-        """Return how late each frame was begun."""
+    def between_ms(self, first: int, last: int) -> NDArray[np.float64]:
+        """Return the time of each frame from one stamp to another."""
         known = self._stamps[: self.lines]
-        waits: NDArray[np.float64] = (known[:, 1] - known[:, 0]) / 1e6
-        return waits
-
-    def steps_ms(self) -> NDArray[np.float64]:
-        """Return how long each step took, from its begin to the link."""
-        known = self._stamps[: self.lines]
-        steps: NDArray[np.float64] = (known[:, -1] - known[:, 1]) / 1e6
-        return steps
+        spent: NDArray[np.float64] = (known[:, last] - known[:, first]) / 1e6
+        return spent
 
 
 def toil(until_s: float) -> None:
@@ -149,7 +136,7 @@ def main() -> None:
     ledger, missed = measure(arguments.minutes, arguments.rate, print)
     stolen = steal_s() - stolen
     results = Results("pace")
-    for name, values in (("lateness", ledger.waits_ms()), ("step", ledger.steps_ms())):
+    for name, values in (("lateness", ledger.between_ms(0, 1)), ("step", ledger.between_ms(1, -1))):
         for share in (50.0, 99.0, 99.9, 100.0):
             results.note(f"{name}_p{share:g}_ms", float(np.percentile(values, share)), "ms")
     results.note("pace_frames", ledger.lines)

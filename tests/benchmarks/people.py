@@ -1,17 +1,16 @@
 """Gestures of real people on a touch screen, classified by models that never saw these people.
 
-    python -m tests.benchmarks.people PATH [--steps N] [--why] [--json]
+    python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
 
 PATH is the `frames.npz` of docs/people.md; it is imported, and its people are judged in five folds
 by `models folds`: CNN-3D by our recipe, and trees on the touch's trajectory, on the same windows;
-once more the same trees where taxels that are read wrongly are left out (`@mended`).
-Nothing of it is kept. `--why` adds what CNN-3D gets right of the first fold's people where part of
-what it sees is taken away, after a quarter of the steps:
+once more the same trees where taxels that are read wrongly are left out (`@mended`). `--why` adds
+what CNN-3D gets right of the first fold's people, after a quarter of the steps, where it sees:
 
-    whole       nothing is taken away
-    place       each image is one round spot, as strong as the touch and where its centroid was
-    look        each image is moved to the middle of the grid, so nobody knows where it was
-    one_image   all images of a window are its last
+    whole       everything
+    place       one round spot for each image, as strong as the touch and where its centroid was
+    look        images moved to the middle of the grid
+    one_image   the last image of a window only
 """
 
 import math
@@ -150,7 +149,7 @@ def results(found: CrossValidation, left: dict[str, float]) -> Results:
 
 def main(argv: list[str] | None = None) -> int:
     """Judge, and print the report; with --json a line of JSON as well."""
-    parser = command_line(__doc__, steps=STEPS, why=False)
+    parser = command_line(__doc__, steps=STEPS, choose=False, why=False)
     parser.add_argument("path", type=Path, help="frames.npz of docs/people.md")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as place_for:
@@ -158,7 +157,7 @@ def main(argv: list[str] | None = None) -> int:
         recordings = imported(asked.path, folder)
         request = Request(
             (recordings,), folder / "people.json", folds=FOLDS, steps=asked.steps, window=WINDOW,
-            given=True, sound=True, command="tests.benchmarks.people",
+            given=True, choose=asked.choose, sound=True, command="tests.benchmarks.people",
         )  # fmt: skip
         found = cross_validation.cross(request, say)
         left = why(recordings, max(1, asked.steps // 4), say) if asked.why else {}

@@ -11,7 +11,6 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,26 +24,10 @@ FINGERS: Final = ("index", "little", "middle", "ring", "thumb")
 HANDS: Final = ("left", "right")
 MISSING: Final = ("", "-")
 
+Counts = NDArray[np.int16]  # (27, 15), above the untouched level
 
-@dataclass(frozen=True, slots=True)
-class Line:
-    """One frame, as a line tells it.
 
-    Attributes:
-        person: Number.
-        hand: Of `HANDS`.
-        finger: Of `FINGERS`.
-        task: Of `TASKS`.
-        t_s: When.
-        counts: (27, 15), above the untouched level.
-    """
-
-    person: int
-    hand: int
-    finger: int
-    task: int
-    t_s: float
-    counts: NDArray[np.int16]
+Line = tuple[int, int, int, int, float, Counts]  # person, hand, finger, task, seconds, counts
 
 
 def parse(line: str) -> Line | None:
@@ -55,14 +38,9 @@ def parse(line: str) -> Line | None:
         if len(counts) != ROWS * COLUMNS:
             return None
         values = [0 if count in MISSING else int(count) for count in counts]
-        return Line(
-            int(person),
-            HANDS.index(hand),
-            FINGERS.index(finger),
-            TASKS.index(task),
-            int(second) + int(nano) * 1e-9,
-            np.array(values, dtype=np.int16).reshape(ROWS, COLUMNS),
-        )
+        image = np.array(values, dtype=np.int16).reshape(ROWS, COLUMNS)
+        what = HANDS.index(hand), FINGERS.index(finger), TASKS.index(task)
+        return int(person), *what, int(second) + int(nano) * 1e-9, image
     except ValueError:
         return None
 
@@ -72,11 +50,10 @@ def first(lines: Iterable[str], frames: int) -> Iterator[Line]:
     seen: Counter[tuple[int, int, int, int]] = Counter()
     for line in lines:
         one = parse(line)
-        if one is None or TASKS[one.task] == "PAUSE":
+        if one is None or TASKS[one[3]] == "PAUSE":
             continue
-        what = one.person, one.hand, one.finger, one.task
-        seen[what] += 1
-        if seen[what] <= frames:
+        seen[one[:4]] += 1
+        if seen[one[:4]] <= frames:
             yield one
 
 
@@ -96,16 +73,16 @@ def main(argv: list[str] | None = None) -> int:
     for path in files:
         with path.open(encoding="ascii", errors="replace") as file:
             found += first(file, asked.frames)
+    person, hand, finger, task, t_s, counts = zip(*found, strict=True)
+    narrow = {"subject": person, "task": task, "finger": finger, "hand": hand}
     arrays: dict[str, Any] = {
-        "frames": np.stack([one.counts for one in found]),
-        "t": np.array([one.t_s for one in found]),
+        "frames": np.stack(counts),
+        "t": np.array(t_s),
         "task_names": np.array(TASKS),
         "finger_names": np.array(FINGERS),
         "hand_names": np.array(HANDS),
+        **{name: np.array(column, dtype=np.int8) for name, column in narrow.items()},
     }
-    for name, of in (("subject", "person"), ("task", "task"), ("finger", "finger"),
-                     ("hand", "hand")):  # fmt: skip
-        arrays[name] = np.array([getattr(one, of) for one in found], dtype=np.int8)
     np.savez_compressed(asked.out, **arrays)
     print(f"{asked.out}: {len(found)} frames of {len(files)} files")
     return 0

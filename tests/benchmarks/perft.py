@@ -1,35 +1,74 @@
-"""Count the boards that a queue of pieces can lead to, depth by depth.
-
-`tests.reference.tetris_perft` has the convention.
+"""Count the boards that a queue of pieces can lead to, to compare generators of placements.
 
     python -m tests.benchmarks.perft [--queue IOLJSZT] [--depth N] [--kicks srs|srs+] [--json]
 
-`ways` counts sequences of placements, `boards` the different boards that they end in. A piece
-alone on the empty board has a number of placements that is known from drawing them by hand: the
-columns that each of its turns leaves free. Deeper counts depend on the convention, above all on
-kicks and on what counts as one placement: compare them with those of another generator only where
-it says the same of both.
+`ways` counts sequences of placements, `boards` the different boards that they end in. The
+convention: the empty board of ten columns, no hold; each piece enters as in the game, in rows 20
+and 21 and at once a row down where that is free, moves by shifts, falls and turns with kicks, and
+locks; full rows are taken away. A placement counts once for the cells that it fills, however it was
+reached, in whichever turn, and with or without a spin. A game that is lost ends its count. How many
+placements a piece alone has is known from drawing them by hand.
 """
 
 import argparse
 import json
 import time
+from collections.abc import Iterable, Iterator
 from typing import Final, get_args
 
-from tests.reference.tetris_perft import boards, leaves
-from tetris.engine.pieces import KINDS, Kicks, Kind
+from tetris.bots.greedy import settled
+from tetris.bots.placements import find
+from tetris.engine.board import EMPTY_BITS
+from tetris.engine.moves import entered
+from tetris.engine.pieces import KINDS, Kicks, Kind, Piece
 
 from .results import command_line
 
-ALONE: Final[dict[Kind, int]] = {  # 7 + 10, 9, 8 + 9 (S, Z), 2 * (8 + 9)
-    "I": 17,
-    "O": 9,
-    "T": 34,
-    "S": 17,
-    "Z": 17,
-    "J": 34,
-    "L": 34,
-}
+# 7 + 10, 9, 8 + 9 (S, Z), 2 * (8 + 9)
+ALONE: Final[dict[Kind, int]] = {"I": 17, "O": 9, "T": 34, "S": 17, "Z": 17, "J": 34, "L": 34}
+_MANY: Final = 100_000  # boards before the last piece
+_PASSES: Final = 7
+
+
+def leaves(queue: Iterable[Kind], kicks: Kicks = "srs", bits: int = EMPTY_BITS) -> int:
+    """Return the number of ways to place the pieces in this order."""
+    kinds = list(queue)
+    if not kinds:
+        return 1
+    kind, *others = kinds
+    piece = entered(bits, Piece.entering(kind))
+    if piece is None:
+        return 0
+    places = find(bits, piece, kicks)
+    if not others:
+        return len(places)
+    return sum(leaves(others, kicks, after) for after in _after(bits, places))
+
+
+def boards(queue: Iterable[Kind], kicks: Kicks = "srs", bits: int = EMPTY_BITS) -> int:
+    """Return the number of different boards that the ways end in."""
+    *kinds, last = queue
+    reached = {bits}
+    for kind in kinds:
+        reached = set(_grown(reached, kind, kicks))
+    if len(reached) < _MANY:
+        return len(set(_grown(reached, last, kicks)))
+    # The last boards are too many for the memory: each pass keeps those of one remainder.
+    return sum(
+        len({after for after in _grown(reached, last, kicks) if after % _PASSES == remainder})
+        for remainder in range(_PASSES)
+    )
+
+
+def _grown(reached: set[int], kind: Kind, kicks: Kicks) -> Iterator[int]:
+    entering = Piece.entering(kind)
+    for bits in reached:
+        if piece := entered(bits, entering):
+            yield from _after(bits, find(bits, piece, kicks))
+
+
+def _after(bits: int, places: list[Piece]) -> Iterator[int]:
+    return (settled(bits, piece)[0] for piece in places)
 
 
 def queue_of(letters: str) -> list[Kind]:

@@ -2,21 +2,16 @@
 
     python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--only ours|peers] [--json]
 
-Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts (seeds for
-tests): 36,000 events, 1,080 idle minutes with brushes and resting hands; for each dead taxel and
-each electrode whose lead is off another 2,000 events. Intervals are 95 %, by resampling sessions
-(users for `new_user_event_accuracy`). Thresholds are the bundle's, chosen elsewhere; the peers'
-are chosen on development sessions in this run. Peers are trained once, which takes half an hour,
-and kept in `--cache`; they are judged on the first 60 sessions.
+Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts, and for
+each dead taxel and each electrode whose lead is off another 2,000 events. Intervals are 95 %, by
+resampling sessions (users for `new_user_event_accuracy`). Thresholds are the bundle's; the peers'
+are chosen on development sessions. Peers' networks are kept in `--cache`; peers are judged on the
+first 60 sessions. A command's time is that of the newest frame used. `dead_taxel...` and
+`dead_electrode...` are the worst of all places.
 
-A command's time is that of the newest frame used; the step itself, some 0.4 ms, is not added.
-`dead_taxel...` and `dead_electrode...` are the worst of all places, so chance makes them look a
-little worse than they are.
-
-The goal for `location_error` on paper-snr is beyond what the sensor tells there. A press lasts
-some seven frames, each reading scattering by 6.8 %: an exact Bayesian estimate, from 283,000
-noise-free images and with the frames' true weights, errs by 0.161 ± 0.003 grid units where rest
-is known perfectly, and by 0.168 with the rest that the device finds. 0.15 cannot be had at 10 Hz.
+The goal for `location_error` on paper-snr is beyond what the sensor tells there: an exact Bayesian
+estimate from 283,000 noise-free images errs by 0.161 ± 0.003 grid units at 10 Hz where rest is
+known perfectly, and by 0.168 with the rest that the device finds.
 """
 
 import dataclasses
@@ -36,11 +31,10 @@ from models.data import test_sessions
 from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Figure, Result
-from tests.benchmarks import user_study as users
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
-from .results import Results, Row, command_line, figure_row, say, show
+from .results import Results, command_line, figure_row, say
 
 USERS: Final = 20
 # name -> unit, and the goal on nominal and on paper-snr.
@@ -72,23 +66,14 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Size:
-    """How much is measured.
+    """How much is measured."""
 
-    Attributes:
-        sessions: Of each preset.
-        minutes: Of each session.
-        broken: Sessions for each dead taxel and electrode.
-        judged: Sessions that the peers are judged on.
-        mouse: Sessions of a mouse.
-        every: Of the taxels and electrodes, each so many-th is tried.
-    """
-
-    sessions: int = 200
-    minutes: float = 10.0
-    broken: int = 11
-    judged: int = 60
-    mouse: int = 20
-    every: int = 1
+    sessions: int = 200  # of each preset
+    minutes: float = 10.0  # of each session
+    broken: int = 11  # sessions for each dead taxel and electrode
+    judged: int = 60  # sessions that the peers are judged on
+    mouse: int = 20  # sessions of a mouse
+    every: int = 1  # of the taxels and electrodes, each so many-th is tried
 
 
 QUICK: Final = Size(sessions=6, minutes=4.0, broken=1, judged=3, mouse=2, every=6)
@@ -164,15 +149,13 @@ def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) ->
     return worst
 
 
-def rows(preset: str, measured: dict[str, Figure], suffix: str = "") -> list[Row]:
-    """Print and return figures as results."""
-    column, listed = list(PRESETS).index(preset), []
+def keep(results: Results, preset: str, measured: dict[str, Figure], suffix: str = "") -> None:
+    """Print and keep figures as results."""
+    column = list(PRESETS).index(preset)
     for name, figure in measured.items():
         unit, goals = ROWS[name]
         goal = goals[column] if goals else None
-        listed.append(figure_row(name + suffix, figure, unit, preset=preset, goal=goal))
-        show(listed[-1])
-    return listed
+        results.keep(figure_row(name + suffix, figure, unit, preset=preset, goal=goal))
 
 
 def main() -> None:
@@ -187,12 +170,12 @@ def main() -> None:
     size, loaded = QUICK if arguments.quick else Size(), bundles.read(arguments.bundle)
     begun = time.process_time()
     for preset in PRESETS if arguments.only != "peers" else ():
-        results.rows += rows(preset, measure(arguments.bundle, loaded, preset, size))
+        keep(results, preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
-        results.rows += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
-        who = users.QUICK if arguments.quick else users.Size()
+        keep(results, preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
+        who = recognition_users.QUICK if arguments.quick else recognition_users.Size()
         again = arguments.retrain
-        results.rows += recognition_users.rows(preset, who, arguments.cache, say, again=again)
+        results.rows += recognition_users.rows(preset, who, arguments.cache, again=again)
     if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
@@ -202,7 +185,7 @@ def main() -> None:
             loaded, people, size.judged, arguments.cache, say, again=arguments.retrain
         )
         for (name, preset), result in judged.items():
-            results.rows += rows(preset, figures(result), f"@{name}")
+            keep(results, preset, figures(result), f"@{name}")
     print(f"{time.process_time() - begun:.0f} s of one core's time")
     results.finish(arguments.json)
 

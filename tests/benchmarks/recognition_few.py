@@ -2,17 +2,12 @@
 
     python -m tests.benchmarks.recognition_few [--bundle FILE] [--quick] [--json]
 
-Four gestures that the network never saw (a double tap, a squeeze, a swipe, a knock with two
-fingers; two of its auxiliary gestures, hop and span, are kin to the first and the last), each
-taught by several people in a short session and judged on another of the same person's, on another
-orb, together with the old ones. What is taught is cut as a cue cuts it, from before the touch to
-after it, and the library finds the touch. Turns and mirror images are declared as the gestures'
-files do. `few_shot_K` is the event accuracy of the new gesture, `..._old_loss` what the old ones
-lose on the same streams, in points; F1 is that of all five gestures together, false alarms are
-beside those of the untaught bundle. Intervals are 95 %, by resampling sessions.
-
-A double tap is answered as a press by its first tap: no debouncer that is quick enough for a press
-can know what comes. That is why F1 is below event accuracy.
+Four gestures that the network never saw, each taught by several people in a short session and
+judged on another of the same person's, on another orb, together with the old ones. What is taught
+is cut as a cue cuts it. `few_shot_K` is the event accuracy of the new gesture, `..._old_loss` what
+the old ones lose on the same streams, in points; F1 is that of all five together, false alarms are
+beside those of the untaught bundle. Intervals are 95 %, by resampling sessions. A double tap is
+answered as a press by its first tap; that is why F1 is below event accuracy.
 """
 
 import dataclasses
@@ -39,7 +34,7 @@ from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.evaluation import Figure
 
-from .results import Results, command_line, figure_row, show
+from .results import Results, command_line, figure_row
 
 KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")
@@ -62,33 +57,15 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Size:
-    """How much is measured.
+    """How much is measured."""
 
-    Attributes:
-        users: People, each with every gesture.
-        draws: Sets of examples of each.
-        minutes: Of the session that is judged.
-    """
-
-    users: int = 10
-    draws: int = 1
-    minutes: float = 6.0
+    users: int = 10  # people, each with every gesture
+    draws: int = 1  # sets of examples of each
+    minutes: float = 6.0  # of the session that is judged
 
 
 QUICK: Final = Size(users=1, draws=1, minutes=3.0)
-
-
-@dataclasses.dataclass(frozen=True)
-class Outcome:
-    """What one lesson led to.
-
-    Attributes:
-        before: The untaught bundle on the session.
-        after: The taught one.
-    """
-
-    before: Tally
-    after: Tally
+Outcome = tuple[Tally, Tally]  # of the untaught bundle on a session, and of the taught one
 
 
 def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Figure]:
@@ -103,7 +80,7 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
         figures |= _figures(k, outcomes)
         new = " ".join(f"{name} {_of(outcomes, name):.3f}" for name in NEW)
         print(f"{preset}, {k} examples, {len(outcomes)} lessons: {new}", flush=True)
-    before = [one.before for one in found[EXAMPLES[0]]]
+    before = [one for one, _ in found[EXAMPLES[0]]]
     figures["few_shot_0_false_alarms_per_min"] = alarms(before)
     return figures
 
@@ -133,7 +110,7 @@ def _person(
             if len(some) == k:
                 with patch.object(few_shot, "LEAST_KEPT", 0.0):  # what is lost is measured here
                     taught = taught_bundle(path, some)
-                yield k, Outcome(before, count(taught))
+                yield k, (before, count(taught))
 
 
 def _data(loaded: Bundle, preset: str, gestures: tuple[str, ...], minutes: float) -> DataSet:
@@ -178,9 +155,9 @@ def taught_bundle(path: Path, examples: list[adapt.Example]) -> Bundle:
 
 
 def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
-    after = [one.after for one in outcomes]
+    after = [one for _, one in outcomes]
     new = [(int(t.named[-1, -1]), int(t.named[-1].sum())) for t in after]
-    right_before = [int(np.trace(one.before.named[1:-1, 1:-1])) for one in outcomes]
+    right_before = [int(np.trace(one.named[1:-1, 1:-1])) for one, _ in outcomes]
     right_after = [int(np.trace(t.named[1:-1, 1:-1])) for t in after]
     old = [int(t.named[1:-1].sum()) for t in after]
     lost = np.array(right_before) - np.array(right_after)
@@ -205,7 +182,7 @@ def alarms(tallies: list[Tally]) -> Figure:
 
 
 def _of(outcomes: list[Outcome], label: str) -> float:
-    mine = [one.after for one in outcomes if one.after.name.startswith(f"{label} ")]
+    mine = [one for _, one in outcomes if one.name.startswith(f"{label} ")]
     return float(sum(t.named[-1, -1] for t in mine) / max(1, sum(t.named[-1].sum() for t in mine)))
 
 
@@ -220,8 +197,7 @@ def main() -> None:
         for name, figure in figures.items():
             unit, goals = ROWS[name]
             goal = None if goals is None else goals[list(PRESETS).index(preset)]
-            results.rows.append(figure_row(name, figure, unit, preset=preset, goal=goal))
-            show(results.rows[-1])
+            results.keep(figure_row(name, figure, unit, preset=preset, goal=goal))
     results.finish(options.json)
 
 

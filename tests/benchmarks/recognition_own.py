@@ -2,15 +2,13 @@
 
     python -m tests.benchmarks.recognition_own [--bundle FILE] [--quick] [--json]
 
-The usual simulated people are understood so well that nothing is to be gained. So people are
-simulated whom no training met: light ones, who touch half as deep as others; slow ones, who take
-two and a half times as long; and hasty ones, who take two fifths of it. The gesture of which the
-bundle misses most on a first day (a press, where none stands out) is taught on a second day from
-one or five examples, and the person's own network is judged on a third. All days are on one orb.
-`own_recall` is the share of that gesture that is answered rightly, in the stream; F1 and false
-alarms are those of all four gestures. `@KIND_0` is before the lesson. A lesson that the orb refuses
-because other gestures would suffer leaves everything as it was. Intervals are 95 %, by resampling
-people.
+The usual simulated people are understood so well that nothing is to be gained. So others are
+simulated: light ones, who touch half as deep; slow ones, who take two and a half times as long; and
+hasty ones, who take two fifths of it. The gesture of which the bundle misses most on a first day is
+taught on a second day from one or five examples, and the person's own network is judged on a third,
+all on one orb. `own_recall` is the share of that gesture that is answered rightly; F1 and false
+alarms are those of all four. `@KIND_0` is before the lesson; a lesson that the orb refuses leaves
+everything as it was. Intervals are 95 %, by resampling people.
 """
 
 import dataclasses
@@ -35,7 +33,7 @@ from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.evaluation import Figure
 
 from .recognition_few import alarms, examples, f1, taught_bundle
-from .results import Results, command_line, figure_row, show
+from .results import Results, command_line, figure_row
 
 SEED: Final = BENCHMARK_SEED + 8  # people that nothing else here sees
 EXAMPLES: Final = (1, 5)
@@ -86,26 +84,17 @@ def measure(results: Results, path: Path, preset: str, users: int) -> None:
         for k in (0, *EXAMPLES):
             for name, figure in _figures([one.tallies[k] for one in told], numbers).items():
                 unit = "1/min" if "alarms" in name else "1"
-                one = figure_row(f"own_{name}@{kind}_{k}", figure, unit, preset=preset)
-                results.rows.append(one)
-                show(one)
+                results.keep(figure_row(f"own_{name}@{kind}_{k}", figure, unit, preset=preset))
 
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """What came of one person's lessons.
+    """What came of one person's lessons."""
 
-    Attributes:
-        label: What was taught.
-        number: Its class.
-        tallies: What was counted on the day judged, by examples.
-        refused: Lessons that were.
-    """
-
-    label: str
-    number: int
-    tallies: dict[int, Tally]
-    refused: int
+    label: str  # what was taught
+    number: int  # its class
+    tallies: dict[int, Tally]  # what was counted on the day judged, by examples
+    refused: int  # lessons that were
 
 
 def _person(path: Path, loaded: Bundle, preset: str, kind: str, user: int) -> Outcome:

@@ -29,7 +29,7 @@ from models.evaluation.tune import Goal, tune
 from models.results.evaluation import Result
 
 if TYPE_CHECKING:
-    from .baselines.peers import Peer
+    from .peers import Peer
 
 LEARN: Final = DataSet(seed=11, minutes=6.0)  # what peers learn from, on each preset
 LEARN_USERS: Final = 16
@@ -50,21 +50,12 @@ def judge_peers(
     *,
     again: bool,
 ) -> dict[tuple[str, str], Result]:
-    """Return how every peer does: (name, preset) -> figures; none where a package is missing.
-
-    Args:
-        loaded: The bundle that they are compared with.
-        people: Who plays, by preset.
-        count: Sessions of each preset.
-        cache: Where peers are kept.
-        say: Takes lines of progress.
-        again: They are trained even if they are kept.
-    """
+    """Return how every peer does: (name, preset) -> figures; none where a package is missing."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         say(f"peers are missing: {' and '.join(missing)} cannot be imported")
         return {}
-    from .baselines import peers
+    from . import peers
 
     folders = [cache / "peers" / preset for preset in people]
     for preset, folder in zip(people, folders, strict=True):

@@ -82,24 +82,19 @@ class Results:
         self.rows: list[Row] = []
         self._benchmark = benchmark
 
+    def keep(self, result: Row) -> None:
+        """Print and keep a result."""
+        self.rows.append(result)
+        show(result)
+
     def note(self, name: str, value: float | str | None, unit: str = "", **more: Any) -> None:
         """Print and keep a result; `more` is what `row` takes."""
-        self.rows.append(row(name, value, unit, **more))
-        show(self.rows[-1])
+        self.keep(row(name, value, unit, **more))
 
     def finish(self, as_json: bool, **more: Any) -> None:
         """Print the last line, JSON, if it is asked for."""
         if as_json:
             print(json.dumps({"benchmark": self._benchmark, **more, "results": self.rows}))
-
-
-def show_figures(figures: dict[str, float], as_json: bool) -> None:
-    """Print figures by name, as a table or as JSON."""
-    if as_json:
-        print(json.dumps(figures))
-        return
-    for name, value in figures.items():
-        print(f"{name:24} {value:10,.3f}")
 
 
 def code_hash(modules: Iterable[str]) -> bytes:

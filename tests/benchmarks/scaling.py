@@ -22,7 +22,7 @@ from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 
-from .results import Results, command_line, row
+from .results import Results, command_line
 
 GRIDS: Final = (5, 10, 15, 20)
 WINDOWS: Final = (10, 20, 40)
@@ -67,18 +67,12 @@ def main() -> None:
     cases = [(side, 10, 10.0) for side in GRIDS]
     cases += [(5, window, 10.0) for window in WINDOWS[1:]]
     cases += [(5, round(rate_hz), rate_hz) for rate_hz in RATES[1:]]  # a second at any rate
-    print(f"{'grid':>8}{'window':>8}{'rate Hz':>9}{'million MACs':>14}", end="")
-    print("".join(f"{engine:>14}" for engine in engines.NAMES) + "   of the time per frame")
     for side, window, rate_hz in cases:
         bundle = sized(shipped, side, window, rate_hz)
         macs = onnx_shapes.sizes(onnx_reader.read(bundle.gesture_onnx)).macs / 1e6
-        shown = {engine: selftest.measure(bundle, engine).step_us for engine in engines.NAMES}
-        best = min(shown.values())
-        print(f"{side:>5}×{side:<2}{window:>8}{rate_hz:>9g}{macs:>14.2f}", end="")
-        print("".join(f"{us:>11.0f} µs" for us in shown.values()), end="")
-        print(f"   {best * rate_hz / 1e4:.2f} %")
+        best = min(selftest.measure(bundle, engine).step_us for engine in engines.NAMES)
         name = f"step_us@{side}x{side},{window},{rate_hz:g}Hz"
-        results.rows.append(row(name, best, "us"))
+        results.note(name, best, f"us, {macs:.2f} million MACs, {best * rate_hz / 1e4:.2f} %")
     results.finish(arguments.json)
 
 

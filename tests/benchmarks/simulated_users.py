@@ -24,23 +24,14 @@ _DAYS: Final = 200  # more sessions than any user has
 
 @dataclass(frozen=True, slots=True)
 class SimulatedUsers:
-    """Users who make gestures.
+    """Users who make gestures."""
 
-    Attributes:
-        preset: Quality of their orbs.
-        seed: Of users and sessions.
-        minutes: Of a session.
-        gestures: Labels of the gestures that they make.
-        drifting: The baseline drifts; else it stays where it is.
-        shared: All of them touch one orb; else each session has an orb of its own.
-    """
-
-    preset: str
-    seed: int
-    minutes: float = 3.0
-    gestures: tuple[str, ...] = ("twist_cw",)
-    drifting: bool = True
-    shared: bool = True
+    preset: str  # quality of their orbs
+    seed: int  # of users and sessions
+    minutes: float = 3.0  # of a session
+    gestures: tuple[str, ...] = ("twist_cw",)  # labels of the gestures that they make
+    drifting: bool = True  # the baseline drifts; else it stays where it is
+    shared: bool = True  # all of them touch one orb; else each session has an orb of its own
 
     def session(self, user: int, day: int, change: Change = "day") -> Source:
         """Return a session; changes other than "day" are of this session."""
@@ -68,13 +59,7 @@ class SimulatedUsers:
 def prepare_users(
     sessions: Iterable[tuple[Source, int, int]], labels: int = 1, *, tracked: bool = True
 ) -> UserGestures:
-    """Return the gestures of sessions.
-
-    Args:
-        sessions: Each with the output for its user, and its day.
-        labels: How many gestures there are, beside null.
-        tracked: The baseline is tracked; else it is that of the paper's recipe.
-    """
+    """Return the gestures of sessions, each with the output for its user, and its day."""
     rows = list(sessions)
     settings = RECIPES["default" if tracked else "paper"].settings(RATE_HZ, WINDOW)
     examples = prepare((source for source, _, _ in rows), settings)

@@ -7,8 +7,6 @@ CPU time of this process, which has one thread; median (least ... greatest) of t
 grows where they need it; `online` asks for one frame at a time, as a host does.
 """
 
-import cProfile
-import pstats
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -32,16 +30,6 @@ GOAL: Final = 10_000.0  # BENCHMARKS: at least 40 % of the frames touched
 GRIDS: Final = ((5, 10.0), (10, 5.0), (20, 2.5))  # taxels along a side, pitch in mm
 RATES: Final = (10.0, 20.0, 50.0, 100.0, 200.0)
 ONLINE_FRAMES: Final = 300
-STAGES: Final = (  # of a session, by the function that does it
-    ("hand and labels", "take.py", ("stream", "truth", "contact")),
-    ("stick-slip", "mechanics.py", ("_stick",)),
-    ("loads and forces", "contact.py", ("grips", "loads")),
-    ("skin displaced", "contact.py", ("displacement",)),
-    ("areas and pads", "contact.py", ("_log_area",)),
-    ("capacitance ratios", "contact.py", ("_log_ratio",)),
-    ("bulge and memory", "lowpass.py", ("advance",)),
-    ("electronics", "electronics.py", ("scan",)),
-)
 
 
 def fps(work: Callable[[int], int], repeats: int) -> list[float]:
@@ -89,24 +77,6 @@ def online(fingers: int, seed: int) -> int:
     return ONLINE_FRAMES
 
 
-def profile(minutes: float) -> list[tuple[str, float]]:
-    """Return each stage's share of a session, in percent; the profiler adds a little to all."""
-    profiler = cProfile.Profile()
-    profiler.runcall(simulate, 1, minutes)
-    stats: dict[tuple[str, int, str], tuple[Any, ...]] = pstats.Stats(profiler).stats  # type: ignore[attr-defined]
-    spent = {
-        stage: sum(
-            row[3]
-            for (path, _, name), row in stats.items()
-            if path.endswith(f"simulator/{file}") and name in names
-        )
-        for stage, file, names in STAGES
-    }
-    total = max(row[3] for (_, _, name), row in stats.items() if name == "simulate")
-    shares = [(stage, 100.0 * seconds / total) for stage, seconds in spent.items()]
-    return [*shares, ("the rest", 100.0 - sum(share for _, share in shares))]
-
-
 def main() -> None:
     """Measure and print."""
     arguments = command_line(__doc__, minutes=20.0, repeats=7).parse_args()
@@ -140,9 +110,6 @@ def main() -> None:
     for fingers in (0, 1, 4):
         rates = fps(lambda seed, n=fingers: online(n, seed), repeats)  # type: ignore[misc]
         note(f"simulator_fps_online_{fingers}", "nominal", rates)
-    print("\nwhere the time of a session goes")
-    for stage, percent in profile(minutes):
-        print(f"  {stage:26} {percent:5.1f} %")
     results.finish(arguments.json)
 
 

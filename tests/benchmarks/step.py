@@ -8,13 +8,10 @@ engine that `controller install` chooses here, over the median of the paper's ne
 as it comes. All run interleaved, one thread, on windows of a real stream that slide as they do on
 the device. Peers that are not installed are reported as missing.
 
-`step`: frame in, packet out, on an absolute schedule at 10 and 100 frames a second, the packet
-written into a pipe. `startup`: from the start of the process until it has printed a first command,
-over `import onnxruntime` alone, interleaved, and the resident memory then. The session begins with
-its rest known and a hand on the orb: the command comes with the second frame. All is imported from
-bytecode, as installed packages are; both have one thread for matrices, as the device has, without
-which `import onnxruntime` takes longer. `-m controller` costs what the installed command does.
-Processor time says the same on a busy machine: `startup_cpu_ratio`.
+`step`: frame in, packet out into a pipe, on an absolute schedule at 10 and 100 frames a second.
+`startup`: from the start of the process until it has printed a first command, over `import
+onnxruntime` alone, interleaved, from bytecode, and the resident memory then. The session begins
+with its rest known and a hand on the orb. `startup_cpu_ratio` says the same on a busy machine.
 """
 
 import os
@@ -25,7 +22,7 @@ import time
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -49,7 +46,7 @@ from controller.runtime.device import telemetry
 from controller.runtime.process import IdleCollector
 from tests.support.processes import memory_mib
 
-from .results import Results, command_line, row
+from .results import Results, command_line
 
 Array = NDArray[np.float64]
 
@@ -78,68 +75,37 @@ def stream(bundle: Bundle) -> list[Window]:
     return windows
 
 
-def networks(shipped: Bundle, paper: Bundle | None) -> dict[str, Network | str]:
+def networks(shipped: Bundle, paper: Bundle) -> dict[str, Network | str]:
     """Return every network that is timed, by name; text says why one is missing."""
     out: dict[str, Network | str] = {}
     for name, bundle in (("shipped", shipped), ("paper", paper)):
+        model = bundle.gesture_onnx
         for engine in engines.NAMES:
-            key = f"{name}@{engine}"
-            if bundle is None:
-                out[key] = f"missing: {PAPER.name}"
-                continue
-            model = bundle.gesture_onnx
-            out[key] = engines.open_network(engine, model, onnx_reader.read(model))
-        out[f"{name}@torch"] = f"missing: {PAPER.name}" if bundle is None else _torch(bundle)
+            out[f"{name}@{engine}"] = engines.open_network(engine, model, onnx_reader.read(model))
+        out[f"{name}@torch"] = _torch(name, bundle)
     return out
 
 
-def _torch(bundle: Bundle) -> Network | str:
-    """Return a network in PyTorch eager, its layers as the graph names them."""
+def _torch(name: str, bundle: Bundle) -> Network | str:
+    """Return a network in PyTorch as it comes."""
     try:
         import torch
-        from torch.nn import functional
     except ImportError:
         return "missing: PyTorch, the [train] extra"
-    torch.set_num_threads(1)
-    read = onnx_reader.read(bundle.gesture_onnx)
-    weights = {name: torch.from_numpy(np.array(array)) for name, array in read.weights.items()}
-    shape = tuple(int(size) for size in read.weights.get("shape", np.array([-1])))
+    from models.data.recipe import DEFAULT, PAPER
+    from models.training.networks import gesture_net
 
-    def settle(node: onnx_reader.Node, values: dict[str, Any]) -> Any:
-        inputs = [values[name] for name in node.inputs]
-        match node.op:
-            case "Reshape":
-                return inputs[0].reshape(shape)
-            case "Add" | "Sub" | "Mul":
-                return getattr(torch, node.op.lower())(*inputs)
-            case "Conv":
-                pads = node.attributes.get("pads", (0,) * 6)
-                assert isinstance(pads, tuple)
-                half = len(pads) // 2
-                if pads[:half] != pads[half:]:
-                    flat = [p for pair in zip(pads[:half], pads[half:], strict=True) for p in pair]
-                    spread = [p for i in range(half - 1, -1, -1) for p in flat[2 * i : 2 * i + 2]]
-                    inputs[0], pads = functional.pad(inputs[0], spread), (0,) * len(pads)
-                strides = node.attributes.get("strides", (1,) * half)
-                convolve: Any = functional.conv3d if half == 3 else functional.conv2d
-                return convolve(*inputs, stride=strides, padding=pads[:half])
-            case "Relu" | "Tanh":
-                return getattr(torch, node.op.lower())(inputs[0])
-            case "Flatten":
-                return inputs[0].flatten(1)
-            case "Gemm":
-                return functional.linear(*inputs)
-            case "Softmax":
-                return torch.softmax(inputs[0], dim=1)
-        raise ValueError(node.op)
+    torch.set_num_threads(1)
+    course = replace((PAPER if name == "paper" else DEFAULT).gesture, normalised=False)
+    net = gesture_net((bundle.window, bundle.rows, bundle.columns), len(bundle.labels), course)
+    weights = onnx_reader.read(bundle.gesture_onnx).weights
+    net.load_state_dict({key: torch.tensor(weights[key]) for key in net.state_dict()})
+    net.eval()
 
     def run(window: NDArray[np.float32]) -> NDArray[np.float32]:
         with torch.no_grad():
-            values: dict[str, Any] = {**weights, read.input: torch.from_numpy(window)}
-            for node in read.nodes:
-                values[node.output] = settle(node, values)
-            answer: NDArray[np.float32] = values[read.output].numpy()
-        return answer
+            answer = torch.softmax(net(torch.from_numpy(window)), dim=1)
+        return np.asarray(answer.numpy())
 
     return run
 
@@ -262,12 +228,8 @@ def _first_line(command: list[str], environment: dict[str, str]) -> Start:
         about = Path(f"/proc/{program.pid}")
         if about.exists():
             resident_mb = memory_mib(pid=program.pid)
-            cpu_s = (
-                sum(  # of all threads, nanoseconds
-                    int(file.read_text().split()[0]) for file in about.glob("task/*/schedstat")
-                )
-                / 1e9
-            )
+            threads = about.glob("task/*/schedstat")  # nanoseconds
+            cpu_s = sum(int(file.read_text().split()[0]) for file in threads) / 1e9
         program.kill()
     return Start(seconds, cpu_s, resident_mb)
 
@@ -276,24 +238,21 @@ def main() -> None:
     """Run the benchmark and print its tables."""
     arguments = command_line(__doc__, calls=20_000, seconds=60.0).parse_args()
     shipped = bundles.read(bundles.default_path())
-    paper = bundles.read(PAPER) if PAPER.exists() else None
     results = Results("step")
 
     def report(name: str, value: float | str, unit: str) -> None:
         results.note(name, value, unit, goal=GOALS.get(name.partition("@")[0]))
 
-    timed = interleaved(networks(shipped, paper), stream(shipped), arguments.calls)
-    print(f"{'network@engine':24}{'p50':>10}{'p99':>10}{'p99.9':>10}  microseconds")
+    timed = interleaved(networks(shipped, bundles.read(PAPER)), stream(shipped), arguments.calls)
     medians: dict[str, float] = {}
     for name, times in timed.items():
         if isinstance(times, str):
             print(f"{name:24}  {times}")
             continue
-        p50, p99, tail = np.percentile(times, [50, 99, 99.9])
-        medians[name] = float(p50)
-        print(f"{name:24}{p50:10.1f}{p99:10.1f}{tail:10.1f}")
-        for label, value in (("p50", p50), ("p99", p99), ("p999", tail)):
-            results.rows.append(row(f"inference_{label}@{name}", float(value), "us"))
+        medians[name] = float(np.median(times))
+        for label, share in (("p50", 50), ("p99", 99), ("p999", 99.9)):
+            value = float(np.percentile(times, share))
+            results.note(f"inference_{label}@{name}", value, "us")
     chosen = selftest.run(bundles.default_path())[0].engine
     ours = medians[f"shipped@{chosen}"]
     print(f"the engine that `controller install` chooses here: {chosen}")
@@ -304,10 +263,8 @@ def main() -> None:
     report("inference_p99_over_p50", tail_ratio, "")
     for rate_hz in (10.0, 100.0):
         steps = paced(shipped, chosen, rate_hz, arguments.seconds)
-        p50, p99, tail = np.percentile(steps, [50, 99, 99.9])
-        report(f"step_p99_ms@{rate_hz:g}Hz", float(p99), "ms")
-        report(f"step_p50_ms@{rate_hz:g}Hz", float(p50), "ms")
-        report(f"step_p999_ms@{rate_hz:g}Hz", float(tail), "ms")
+        for label, share in (("p99", 99), ("p50", 50), ("p999", 99.9)):
+            report(f"step_{label}_ms@{rate_hz:g}Hz", float(np.percentile(steps, share)), "ms")
     started = starts(shipped)
     alone = started.pop("import")
     for engine in sorted(started, key=lambda engine: engine != chosen):

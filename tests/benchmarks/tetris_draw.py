@@ -28,7 +28,7 @@ from tetris.window.theme import PALETTES
 from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
-from .results import command_line, show_figures
+from .results import Results, command_line
 
 SIZE = (1280, 720)
 SECONDS = 40
@@ -86,14 +86,16 @@ def main() -> int:
     """Measure and print."""
     options = command_line(__doc__).parse_args()
     pygame.display.init()
-    figures: dict[str, float] = {}
+    results = Results("tetris_draw")
+    slowest_ms = 0.0
     for theme in PALETTES:
-        took_ms = frames_ms(theme)
-        figures[f"draw_p50_ms_{theme}"] = round(float(np.percentile(took_ms, 50)), 3)
-        figures[f"draw_p99_ms_{theme}"] = round(float(np.percentile(took_ms, 99)), 3)
-    figures["draw_p99_ms"] = max(figures[f"draw_p99_ms_{theme}"] for theme in PALETTES)
-    figures["first_frame_s"] = round(first_frame_s(), 3)
-    show_figures(figures, options.json)
+        p50_ms, p99_ms = np.percentile(frames_ms(theme), [50, 99])
+        results.note(f"draw_p50_ms_{theme}", round(float(p50_ms), 3), "ms")
+        results.note(f"draw_p99_ms_{theme}", round(float(p99_ms), 3), "ms")
+        slowest_ms = max(slowest_ms, float(p99_ms))
+    results.note("draw_p99_ms", round(slowest_ms, 3), "ms")
+    results.note("first_frame_s", round(first_frame_s(), 3), "s")
+    results.finish(options.json)
     return 0
 
 

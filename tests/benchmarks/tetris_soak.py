@@ -35,7 +35,7 @@ from tetris.window.app import App, Start
 from tetris.window.display import open_window, set_size
 from tetris.window.menu import OF_CODE
 
-from .results import command_line, show_figures
+from .results import Results, command_line
 
 FRAMES_HZ: Final = 20
 SAMPLES: Final = 120  # of memory
@@ -170,7 +170,10 @@ def main() -> int:
     """Soak and print."""
     options = command_line(__doc__, minutes=60.0, seed=1).parse_args()
     figures = soak(options.minutes, options.seed, verbose=not options.json)
-    show_figures(figures, options.json)
+    results = Results("tetris_soak")
+    for name, value in figures.items():
+        results.note(name, value, name.rpartition("_")[2] if name[-2:] in ("mb", "_s") else "")
+    results.finish(options.json)
     return 0
 
 

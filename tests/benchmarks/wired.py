@@ -44,13 +44,7 @@ def presses(hand: int) -> NDArray[np.float64]:
 
 
 class Wired(Sensor):
-    """A virtual sensor on the bench, which can be pressed where the doctor asks for it.
-
-    Attributes:
-        bench: On which it lies.
-        turned: Rows and columns are exchanged.
-        mirrored: "rows" or "columns" are in reverse order, "" none.
-    """
+    """A virtual sensor on the bench, which can be pressed where the doctor asks for it."""
 
     virtual = True
     geometry = Geometry(ROWS, COLUMNS, PITCH_MM)
@@ -71,6 +65,7 @@ class Wired(Sensor):
         self._rest = rng.normal(*parts.rest_pf, (ROWS, COLUMNS))
         broken = [WiringFault.parse(fault) for fault in faults]
         wiring = replace(Wiring(), pump=None)
+        # on which it lies
         self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
         self.board = self.bench.board
         if spoil is not None:

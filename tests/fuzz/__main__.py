@@ -18,8 +18,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
+
+from tests.support.processes import memory_mib
 
 NAMES: Final = ("decoder", "session", "mapping")
 LONGEST: Final = 4096  # bytes of an input
@@ -99,12 +102,8 @@ def _watch(process: subprocess.Popen[bytes]) -> list[float]:
     """Return the memory of a process, MiB, second by second until it ends."""
     memory = []
     while process.poll() is None:
-        try:
-            status = Path(f"/proc/{process.pid}/status").read_text(encoding="ascii")
-        except OSError:  # it has just ended, or this is no Linux
-            status = ""
-        if found := re.search(r"VmRSS:\s*(\d+) kB", status):
-            memory.append(int(found[1]) / 1024)
+        with suppress(OSError, LookupError):  # it has just ended, or this is no Linux
+            memory.append(memory_mib(pid=process.pid))
         time.sleep(_EVERY_S)
     return memory
 

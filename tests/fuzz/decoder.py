@@ -11,53 +11,34 @@ import zlib
 from collections.abc import Iterable
 
 from controller.protocol import codec
+from controller.protocol import messages as m
 from controller.protocol.auth import FrameAuthenticator
-from controller.protocol.messages import (
-    VERSION,
-    Bye,
-    Contact,
-    Contacts,
-    Grant,
-    GroundTruth,
-    Heartbeat,
-    Hello,
-    HostHeartbeat,
-    Join,
-    Message,
-    NumberedCommand,
-    Offer,
-    Perform,
-    Refuse,
-    State,
-    Telemetry,
-    Welcome,
-)
 from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode
 
 from .choices import Choices
 
 DICTIONARY: tuple[bytes, ...] = (b"\0", b"\x10\x01", b"\x10\x02", b"\x10\x12", b"\xff\xff")
-MESSAGES: tuple[Message, ...] = (
-    Hello(2, 2, "token", "host", False),
-    Offer(2, bytes(range(16)), True),
-    Join("token", "host", False, 77, 7, 3),
-    Welcome(
+MESSAGES: tuple[m.Message, ...] = (
+    m.Hello(2, 2, "token", "host", False),
+    m.Offer(2, bytes(range(16)), True),
+    m.Join("token", "host", False, 77, 7, 3),
+    m.Welcome(
         *(2, 7, "virtual-1", "Orb", True, 5, 5, 10.0, 10.0, 100, 300),
         *(("null", "press"), ("left",), True, 3),
     ),
-    Refuse("another host is there"),
-    Bye("the host was closed"),
-    Heartbeat(1000, 900, 5, 3, ("down",)),
-    HostHeartbeat(1000, 900, 5, 3, 1),
-    NumberedCommand("drop", "pinch", 0.9, (2.0, 1.5), 17, 4, 3, 900),
-    State(("down",)),
-    Telemetry(3, bytes([128] * 25), (1.0, 0.0), (1.0, 2.0), "press", True, 10.0),
-    GroundTruth(1, "press", 100, 600),
-    Contacts((Contact(1, 2.0, 2.0, 5.0, 6.0),)),
-    Perform(2, "pinch", 2.0, 2.0),
-    Grant(500),
+    m.Refuse("another host is there"),
+    m.Bye("the host was closed"),
+    m.Heartbeat(1000, 900, 5, 3, ("down",)),
+    m.HostHeartbeat(1000, 900, 5, 3, 1),
+    m.NumberedCommand("drop", "pinch", 0.9, (2.0, 1.5), 17, 4, 3, 900),
+    m.State(("down",)),
+    m.Telemetry(3, bytes([128] * 25), (1.0, 0.0), (1.0, 2.0), "press", True, 10.0),
+    m.GroundTruth(1, "press", 100, 600),
+    m.Contacts((m.Contact(1, 2.0, 2.0, 5.0, 6.0),)),
+    m.Perform(2, "pinch", 2.0, 2.0),
+    m.Grant(500),
 )
-OPEN: tuple[type, ...] = (Hello, Refuse)  # what is taken without the key
+OPEN: tuple[type, ...] = (m.Hello, m.Refuse)  # what is taken without the key
 _KEY = bytes(range(32))
 
 
@@ -73,8 +54,7 @@ def seeds() -> Iterable[bytes]:
 def one(data: bytes) -> None:
     """Feed bytes to a decoder at once, and to another one piece by piece.
 
-    Raises:
-        AssertionError: They disagree, or one remembers more than a frame.
+    Raises AssertionError: they disagree, or one remembers more than a frame.
     """
     choices = Choices(data)
     how, step = choices.number(), choices.number() % 64 + 1
@@ -91,7 +71,7 @@ def one(data: bytes) -> None:
     assert pieces.feed(b"\0") == whole.feed(b"\0")
     for packet in packets:
         if packet.message is None:
-            assert packet.version != VERSION or how & 2
+            assert packet.version != m.VERSION or how & 2
         else:
             assert not how & 2 or isinstance(packet.message, OPEN), "taken without the key"
             _there_and_back(packet, packet.message)
@@ -106,13 +86,13 @@ def _framed(choices: Choices) -> bytes:
     return stream
 
 
-def _there_and_back(packet: Packet, message: Message) -> None:
+def _there_and_back(packet: Packet, message: m.Message) -> None:
     """What was read can be written, and is then read as the same."""
     session, sequence, t_ms = packet.session, packet.sequence, packet.t_ms
     frame = encode(message, session=session, sequence=sequence, t_ms=t_ms)
     assert len(frame) - 1 <= MAX_FRAME
     again = Decoder().feed(frame)
-    assert again == [packet._replace(version=VERSION)]
+    assert again == [packet._replace(version=m.VERSION)]
 
 
 def _remembers(decoder: Decoder) -> int:

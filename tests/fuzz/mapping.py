@@ -67,11 +67,7 @@ def seeds() -> Iterable[bytes]:
 
 
 def one(data: bytes) -> None:
-    """Read a mapping, and play with it if there is one.
-
-    Raises:
-        AssertionError: A refusal is no sentence, or something is pressed that nobody named.
-    """
+    """Read a mapping, and play with it if there is one."""
     choices = Choices(data)
     how = choices.number() % 8
     raw, kind = how % 2, how // 2

@@ -93,8 +93,7 @@ def seeds() -> Iterable[bytes]:
 def tell(data: bytes) -> World:
     """Let everything happen that bytes choose; return what came of it.
 
-    Raises:
-        AssertionError: A command was invented, doubled or out of order; or memory grew.
+    Raises AssertionError: a command was invented, doubled or out of order; or memory grew.
     """
     choices = Choices(data)
     how = choices.number()

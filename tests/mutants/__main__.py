@@ -3,11 +3,9 @@
     python -m tests.mutants [--seed N] [--count 60] [--resume FILE] [SOURCE ...]
 
 Each mutation runs the tests that `related.toml` names for its file, up to the first that fails; a
-run that takes five times as long as without the mutation counts as caught. `equivalent.toml` lists
-the mutations that no test can catch, with reasons. The tree is copied to a temporary folder, which
-is removed at the end, after Ctrl-C too; the result so far is printed then. With --resume the
-verdicts are kept in FILE, and mutations that it calls caught are not run again: after an
-interruption, or after tests were added. It needs POSIX. The exit status is 0 if 90 % are caught.
+run that takes five times as long as usual counts as caught. `equivalent.toml` lists the mutations
+that no test can catch. With --resume the verdicts are kept in FILE, and mutations that it calls
+caught are not run again. It needs POSIX. The exit status is 0 if 90 % are caught.
 """
 
 from __future__ import annotations

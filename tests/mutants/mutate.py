@@ -41,21 +41,13 @@ class Edit(NamedTuple):
 
 
 class Mutation(NamedTuple):
-    """One edit of one file.
+    """One edit of one file."""
 
-    Attributes:
-        file: Path from the repository's root.
-        line: Number of its first line, from 1.
-        was: The lines that it changes, each stripped, joined by spaces.
-        becomes: The same lines afterwards.
-        edit: The change.
-    """
-
-    file: str
-    line: int
-    was: str
-    becomes: str
-    edit: Edit
+    file: str  # path from the repository's root
+    line: int  # number of its first line, from 1
+    was: str  # the lines that it changes, each stripped, joined by spaces
+    becomes: str  # the same lines afterwards
+    edit: Edit  # the change
 
 
 def mutations(file: str, source: bytes) -> list[Mutation]:

@@ -116,18 +116,6 @@ def test_a_mutation_that_never_ends_is_caught(tree: Path) -> None:
     assert mutants.judge(tree, endless, TESTS, 3.0) == "caught by the time limit"
 
 
-def test_a_copy_holds_the_project_alone_and_is_removed_whatever_happens(tree: Path) -> None:
-    for name in (".venv", "recordings", "tests/__pycache__"):
-        (tree / name).mkdir()
-    with mutants.copied(tree) as copy:
-        assert sorted(path.name for path in copy.iterdir()) == ["late.py", "tests"]
-        assert not (copy / "tests" / "__pycache__").exists()
-    assert not copy.exists()
-    with pytest.raises(KeyboardInterrupt), mutants.copied(tree) as copy:
-        raise KeyboardInterrupt
-    assert not copy.exists()
-
-
 def test_equivalent_mutations_are_listed_with_their_reason_and_do_not_count(
     tree: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -147,35 +135,8 @@ def test_equivalent_mutations_are_listed_with_their_reason_and_do_not_count(
     assert list(mutants.run(drawn, {"late.py": ["late"]}, reasons, resume)) == results
 
 
-def test_tests_that_fail_without_any_mutation_are_named(
-    tree: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(mutants, "ROOT", tree)
-    (tree / "late.py").write_text(SOURCE.replace("> due_s", ">= due_s"))
-    with pytest.raises(SystemExit, match=r"tests/test_late.py fail without any mutation; mend"):
-        list(mutants.run([UNSEEN], {"late.py": ["late"]}, {}))
-
-
-def test_an_entry_whose_line_has_changed_is_out_of_date() -> None:
-    reasons = {
-        ("late.py", UNSEEN.was, UNSEEN.becomes): "no time is negative",
-        ("late.py", "if now_s < 5:", "if now_s <= 5:"): "no more there",
-        ("other.py", "a", "b"): "of a file that was not looked at",
-    }
-    found = {"late.py": mutations("late.py", SOURCE.encode())}
-    assert mutants.stale(reasons, found) == [("late.py", "if now_s < 5:", "if now_s <= 5:")]
-
-
 def test_all_that_the_tables_name_exists() -> None:
     related = mutants.related()
     files = [*related, *(file for file, _, _ in mutants.equivalent())]
     tests = {mutants.test_file(name) for names in related.values() for name in names}
     assert [path for path in (*files, *tests) if not (mutants.ROOT / path).exists()] == []
-
-
-def test_a_source_file_without_related_tests_is_refused(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        mutants.main(["controller/runtime/loop.py"])
-    assert "related.toml names no tests for controller/runtime/loop.py" in capsys.readouterr().err

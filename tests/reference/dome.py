@@ -14,47 +14,32 @@ from scipy import sparse
 from scipy.sparse import linalg
 
 from . import material
-from .finger import Finger, Mask
 from .mesh import disc, taxels
 
 Array = NDArray[np.float64]
-FINGERTIP = Finger()
+Mask = NDArray[np.bool_]
+FINGER = 7.0 / material.RADIUS_MM  # radius of a fingertip
 _TOLERANCE = 1e-9
 _STEP_LIMIT = 0.15  # radii that a node may move in one Newton step
 
 
 @dataclass
 class State:
-    """A state of equilibrium.
+    """A state of equilibrium."""
 
-    Attributes:
-        x: Node positions, (nodes, 3).
-        pressure: Above the atmosphere's.
-        held: Which nodes each finger holds, bool (fingers, nodes).
-        grip: Where it holds them, from its centre, (fingers, nodes, 3).
-    """
-
-    x: Array
-    pressure: float
-    held: Mask
-    grip: Array
+    x: Array  # node positions, (nodes, 3)
+    pressure: float  # above the atmosphere's
+    held: Mask  # which nodes each finger holds, bool (fingers, nodes)
+    grip: Array  # where it holds them, from its centre, (fingers, nodes, 3)
 
 
 @dataclass(frozen=True)
 class Press:
-    """What a finger path did, step by step.
+    """What a finger path did, step by step."""
 
-    Attributes:
-        depth_mm: How far inward the skin under each finger moved, (steps, fingers).
-        log_c: ln C / C0 of every taxel, (steps, 25).
-        pressure: Above the atmosphere's, (steps,).
-        x: Node positions, (steps, nodes, 3).
-    """
-
-    depth_mm: Array
-    log_c: Array
-    pressure: Array
-    x: Array
+    depth_mm: Array  # how far inward the skin under each finger moved, (steps, fingers)
+    log_c: Array  # ln C / C0 of every taxel, (steps, 25)
+    x: Array  # node positions, (steps, nodes, 3)
 
     def at(self, depth_mm: float) -> Array:
         """Return ln C / C0 at an indentation of the first finger, (25,)."""
@@ -78,12 +63,9 @@ class Dome:
     ) -> None:
         """Inflate the dome.
 
-        Args:
-            rings: Circles of nodes.
-            volume: Enclosed volume, R^3.
-            connected: Volume of hose and reservoir that shares the dome's gas, R^3.
-            focus: Where on the flat disc the middle of the rings is.
-            grading: Above 1, rings crowd around the focus.
+        rings: circles of nodes; volume: enclosed volume, R^3; connected: volume of hose and
+        reservoir that shares the dome's gas, R^3; focus: where on the flat disc the middle of the
+        rings is; grading: above 1, rings crowd around the focus.
         """
         self.mesh = mesh = disc(rings, focus, grading)
         dofs = (3 * mesh.triangle[:, :, None] + np.arange(3)).reshape(-1, 9)
@@ -96,7 +78,7 @@ class Dome:
         flat[:, 2] = 2.0 / np.pi * parts[0] * (1.0 - (mesh.node**2).sum(axis=1))
         self.rest = self._free_state(flat, 0.1, 0)
         for part in parts:
-            self.rest = self._settle(self.rest, (), np.zeros((0, 3)), volume=float(part))
+            self.rest = self._settle(self.rest, np.zeros((0, 3)), volume=float(part))
         self.gas = (self.rest.pressure + material.ATMOSPHERE) * (volume + connected)
 
     def touch(self, points: Sequence[complex]) -> tuple[NDArray[np.int64], Array, Array]:
@@ -111,39 +93,29 @@ class Dome:
         self,
         points: Sequence[complex],
         travel_mm: Array,
-        finger: Finger = FINGERTIP,
         shift_mm: Array | None = None,
     ) -> Press:
         """Press fingers straight inward, optionally moving them along the skin as well.
 
-        Args:
-            points: Reference positions, unit disc; the nearest nodes are touched.
-            travel_mm: How far every finger has come since it touched, (steps,).
-            finger: What they are like.
-            shift_mm: Displacement of every finger besides, (steps, fingers, 3).
+        points: reference positions, unit disc; the nearest nodes are touched; travel_mm: how far
+        every finger has come since it touched, (steps,); shift_mm: displacement of every finger
+        besides, (steps, fingers, 3).
         """
         nodes, surface, normal = self.touch(points)
-        radius = finger.radius
         state = self._free_state(self.rest.x, self.rest.pressure, len(points))
-        depth, log_c, pressure, x = [], [], [], []
-        fingers = [finger] * len(points)
-        before = surface + normal * radius
+        depth, log_c, x = [], [], []
+        before = surface + normal * FINGER
         for i, travel in enumerate(travel_mm):
-            centre = surface + normal * (radius - travel / material.RADIUS_MM)
+            centre = surface + normal * (FINGER - travel / material.RADIUS_MM)
             if shift_mm is not None:
                 centre = centre + shift_mm[i] / material.RADIUS_MM
-            state = self._follow(state, fingers, before, centre)
+            state = self._follow(state, before, centre)
             before = centre
             moved = (state.x - self.rest.x)[nodes]
             depth.append(-(moved * normal).sum(axis=1) * material.RADIUS_MM)
             log_c.append(self.log_capacitance(state.x))
-            pressure.append(state.pressure)
             x.append(state.x)
-        return Press(np.array(depth), np.array(log_c), np.array(pressure), np.array(x))
-
-    def volume(self, x: Array) -> float:
-        """Return the enclosed volume."""
-        return self._volume(x)[0]
+        return Press(np.array(depth), np.array(log_c), np.array(x))
 
     def area_ratio(self, x: Array) -> Array:
         """Return deformed over reference area, (triangles,)."""
@@ -165,21 +137,19 @@ class Dome:
         held = np.zeros((fingers, len(x)), dtype=bool)
         return State(x, pressure, held, np.zeros((fingers, len(x), 3)))
 
-    def _follow(
-        self, state: State, fingers: Sequence[Finger], before: Array, centre: Array
-    ) -> State:
+    def _follow(self, state: State, before: Array, centre: Array) -> State:
         """Move the fingers, in smaller steps where Newton loses its way."""
         try:
-            settled = self._settle(state, fingers, centre)
+            settled = self._settle(state, centre)
         except ArithmeticError:
             if np.abs(centre - before).max() < 1e-3:
                 raise
             middle = (before + centre) / 2
-            settled = self._follow(state, fingers, before, middle)
-            return self._follow(settled, fingers, middle, centre)
+            settled = self._follow(state, before, middle)
+            return self._follow(settled, middle, centre)
         held, grip = state.held.copy(), state.grip.copy()
-        for k, finger in enumerate(fingers):
-            touched, first = finger.catch(state.x - before[k], settled.x - centre[k])
+        for k in range(len(centre)):
+            touched, first = _caught(state.x - before[k], settled.x - centre[k])
             new = touched & ~held.any(axis=0) & self.mesh.free
             grip[k, new] = first[new]
             held[k] |= new
@@ -188,7 +158,6 @@ class Dome:
     def _settle(
         self,
         state: State,
-        fingers: Sequence[Finger],
         centre: Array,
         volume: float | None = None,
     ) -> State:
@@ -202,9 +171,9 @@ class Dome:
             matrix = sparse.csr_matrix((entries, (self._rows, self._columns)), (size, size))
             residual = force - pressure * swell
             near = self.mesh.free & ~state.held.any(axis=0)
-            for k, finger in enumerate(fingers):
+            for k in range(len(centre)):
                 held, grip = state.held[k], state.grip[k]
-                push, stiffness = finger.push(x - centre[k], self.mesh.share, near, held, grip)
+                push, stiffness = _push(x - centre[k], self.mesh.share, near, held, grip)
                 residual, matrix = residual + push, matrix + stiffness
             if volume is None:  # Boyle: (p + p_atm)(V + V_connected) stays
                 total, absolute = enclosed + self._connected, pressure + material.ATMOSPHERE
@@ -267,3 +236,41 @@ class Dome:
             bend[:, j, :, i, :] = turn
         volume = float((gradient * x).sum()) / 3.0
         return volume, gradient.ravel(), bend.reshape(-1, 9, 9)
+
+
+def _push(
+    arm: Array, share: Array, near: Mask, held: Mask, grip: Array
+) -> tuple[Array, sparse.csr_matrix]:
+    """Return the force of a fingertip's radial springs, (nodes * 3,), and their stiffness.
+
+    arm: from its middle to every node, (nodes, 3); share: reference area of every node, (nodes,);
+    near: nodes that may meet it without being held, (nodes,); held: nodes that it holds, (nodes,);
+    grip: where, from its middle, (nodes, 3).
+    """
+    length = np.linalg.norm(arm, axis=1)
+    gap = length - FINGER
+    normal = arm / length[:, None]
+    radial = normal[:, :, None] * normal[:, None, :]
+    spring = material.PULP * share[:, None]
+    on = near & (gap < 0.0)
+    force, block = np.zeros_like(arm), np.zeros((len(arm), 3, 3))
+    force[on] = (spring * gap[:, None] * normal)[on]
+    block[on] = radial[on] + (gap / length)[on, None, None] * (np.eye(3) - radial[on])
+    force[held] = (spring * (arm - grip))[held]
+    block[held] = np.eye(3)
+    block *= spring[:, :, None]
+    nodes = np.arange(len(arm) + 1)
+    stiffness = sparse.bsr_matrix((block, nodes[:-1], nodes), shape=(arm.size, arm.size))
+    return force.ravel(), sparse.csr_matrix(stiffness)
+
+
+def _caught(before: Array, after: Array) -> tuple[Mask, Array]:
+    """Return which nodes a fingertip touches after a step, and where each touched it first.
+
+    Both are from its middle to every node, (nodes, 3).
+    """
+    above, below = (np.linalg.norm(arm, axis=1) - FINGER for arm in (before, after))
+    when = np.clip(above / np.maximum(above - below, 1e-12), 0.0, 1.0)[:, None]
+    first = before + when * (after - before)
+    first *= FINGER / np.linalg.norm(first, axis=1, keepdims=True)
+    return below < 0.0, first

@@ -8,6 +8,7 @@ is refused here: items cut short, ranges turned round, reports that end within a
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 MAIN, GLOBAL, LOCAL = 0, 1, 2
 INPUT, OUTPUT, COLLECTION, FEATURE, END_COLLECTION = 8, 9, 10, 11, 12  # tags of main items
@@ -31,19 +32,13 @@ class Globals:
 
 @dataclass(frozen=True)
 class Field:
-    """One main item: `count` values of `size` bits, from `offset` on.
+    """One main item: `count` values of `size` bits, from `offset` on."""
 
-    Attributes:
-        kind: INPUT, OUTPUT or FEATURE.
-        application: The usage (page << 16 | id) of the collection at the top.
-        usages: One a value, or, of an array, one a possible value.
-    """
-
-    kind: int
+    kind: int  # INPUT, OUTPUT or FEATURE
     flags: int
     offset: int
-    application: int
-    usages: tuple[int, ...]
+    application: int  # the usage (page << 16 | id) of the collection at the top
+    usages: tuple[int, ...]  # one a value, or, of an array, one a possible value
     state: Globals
 
 
@@ -70,8 +65,8 @@ class Descriptor:
 
         Variables are all there; None is the null state. Of an array only what is down is there.
 
-        Raises:
-            ValueError: The report has another length, or a value out of range with no null state.
+        Raises ValueError: the report has another length, or a value out of range with no null
+        state.
         """
         if len(data) * 8 != self.bits(kind, report_id):
             raise ValueError(f"report {report_id} has {len(data)} bytes")
@@ -103,11 +98,7 @@ def _values(one: Field, word: int) -> dict[int, int | None]:
 
 
 def parse(data: bytes) -> Descriptor:
-    """Return what a report descriptor describes.
-
-    Raises:
-        ValueError: It breaks a rule.
-    """
+    """Return what a report descriptor describes."""
     descriptor, state, stack = Descriptor(), Globals(), []
     depth, application = 0, 0
     usages: list[int] = []
@@ -178,27 +169,20 @@ def _items(data: bytes) -> list[tuple[int, int, int, int]]:
 
 
 def _set(state: Globals, tag: int, value: int) -> Globals:
-    match tag:
-        case 0:
-            return replace(state, page=value)
-        case 1:
-            return replace(state, logical=(value, state.logical[1]))
-        case 2:
-            return replace(state, logical=(state.logical[0], value))
-        case 3:
-            return replace(state, physical=(value, state.physical[1]))
-        case 4:
-            return replace(state, physical=(state.physical[0], value))
-        case 5:
-            return replace(state, unit_exponent=value)
-        case 6:
-            return replace(state, unit=value)
-        case 7:
-            return replace(state, size=value)
-        case 8:
-            if not 1 <= value <= 255:
-                raise ValueError(f"a report's id is {value}")
-            return replace(state, id=value)
-        case 9:
-            return replace(state, count=value)
-    raise ValueError(f"the global item {tag} is unknown")
+    """Return the state after a global item, section 6.2.2.7."""
+    if tag == 8 and not 1 <= value <= 255:
+        raise ValueError(f"a report's id is {value}")
+    if not 0 <= tag <= 9:
+        raise ValueError(f"the global item {tag} is unknown")
+    name = _GLOBALS[tag]
+    new: Any = value
+    if tag in SIGNED_TAGS:
+        low, high = getattr(state, name)
+        new = (value, high) if tag in (1, 3) else (low, value)
+    return replace(state, **{name: new})
+
+
+_GLOBALS = (  # by tag
+    "page", "logical", "logical", "physical", "physical", "unit_exponent", "unit", "size", "id",
+    "count",
+)  # fmt: skip

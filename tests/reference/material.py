@@ -10,6 +10,5 @@ ATMOSPHERE: Final = 101_325.0 / UNIT_PA
 # A fingertip gives way by 2 mm under 1 N (pulp compression, Serina et al. 1997: 1 N at 1.5 ... 2.5
 # mm). For a sphere of 7 mm on springs, F = pi a k d^2, so k = 11 MPa / m.
 PULP: Final = 1.1e7 * (RADIUS_MM * 1e-3) / UNIT_PA
-RIGID: Final = 1e4  # springs so stiff that the finger enters the skin by less than 0.1 mm
 PERMITTIVITY_DROP: Final = 0.08  # per unit of area stretch; the model's own, so that only the
 # mechanics is compared

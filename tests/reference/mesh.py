@@ -1,10 +1,11 @@
-"""Triangles on the clamped disc, and how much of each lies under every taxel."""
+"""Triangles on the clamped disc, how much of each lies under every taxel, and linear solutions."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse import linalg
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -12,32 +13,20 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Mesh:
-    """A triangulated unit disc.
+    """A triangulated unit disc."""
 
-    Attributes:
-        node: Reference positions, (nodes, 2).
-        triangle: Corners, counterclockwise, (triangles, 3).
-        slope: Gradients of the corners' shape functions, (triangles, 3, 2).
-        area: Reference areas, (triangles,).
-        share: Reference area that belongs to each node, (nodes,).
-        free: Nodes that are not clamped, (nodes,).
-    """
-
-    node: Array
-    triangle: Index
-    slope: Array
-    area: Array
-    share: Array
-    free: NDArray[np.bool_]
+    node: Array  # reference positions, (nodes, 2)
+    triangle: Index  # corners, counterclockwise, (triangles, 3)
+    slope: Array  # gradients of the corners' shape functions, (triangles, 3, 2)
+    area: Array  # reference areas, (triangles,)
+    share: Array  # reference area that belongs to each node, (nodes,)
+    free: NDArray[np.bool_]  # nodes that are not clamped, (nodes,)
 
 
 def disc(rings: int, focus: complex = 0j, grading: float = 1.0) -> Mesh:
     """Mesh the unit disc with 6 k nodes on the k-th of `rings` circles.
 
-    Args:
-        rings: Circles of nodes.
-        focus: Where the middle of the rings is; a conformal map takes it there.
-        grading: Above 1, rings crowd around the focus.
+    A conformal map takes their middle to `focus`; a grading above 1 crowds them there.
     """
     nodes, triangles = [np.zeros(1, dtype=np.complex128)], []
     for k in range(1, rings + 1):
@@ -73,10 +62,7 @@ def _first(ring: int) -> int:
 def taxels(mesh: Mesh, pitch: float = 10 / 38, side: float = 5 / 38) -> sparse.csr_matrix:
     """Return the share of every taxel's area that each triangle fills, (25, triangles).
 
-    Args:
-        mesh: The disc.
-        pitch: Distance of two taxels, radii.
-        side: Width of a taxel, radii.
+    Two taxels are `pitch` apart and each is `side` wide, in radii.
     """
     parts = 8  # each triangle is judged by the centres of parts^2 smaller ones
     i, j = np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")
@@ -96,3 +82,48 @@ def taxels(mesh: Mesh, pitch: float = 10 / 38, side: float = 5 / 38) -> sparse.c
     shape = (25, len(mesh.area))
     cover = sparse.csr_matrix((mesh.area[triangle] / parts**2, (taxel, triangle)), shape=shape)
     return sparse.csr_matrix(sparse.diags(1 / np.asarray(cover.sum(axis=1)).ravel()) @ cover)
+
+
+def deflection(mesh: Mesh, load: Array) -> Array:
+    """Solve -laplace w = load for a membrane of unit tension that is clamped, w (nodes,)."""
+    entries = np.einsum("tai,tbi,t->tab", mesh.slope, mesh.slope, mesh.area)
+    rows = np.repeat(mesh.triangle, 3, axis=1)
+    columns = np.tile(mesh.triangle, (1, 3))
+    matrix = sparse.csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())))
+    free = np.flatnonzero(mesh.free)
+    w = np.zeros(len(mesh.node))
+    w[free] = linalg.spsolve(matrix[free][:, free].tocsc(), (mesh.share * load)[free])
+    return w
+
+
+def drag(mesh: Mesh, ratio: float, force: Array, swelling: Array | None = None) -> Array:
+    """Solve the clamped sheet in plane stress (Young's modulus 1, thickness 1), u (nodes, 2).
+
+    mesh: the disc; ratio: Poisson's; below zero for rubber that is stretched already; force: in its
+    plane, per area, (nodes, 2); swelling: area strain that something else imposes, equal both ways,
+    (triangles,): the sheet is that much too large for its place, or, as below a dent, too small.
+    """
+    # Strains xx, yy, 2 xy from the corners' displacements, (triangles, 3, 6).
+    strain = np.zeros((len(mesh.area), 3, 6))
+    strain[:, 0, 0::2] = strain[:, 2, 1::2] = mesh.slope[:, :, 0]
+    strain[:, 1, 1::2] = strain[:, 2, 0::2] = mesh.slope[:, :, 1]
+    law = np.array([[1.0, ratio, 0.0], [ratio, 1.0, 0.0], [0.0, 0.0, (1.0 - ratio) / 2]])
+    law /= 1.0 - ratio**2
+    entries = np.einsum("tia,ij,tjb,t->tab", strain, law, strain, mesh.area, optimize=True)
+    dofs = (2 * mesh.triangle[:, :, None] + np.arange(2)).reshape(-1, 6)
+    rows, columns = np.repeat(dofs, 6, axis=1), np.tile(dofs, (1, 6))
+    matrix = sparse.csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())))
+    right = (mesh.share[:, None] * force).ravel()
+    if swelling is not None:
+        stretched = 0.5 * swelling[:, None] * np.array([1.0, 1.0, 0.0])
+        pull = np.einsum("tia,ij,tj,t->ta", strain, law, stretched, mesh.area, optimize=True)
+        np.subtract.at(right, dofs, pull)
+    free = np.flatnonzero(np.repeat(mesh.free, 2))
+    u = np.zeros(2 * len(mesh.node))
+    u[free] = linalg.spsolve(matrix[free][:, free].tocsc(), right[free])
+    return u.reshape(-1, 2)
+
+
+def divergence(mesh: Mesh, u: Array) -> Array:
+    """Return the area strain of in-plane displacements, (triangles,)."""
+    return np.asarray(np.einsum("tai,tai->t", mesh.slope, u[mesh.triangle]))

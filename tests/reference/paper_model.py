@@ -14,9 +14,6 @@ def capacitance_of_stretch(stretch: Array) -> Array:
     """Return C / C0 = l^4 of a capacitor stretched by l both ways, eq. (1).
 
     Area grows as l^2, and an incompressible dielectric thins as l^-2.
-
-    Args:
-        stretch: Linear stretch, 1 where flat, any shape.
     """
     return np.asarray(stretch**4, dtype=np.float64)
 
@@ -27,9 +24,7 @@ def orb_area(radius: float, deflection: Array) -> Array:
     Half of Thomsen's approximation for a spheroid. As printed, the equation lacks the factor
     2 pi; eq. (3) has it, and without it a flat orb would not have the area pi r^2 (now to .7 %).
 
-    Args:
-        radius: Clamped radius.
-        deflection: Height of the apex, any shape.
+    radius: clamped radius; deflection: height of the apex, any shape.
     """
     mean = (radius ** (16 / 5) + 2.0 * (radius * deflection) ** (8 / 5)) / 3.0
     return np.asarray(2.0 * np.pi * mean ** (5 / 8), dtype=np.float64)
@@ -40,8 +35,7 @@ def capacitance_of_deflection(deflection_over_radius: Array) -> Array:
 
     The approximation leaves 1.013, not 1, for a flat orb.
 
-    Args:
-        deflection_over_radius: Height of the apex over the clamped radius, any shape.
+    deflection_over_radius: height of the apex over the clamped radius, any shape.
     """
     result = 4.0 * (1 / 3 + 2 / 3 * deflection_over_radius ** (8 / 5)) ** (5 / 4)
     return np.asarray(result, dtype=np.float64)

@@ -1,8 +1,7 @@
 """The circuit of figure 4b in ngspice, with all that hangs on it: truth for the orb's driver.
 
-Shares no line with `controller.sensors.hardware`: films are ladders of resistors, not lumps; pins
-and the converter's sampling switch are switches with edges; everything is integrated by ngspice.
-Ground and supply, currents of leaking inputs, and charge through a pin's gate are in it as well.
+Shares no line with `controller.sensors.hardware`: films are ladders of resistors, pins and the
+converter's sampling switch are switches with edges; everything is integrated by ngspice.
 """
 
 import subprocess
@@ -10,13 +9,12 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Place = Literal["row", "drive", "input"]
 
 SUPPLY_V: Final = 3.3
 EDGE_S: Final = 50e-9  # of every switch
@@ -25,35 +23,19 @@ SAMPLE_S: Final = 1.5e-6  # the converter's sampling time
 
 @dataclass(frozen=True)
 class Parts:
-    """One orb's parts.
+    """One orb's parts."""
 
-    Attributes:
-        taxels_pf: (rows, columns).
-        film_ohm: End to end of columns, then rows, (columns + rows,).
-        stray_pf: At the board ends, same order.
-        row_pf: Capacitor from each row to ground.
-        bleed_ohm: R_m of each row (or column: see `place`).
-        leak_a: Into each row, from pin and converter.
-        gate_pf: From a row pin's gate to the row: what it injects as it lets go.
-        sample_pf: The converter's sampling capacitor.
-        input_pf: Its pin.
-        coupling_pf: C_m, in series between row and converter; None: bridged.
-        place: R_m from row to ground, or in line with the drive, or with the converter's input.
-        buffered: A follower stands before the converter.
-    """
-
-    taxels_pf: Array
-    film_ohm: Array
-    stray_pf: Array
-    row_pf: Array
-    bleed_ohm: Array
-    leak_a: Array
-    gate_pf: float = 0.1
-    sample_pf: float = 20.0
-    input_pf: float = 7.0
-    coupling_pf: float | None = None
-    place: Place = "row"
-    buffered: bool = False
+    taxels_pf: Array  # (rows, columns)
+    film_ohm: Array  # end to end of columns, then rows, (columns + rows,)
+    stray_pf: Array  # at the board ends, same order
+    row_pf: Array  # capacitor from each row to ground
+    bleed_ohm: Array  # R_m of each row, to ground
+    leak_a: Array  # into each row, from pin and converter
+    gate_pf: float = 0.1  # from a row pin's gate to the row: what it injects as it lets go
+    sample_pf: float = 20.0  # the converter's sampling capacitor
+    input_pf: float = 7.0  # its pin
+    coupling_pf: float | None = None  # C_m, in series between row and converter; None: bridged
+    buffered: bool = False  # a follower stands before the converter
 
     @property
     def rows(self) -> int:
@@ -108,8 +90,7 @@ def netlist(parts: Parts, timeline: Timeline, step_s: float = 5e-6) -> str:
     columns, rows = parts.columns, parts.rows
     for i in range(columns):
         add(timeline.source(f"c{i}", f"pin{i}", SUPPLY_V))
-        inline = parts.bleed_ohm[0] if parts.place == "drive" else 0.001
-        add(f"Rc{i} pin{i} cb{i} {50.0 + inline}")
+        add(f"Rc{i} pin{i} cb{i} 50.001")
         add(f"Ccb{i} cb{i} 0 {parts.stray_pf[i]}p")
         lines += _film("c", i, rows, float(parts.film_ohm[i]))
     for j in range(rows):
@@ -118,8 +99,7 @@ def netlist(parts: Parts, timeline: Timeline, step_s: float = 5e-6) -> str:
         add(f"Cg{j} gate{j} rb{j} {parts.gate_pf * SUPPLY_V}p")
         add(f"Crb{j} rb{j} 0 {parts.row_pf[j] + parts.stray_pf[columns + j]}p")
         add(f"Il{j} 0 rb{j} {parts.leak_a[j]}")
-        if parts.place == "row":
-            add(f"Rm{j} rb{j} 0 {parts.bleed_ohm[j]}")
+        add(f"Rm{j} rb{j} 0 {parts.bleed_ohm[j]}")
         lines += _film("r", j, columns, float(parts.film_ohm[columns + j]))
         lines += _input(parts, j)
         add(timeline.source(f"s{j}", f"take{j}"))
@@ -151,9 +131,6 @@ def _film(kind: str, number: int, taxels: int, ohm: float) -> Iterable[str]:
 def _input(parts: Parts, j: int) -> Iterable[str]:
     """Yield what is between a row and the converter's switch."""
     node = f"rb{j}"
-    if parts.place == "input":
-        yield f"Rm{j} {node} ri{j} {parts.bleed_ohm[j]}"
-        node = f"ri{j}"
     if parts.coupling_pf is not None:
         yield f"Cm{j} {node} rm{j} {parts.coupling_pf}p"
         node = f"rm{j}"
@@ -171,11 +148,7 @@ def _input(parts: Parts, j: int) -> Iterable[str]:
 
 
 def run(circuit: str, nodes: Sequence[str]) -> tuple[Array, Array]:
-    """Return times, (steps,), and the voltages of nodes then, (steps, nodes).
-
-    Raises:
-        RuntimeError: ngspice fails.
-    """
+    """Return times, (steps,), and the voltages of nodes then, (steps, nodes)."""
     with tempfile.TemporaryDirectory() as folder:
         deck, raw = Path(folder) / "deck.cir", Path(folder) / "out.raw"
         save = " ".join(f"v({node})" for node in nodes)

@@ -35,19 +35,12 @@ _EARLY_S: Final = 5e-6  # a sample is taken this much before its conversion ends
 
 @dataclass(frozen=True)
 class Slot:
-    """One charge, on the time of the whole scan.
+    """One charge, on the time of the whole scan."""
 
-    Attributes:
-        column: Raised; -1 none.
-        rows: That float, in the order of conversion.
-        rise_s: When.
-        ends_s: When each conversion ends, (rows, samples).
-    """
-
-    column: int
-    rows: tuple[int, ...]
-    rise_s: float
-    ends_s: Array
+    column: int  # raised; -1 none
+    rows: tuple[int, ...]  # that float, in the order of conversion
+    rise_s: float  # when
+    ends_s: Array  # when each conversion ends, (rows, samples)
 
 
 def scan(rows: int, columns: int, scheme: str) -> tuple[Timeline, list[Slot]]:

@@ -1,8 +1,8 @@
 """A small bluetoothd on a private bus: one adapter, and hosts that a test plays.
 
-It does what the real one does with a GATT application and an advertisement: asks for its objects,
-reads, writes, starts notifying, obeys the flags, and forgets whoever leaves the bus. What it knows
-of D-Bus it has from BlueZ's own interface descriptions
+It does what the real one does with a GATT application, an advertisement and a profile: asks the
+application for its objects, reads, writes, starts notifying, obeys the flags, and forgets whoever
+leaves the bus. What it knows of D-Bus it has from BlueZ's own interface descriptions
 (doc/org.bluez.*.rst); the real bluetoothd has its turn in tests/system.
 """
 
@@ -25,6 +25,13 @@ if shutil.which("dbus-daemon") is None:
 from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
+
+from controller.keymap.keymap import load
+from controller.links.bluetooth.bluez import Bus
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.reports import OUTPUTS
+from controller.protocol.messages import Command, State
 
 ADAPTER = "/org/bluez/hci0"
 _PROPERTIES = "org.freedesktop.DBus.Properties"
@@ -76,6 +83,46 @@ def scene(*given: Any, **options: Any) -> Callable[[Callable[..., Any]], Callabl
     return made
 
 
+class HidTable:
+    """A fake bluetoothd, and the orb's HID device.
+
+    Attributes:
+        told: Who has the orb, from its first change on.
+        remembered: What the device has stored.
+    """
+
+    def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
+        self.bluez, self.bus = bluez, bus
+        self.told: list[str] = []
+        self.remembered: list[StoredHosts] = []
+        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
+        self.pad = HidDevice(
+            load(Path(mapping), OUTPUTS),
+            hosts,
+            notify=self._tell,
+            store=self.remembered.append,
+        )
+        self._changed = asyncio.Event()
+        self._seen = 0
+
+    def _tell(self, address: str) -> None:
+        self.told.append(address)
+        self._changed.set()
+
+    async def who(self) -> str:
+        """Return who has the orb, as soon as that changes."""
+        while len(self.told) == self._seen:
+            self._changed.clear()
+            await asyncio.wait_for(self._changed.wait(), 10.0)
+        self._seen += 1
+        return self.told[self._seen - 1]
+
+    def press(self, name: str) -> None:
+        """Let the player make a gesture, and go on holding the orb."""
+        self.pad.take(Command(name, "press", 1.0, None, 1))
+        self.pad.take(State((name,)))
+
+
 class RefusedError(Exception):
     """What a host or a program is told instead of an answer."""
 
@@ -91,6 +138,7 @@ class FakeBluez:
         objects: What GetManagedObjects tells, plain values.
         application: The registered application's objects by path, {} if there is none.
         advertisement: The registered advertisement's properties, {} if there is none.
+        profiles: The options of registered profiles, by UUID.
         heard: (host's address, UUID, value) of every notification, oldest first.
         disconnected: Addresses that the program has disconnected, oldest first.
         refuse: The error that a method answers with, by its name.
@@ -113,6 +161,7 @@ class FakeBluez:
         }
         self.application: dict[str, dict[str, Properties]] = {}
         self.advertisement: Properties = {}
+        self.profiles: dict[str, Properties] = {}
         self.heard: list[tuple[str, str, bytes]] = []
         self.disconnected: list[str] = []
         self.refuse: dict[str, RefusedError] = {}
@@ -321,6 +370,14 @@ class FakeBluez:
         if not self.advertisement:
             raise RefusedError("org.bluez.Error.DoesNotExist")
         self.advertisement = {}
+
+    async def _on_RegisterProfile(self, message: Message) -> None:  # noqa: N802
+        if message.body[1] in self.profiles:
+            raise RefusedError("org.bluez.Error.NotPermitted", "UUID already registered")
+        self.profiles[message.body[1]] = unpack_variants(message.body[2])
+
+    async def _on_UnregisterProfile(self, message: Message) -> None:  # noqa: N802
+        self.profiles.clear()
 
     async def _on_Disconnect(self, message: Message) -> None:  # noqa: N802
         device = self.objects[message.path or ""]["org.bluez.Device1"]

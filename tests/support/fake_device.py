@@ -1,16 +1,24 @@
 """A small orb for tests: a real process with a real session and link, and nothing to feel.
 
-    python tests/support/fake_device.py listen://127.0.0.1:0 [--silent]
+    python tests/support/fake_device.py listen://127.0.0.1:0 [--scripted]
 
 It waits for a host, then sends Telemetry at 50 Hz, and the command "drop" with every tenth frame,
 whoever is there. Under granted time it begins anew with each host, steps by 0.1 s of that time, and
-answers every grant. It ends with its standard input.
+answers every grant. With --scripted it obeys lines of its standard input instead:
+
+    hold NAME    send the command NAME, and say that it is held until ...
+    let go       nothing is held any more
+    tap NAME     both at once
+
+and prints "hello" when a host has come, and "done" when it has sent a line. It ends with its
+standard input.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import queue
 import sys
 import threading
 import time
@@ -37,6 +45,7 @@ from controller.protocol.messages import (
 
 REAL_STEP_MS = 20
 GRANTED_STEP_MS = 100
+PICTURE, SHARES = bytes([128] * 25), (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def welcome(*, virtual: bool = True, nonce: int = 7) -> Welcome:
@@ -97,25 +106,52 @@ class Loop:
     def step(self, step_ms: int) -> None:
         self.frame += 1
         self.t_ms += step_ms
-        shares = (1.0, 0.0, 0.0, 0.0, 0.0)
-        telemetry = Telemetry(self.frame, bytes([128] * 25), shares, None, "", True, 10.0)
-        self.link.send(telemetry, self.t_ms)
+        felt = Telemetry(self.frame, PICTURE, SHARES, None, "", True, 10.0)
+        self.link.send(felt, self.t_ms)
         if self.frame % 10 == 0:
             command = Command("drop", "pinch", 0.9, None, self.frame)
             self.link.send(command, self.t_ms)
 
 
+def script(link: Link, lines: queue.SimpleQueue[str]) -> None:
+    """Do what the lines say, once a host is there."""
+    start_s, frame, held, greeted = time.monotonic(), 0, "", False
+    while True:
+        t_ms = round((time.monotonic() - start_s) * 1000)
+        link.wait(max((frame + 1) * REAL_STEP_MS - t_ms, 0) / 1000)
+        for request in link.poll():
+            if isinstance(request, Hello | Bye):
+                greeted, held = isinstance(request, Hello), ""
+                if greeted:
+                    print("hello", flush=True)
+        while greeted and not lines.empty():
+            what, _, name = lines.get().partition(" ")
+            if what != "let":
+                link.send(Command(name, "press", 0.9, None, frame), t_ms)
+            held = name if what == "hold" else ""
+            link.send(State((held,) if held else ()), t_ms)
+            print("done", flush=True)
+        if t_ms >= (frame + 1) * REAL_STEP_MS:
+            frame += 1
+            felt = Telemetry(frame, PICTURE, SHARES, None, "press" if held else "", True, 50.0)
+            link.send(felt, t_ms)
+
+
 def main() -> None:
-    url = sys.argv[1]
-    threading.Thread(target=end_with_standard_input, daemon=True).start()
+    url, lines = sys.argv[1], queue.SimpleQueue[str]()
+    threading.Thread(target=read, args=(lines,), daemon=True).start()
     nonce = int.from_bytes(os.urandom(4), "little")
     link = open_link(url, welcome(nonce=nonce), token=os.environ.get("ORBTOUCH_TOKEN", ""))
     print(json.dumps({"listening": getattr(link, "url", url)}), flush=True)
+    if "--scripted" in sys.argv:
+        script(link, lines)
     Loop(link).run()
 
 
-def end_with_standard_input() -> None:
-    sys.stdin.buffer.read()
+def read(lines: queue.SimpleQueue[str]) -> None:
+    """Pass the standard input's lines on, and end the program with it."""
+    for line in sys.stdin:
+        lines.put(line.strip())
     os._exit(0)
 
 

@@ -73,5 +73,6 @@ def as_windows(x: Points, y: NDArray[np.int64], sessions: int = 4) -> Windows:
     """Points as windows of one image, distributed over several sessions."""
     index = np.arange(len(x))
     labels = tuple(str(i) for i in range(int(y.max()) + 1))
+    nowhere = np.full((len(x), 2), np.nan, dtype=np.float32)
     return Windows(x[:, None].astype(np.float32), y, index % sessions, index // sessions, index,
-                   labels, 10.0, (1, x.shape[1]))  # fmt: skip
+                   nowhere, labels, 10.0, (1, x.shape[1]))  # fmt: skip

@@ -66,10 +66,8 @@ class Wire:
 class World:
     """Both ends, and what really happened.
 
-    Args:
-        serial: The line has no end that anybody could see: only silence tells that it is cut.
-        keyed: Frames are sealed.
-        device_ms: The device's clock at the start, the host's is 0.
+    serial: the line has no end that anybody could see: only silence tells that it is cut; keyed:
+    frames are sealed; device_ms: the device's clock at the start, the host's is 0.
     """
 
     def __init__(self, *, serial: bool, keyed: bool, device_ms: int) -> None:

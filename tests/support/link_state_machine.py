@@ -15,13 +15,9 @@ PAUSES = st.integers(0, 200)
 
 
 class BadWire(RuleBasedStateMachine):
-    """What can happen between an orb and its host.
+    """What can happen between an orb and its host."""
 
-    Attributes:
-        total: What has happened in all examples together.
-    """
-
-    total: ClassVar[Counter[str]] = Counter()
+    total: ClassVar[Counter[str]] = Counter()  # what has happened in all examples together
     oldest_ms: ClassVar[int] = 0
 
     def __init__(self) -> None:

@@ -134,11 +134,16 @@ class Slab(Sensor):
 
 
 class Certain(Networks):
-    """Networks that are sure of a press wherever something deviates."""
+    """Networks that are sure of one gesture wherever something deviates."""
+
+    def __init__(self, label: str = "press") -> None:
+        self.label = SHIPPED.labels.index(label)
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        pressed = float(np.abs(window[-1] - 1.0).max()) > 0.1
-        return np.array([1 - pressed, pressed, 0, 0, 0], dtype=np.float32)
+        touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
+        probabilities = np.zeros(len(SHIPPED.labels), dtype=np.float32)
+        probabilities[self.label if touched else 0] = 1.0
+        return probabilities
 
     def touch(self, image: Image) -> tuple[float, float]:
         row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)

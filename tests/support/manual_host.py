@@ -25,10 +25,8 @@ JOIN = Join("", "a test", False, host_nonce=77, boot_nonce=0, done=0)
 class HandMadeHost:
     """The host's end of a byte stream.
 
-    Args:
-        read: Waits for bytes, and returns them; b"" at the end.
-        write: Takes bytes.
-        key: What to seal with, if the device asks for it.
+    read: waits for bytes, and returns them; b"" at the end; write: takes bytes; key: what to seal
+    with, if the device asks for it.
     """
 
     def __init__(

@@ -9,9 +9,8 @@ from typing import Any
 def memory_mib(field: str = "VmRSS", pid: int | str = "self") -> float:
     """Return one of the sizes in /proc/PID/status, MiB.
 
-    Raises:
-        LookupError: The process has ended, or has no such size.
-        OSError: There is no such process.
+    Raises LookupError: the process has ended, or has no such size; OSError: there is no such
+    process.
     """
     for line in Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines():
         if line.startswith(f"{field}:"):
@@ -20,13 +19,10 @@ def memory_mib(field: str = "VmRSS", pid: int | str = "self") -> float:
 
 
 class LineProcess:
-    """A process that is spoken to line by line.
-
-    Attributes:
-        process: The process itself.
-    """
+    """A process that is spoken to line by line."""
 
     def __init__(self, command: Sequence[str], **options: Any) -> None:
+        # the process itself
         self.process: subprocess.Popen[str] = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1, **options
         )
@@ -39,8 +35,7 @@ class LineProcess:
     def line(self) -> str:
         """Return its next line, waiting for it.
 
-        Raises:
-            RuntimeError: It has ended.
+        Raises RuntimeError: it has ended.
         """
         assert self.process.stdout is not None
         if line := self.process.stdout.readline():

@@ -22,7 +22,7 @@ def game_with(picture: str, piece: Piece, config: Config | None = None) -> Game:
 def set_up(game: Game, board: Board, piece: Piece) -> None:
     """Go on from another position, with a piece that has just come there."""
     game.board = board
-    game._take(piece)
+    game.put(piece)
 
 
 def rotated(

@@ -8,12 +8,7 @@ PATIENCE_S = 30.0  # an upper bound; what is waited for takes milliseconds
 
 
 def until(condition: Callable[[], Any], *, passing: tuple[type[Exception], ...] = ()) -> Any:
-    """Return the first true value of a condition; fail after `PATIENCE_S`.
-
-    Args:
-        condition: What is asked again and again.
-        passing: Errors that mean no more than "not yet".
-    """
+    """Return the first true value of a condition; fail after `PATIENCE_S`."""
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:
         try:

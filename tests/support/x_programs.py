@@ -15,7 +15,7 @@ from tests.support.processes import LineProcess
 from tests.support.waiting import PATIENCE_S, until
 
 __all__ = ["PATIENCE_S", "Orb", "Player", "Screen", "server", "until"]
-DEVICE = Path(__file__).with_name("scripted_device.py")
+DEVICE = Path(__file__).with_name("fake_device.py")
 
 
 @contextlib.contextmanager
@@ -104,7 +104,7 @@ class Orb(LineProcess):
     """A device that does what it is told."""
 
     def __init__(self) -> None:
-        super().__init__([sys.executable, str(DEVICE), "listen://127.0.0.1:0"])
+        super().__init__([sys.executable, str(DEVICE), "listen://127.0.0.1:0", "--scripted"])
         self.url = str(json.loads(self.line())["listening"])
 
     def until(self, wanted: str) -> None:

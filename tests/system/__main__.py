@@ -55,7 +55,7 @@ def table(results: dict[str, vm.Result]) -> str:
     lines += ["", "| latency | n | p50 ms | p99 ms |", "|---|---|---|---|"]
     for result in results.values():
         for row in result.rows:
-            lines.append(f"| {row.what} | {row.n} | {row.p50_ms:.2f} | {row.p99_ms:.2f} |")
+            lines.append("| {what} | {n} | {p50_ms:.2f} | {p99_ms:.2f} |".format(**row))
     return "\n".join(lines)
 
 

@@ -2,12 +2,10 @@
 
     python -m tests.system.arm64 [TESTS...]
 
-Builds, once, in the user's cache folder: qemu for user programs (from Debian 13, since older ones
-crash in ONNX Runtime), a Debian for ARM with nothing in it but Python, and the wheels that a
-Raspberry Pi would install. Then it asks both engines the golden questions of the shipped bundle
-on this machine and on the emulated one, compares the answers, and runs the device's default tests
-there. Nothing is installed, and nothing needs root but mmdebstrap's own tricks. About ten minutes
-the first time; emulated seconds say nothing about a Pi's.
+Builds, once, in the user's cache folder: qemu for user programs, a Debian for ARM with nothing in
+it but Python, and the wheels that a Raspberry Pi would install. Then it compares both engines'
+golden answers with this machine's, and runs the device's default tests there. About ten minutes the
+first time; emulated seconds say nothing about a Pi's.
 """
 
 import argparse
@@ -26,7 +24,9 @@ import platformdirs
 SUITE: Final = "trixie"  # Debian 13: qemu 10
 PYTHON: Final = "3.13"  # the suite's
 PLATFORMS: Final = ("manylinux_2_28_aarch64", "manylinux_2_27_aarch64", "manylinux2014_aarch64")
-WHEELS: Final = "numpy onnxruntime platformdirs pyserial pytest pytest-xdist hypothesis cobs"
+WHEELS: Final = (
+    "numpy onnxruntime platformdirs pyserial tomli-w pytest pytest-xdist hypothesis cobs"
+)
 CPU: Final = "cortex-a72"  # the Raspberry Pi 4's
 AGREE: Final = 1e-5
 PATIENCE_S: Final = "300"  # with a program that takes seconds on the machine itself
@@ -68,8 +68,7 @@ class MissingError(OSError):
 def python() -> Path:
     """Return a program that is Python on the emulated machine, built first if it must be.
 
-    Raises:
-        MissingError: A tool is not installed, or a download fails.
+    Raises MissingError: a tool is not installed, or a download fails.
     """
     home = platformdirs.user_cache_path("orbtouch", appauthor=False) / f"arm64-{SUITE}"
     program = home / "python"

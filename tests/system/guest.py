@@ -3,8 +3,7 @@
     python3 -m tests.system.guest CASE ...     every case, cleaning up after each
     python3 -m tests.system.guest --one CASE   this case, here
 
-A case is a module of `tests.system.cases` with `run(guest)`; it fails by raising. `Guest` gives it
-the radio, processes whose lines it can wait for, and takes down what it has found and measured.
+A case is a module of `tests.system.cases` with `run(guest)`; it fails by raising.
 """
 
 from __future__ import annotations
@@ -120,18 +119,12 @@ class Process:
 
 
 class Guest:
-    """What a case works with.
-
-    Attributes:
-        addresses: Of the two adapters, hci0 and hci1, once the radio is on.
-        found: What was seen, for the table.
-        rows: What was measured, likewise.
-    """
+    """What a case works with."""
 
     def __init__(self) -> None:
-        self.addresses: list[str] = []
-        self.found: list[str] = []
-        self.rows: list[dict[str, Any]] = []
+        self.addresses: list[str] = []  # of the two adapters, hci0 and hci1, once the radio is on
+        self.found: list[str] = []  # what was seen, for the table
+        self.rows: list[dict[str, Any]] = []  # what was measured, likewise
         self.processes: list[Process] = []
         self._radio: dict[str, Process] = {}
 

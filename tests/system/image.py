@@ -31,15 +31,10 @@ import platformdirs
 
 @dataclass(frozen=True)
 class Suite:
-    """A release of Debian.
+    """A release of Debian."""
 
-    Attributes:
-        python: Its Python.
-        glibc: Its C library, 2.x, which decides what wheels it takes.
-    """
-
-    python: str
-    glibc: int
+    python: str  # its Python
+    glibc: int  # its C library, 2.x, which decides what wheels it takes
 
 
 SUITES: Final = {"trixie": Suite("3.13", 41), "bookworm": Suite("3.11", 36)}
@@ -50,7 +45,7 @@ PACKAGES: Final = """
     procps busybox-static
 """
 # Bumble by hand: its own list draws in USB libraries that nothing here needs.
-WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial dbus-fast"
+WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial tomli-w dbus-fast"
 BARE_WHEELS: Final = "bumble cryptography cffi pycparser pyee typing_extensions"
 # linux-image-cloud-amd64 has no Bluetooth at all; this kernel has everything as modules. The
 # kernel asks for the ciphers when a controller appears, and would give up while they load.
@@ -78,29 +73,12 @@ class ImageError(OSError):
     """The image cannot be built; one sentence says why and what to do."""
 
 
-@dataclass(frozen=True)
-class Image:
-    """What qemu boots.
+def image(suite: str = DEFAULT) -> Path:
+    """Return the folder of vmlinuz, initrd.gz and root.squashfs, 140 MB.
 
-    Attributes:
-        kernel: The compressed kernel.
-        initrd: The first file system, which mounts the root.
-        root: The root file system, read only.
-    """
+    It is built first if it is not in the cache, in about three minutes.
 
-    kernel: Path
-    initrd: Path
-    root: Path
-
-
-def image(suite: str = DEFAULT) -> Image:
-    """Return the image, built first if it is not in the cache: about three minutes, 140 MB.
-
-    Args:
-        suite: The release of Debian.
-
-    Raises:
-        ImageError: A tool is missing, there is no such suite, or a step failed.
+    Raises ImageError: a tool is missing, there is no such suite, or a step failed.
     """
     _check_tools()
     if suite not in SUITES:
@@ -119,7 +97,7 @@ def image(suite: str = DEFAULT) -> Image:
     for old in cache.iterdir():
         if time.time() - old.stat().st_mtime > DAYS * 86_400:
             shutil.rmtree(old, ignore_errors=True)
-    return Image(folder / "vmlinuz", folder / "initrd.gz", folder / "root.squashfs")
+    return folder
 
 
 def _check_tools() -> None:
@@ -301,6 +279,4 @@ def _cpio(files: list[tuple[str, int, bytes]]) -> Iterator[bytes]:
 
 
 if __name__ == "__main__":
-    built = image()
-    sizes = {p.name: f"{p.stat().st_size / 1e6:.0f} MB" for p in vars(built).values()}
-    print(sizes)
+    print({p.name: f"{p.stat().st_size / 1e6:.0f} MB" for p in image().iterdir()})

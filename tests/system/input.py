@@ -1,13 +1,20 @@
 """A host that has nothing of ours: BlueZ and the kernel's input devices, as a desktop uses them.
 
-`Desktop` is a host over GATT, whose every part is BlueZ's.
+`Desktop` is a host over GATT, whose every part is BlueZ's. `ClassicDesktop` does by hand what
+BlueZ's input plugin does, and hands both channels to the kernel's HID protocol: that plugin would
+take the orb's own channels away, as both ends here have one bluetoothd.
 """
 
 from __future__ import annotations
 
+import array
 import asyncio
 import contextlib
+import fcntl
 import select
+import socket
+import struct
+import threading
 import time
 from collections.abc import Coroutine
 from typing import Any
@@ -34,6 +41,8 @@ _ASKED, _PATIENCE_S = 4, 10.0
 class Desktop:
     """The host on hci0, over GATT."""
 
+    transport = "le"
+
     def __init__(self, guest: Guest) -> None:
         """Connect to BlueZ."""
         self.guest = guest
@@ -44,7 +53,7 @@ class Desktop:
     def find(self) -> None:
         """Look for the orb."""
         self._do(self._bus.set(HOST, ADAPTER, "Powered", "b", True))
-        looks = {"Transport": variant("s", "le")}
+        looks = {"Transport": variant("s", self.transport)}
         self._do(self._bus.call(HOST, ADAPTER, "SetDiscoveryFilter", "a{sv}", looks))
         self._do(self._bus.call(HOST, ADAPTER, "StartDiscovery"))
         self.guest.until(lambda: self.path, "the orb to be found")
@@ -118,6 +127,70 @@ class Desktop:
 
     def _do(self, task: Coroutine[Any, Any, Any]) -> Any:
         return self._loop.run_until_complete(task)
+
+
+class ClassicDesktop(Desktop):
+    """The host on hci0, over classic Bluetooth."""
+
+    transport = "bredr"
+    ports = (0x11, 0x13)
+
+    def __init__(self, guest: Guest) -> None:
+        """Connect to BlueZ, and wait for orbs that come back."""
+        super().__init__(guest)
+        self.descriptor = b""
+        self._kernel = socket.socket(socket.AF_BLUETOOTH, socket.SOCK_RAW, _HIDP)
+        self._listeners = [_l2cap(self.host, port) for port in self.ports]
+        for listener in self._listeners:
+            listener.listen(1)
+        self._thread = threading.Thread(target=self._welcome, daemon=True)
+
+    def connect(self) -> None:
+        """Read the orb's record, open both channels and hand them to the kernel."""
+        record = self.guest.run("sdptool", "browse", "--xml", self.orb)
+        after = record.partition('<attribute id="0x0206">')[2].partition("</attribute>")[0]
+        self.descriptor = bytes.fromhex(after.partition('encoding="hex" value="')[2].split('"')[0])
+        channels = []
+        for port in self.ports:
+            channel = _l2cap(self.host, 0)
+            channel.connect((self.orb, port))
+            channels.append(channel)
+        self._hand_over(channels)
+        self._thread.start()
+
+    def settled(self) -> bool:
+        """Return True: the kernel looks at nothing but the reports."""
+        return True
+
+    def _welcome(self) -> None:
+        """Do the same for an orb that comes by itself."""
+        with contextlib.suppress(OSError):
+            while True:
+                self._hand_over([listener.accept()[0] for listener in self._listeners])
+
+    def _hand_over(self, channels: list[socket.socket]) -> None:
+        """Let the kernel speak HID over these: linux/net/bluetooth/hidp/hidp.h."""
+        descriptor = array.array("B", self.descriptor)
+        address, size = descriptor.buffer_info()
+        request = struct.pack(
+            "@iiHHPBBHHHII128s",
+            channels[0].fileno(), channels[1].fileno(), 0x0111, size, address, 0, 8,
+            0x1209, 1, 0x0100, 0, 0, b"OrbTouch",
+        )  # fmt: skip
+        fcntl.ioctl(self._kernel, _ADD, request)
+        for channel in channels:
+            channel.close()  # the kernel has its own hold on them
+
+
+_HIDP = 6  # the protocol's number: linux/include/net/bluetooth/bluetooth.h
+_ADD = 0x400448C8  # HIDPCONNADD
+
+
+def _l2cap(address: str, port: int) -> socket.socket:
+    fresh = socket.socket(socket.AF_BLUETOOTH, socket.SOCK_SEQPACKET, socket.BTPROTO_L2CAP)
+    fresh.setsockopt(274, 4, bytes([2, 0]))  # encrypted
+    fresh.bind((address, port))
+    return fresh
 
 
 def events(device: Any, count: int, timeout_s: float = ANSWER_S) -> list[tuple[float, str, int]]:

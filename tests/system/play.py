@@ -8,12 +8,10 @@ URL is whatever `host --link` takes, or socket:ADDRESS/CHANNEL/LOCAL. The last l
 
 from __future__ import annotations
 
-import contextlib
 import json
 import socket
 import sys
 import time
-from typing import Any
 
 from controller.protocol.messages import Grant, Granted
 from host import demo
@@ -23,36 +21,20 @@ from host.connection.transport import Transport, _Selected, open_transport
 GRANTS = 150
 
 
-class PlainSocket:
-    """Python's own socket behind the four methods that a transport needs of a port."""
-
-    def __init__(self, words: str) -> None:
-        address, channel, local = words.split("/")
-        self._socket = socket.socket(31, socket.SOCK_STREAM, 3)
-        self._socket.bind((local, 0))
-        self._socket.connect((address, int(channel)))
-        self._socket.setblocking(False)
-        self.fileno, self.close = self._socket.fileno, self._socket.close
-
-    def read(self, size: int) -> bytes:
-        """Return what has come; the other end has gone if that is nothing."""
-        with contextlib.suppress(BlockingIOError):
-            data = self._socket.recv(size)
-            if not data:
-                raise OSError("the other end closed it")
-            return data
-        return b""
-
-    def write(self, data: bytes) -> int:
-        """Send what fits."""
-        return self._socket.send(data)
+def plain(words: str) -> socket.socket:
+    """Connect Python's own socket: ADDRESS/CHANNEL/LOCAL."""
+    address, channel, local = words.split("/")
+    connection = socket.socket(31, socket.SOCK_STREAM, 3)
+    connection.bind((local, 0))
+    connection.connect((address, int(channel)))
+    connection.setblocking(False)
+    return connection
 
 
 def opened(url: str) -> Transport:
     """Open one of the ways."""
     if url.startswith("socket:") and not url.startswith("socket://"):
-        port: Any = PlainSocket(url.partition(":")[2])
-        return _Selected(port, url)
+        return _Selected(plain(url.partition(":")[2]), url)
     return open_transport(url)
 
 

@@ -60,10 +60,8 @@ def digits(guest: Guest, process: Process, question: str) -> str:
 def game(guest: Guest, link: str | None) -> dict[str, Any]:
     """Play a demo game; return what came of it, without the count of bytes.
 
-    Args:
-        guest: The case's.
-        link: Where the orb is; None: `host` starts one of its own. What pyserial knows is played
-            by `host` itself, Python's own socket by its parts.
+    guest: the case's; link: where the orb is; None: `host` starts one of its own. What pyserial
+    knows is played by `host` itself, Python's own socket by its parts.
     """
     if link is not None and link.startswith("socket:"):
         process = guest.python(f"{__package__}.play", link, SEED, SECONDS, name="play")

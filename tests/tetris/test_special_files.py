@@ -87,7 +87,7 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
     make(kind, tmp_path, FILE_NAME)
     records = HighScores(tmp_path)
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
-    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, {})
+    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, {})
     assert records.add(MODES["zen"], summary, won=False, seed=1) == 1
 
 
@@ -104,16 +104,24 @@ def test_a_list_of_replays_with_a_special_file_says_so_when_it_is_chosen(
     assert "cannot read" in player.menu.menu.notice
 
 
-@pytest.mark.parametrize("text", ["x" + ".a" * 4_000 + " = 1", "x = " + "[" * 8_000])
-def test_settings_of_8_kb_are_read_in_a_moment_and_larger_ones_put_aside(
-    text: str, tmp_path: Path
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("# " + "x" * 65_530, ""),
+        ("# " + "x" * 65_536, "put aside"),
+        ("x" + ".a" * 30_000 + " = 1", "put aside"),
+        ("x" + " . '.'" * 10_000 + " = 1", "put aside"),
+        ("x = " + "[" * 30_000, "put aside"),
+    ],
+)
+def test_settings_of_64_kb_are_read_in_a_moment_and_larger_ones_put_aside(
+    text: str, words: str, tmp_path: Path
 ) -> None:
     path = tmp_path / settings.FILE_NAME
     path.write_text(text)
-    assert settings.load(path)[0] == Settings()
-    path.write_text("# " + "x" * 8_192)
-    assert "put aside" in settings.load(path)[1]
-    assert not path.exists()
+    chosen, trouble = settings.load(path)
+    assert (chosen, words in trouble) == (Settings(), True)
+    assert path.exists() == (not words)
 
 
 def test_a_name_with_a_zero_byte_cannot_be_read() -> None:

@@ -202,7 +202,7 @@ def landings(
         if mask not in landed_masks:  # turned pieces often fill the same cells
             landed_masks.add(mask)
             found.append((landing, (*actions, Action.HARD_DROP)))
-        for there, action in neighbours(bits, here, kicks):
+        for there, action, _ in neighbours(bits, here, kicks):
             if action is not Action.DOWN and there not in seen:
                 seen.add(there)
                 queue.append((there, (*actions, action)))

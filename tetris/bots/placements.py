@@ -1,4 +1,4 @@
-"""All placements of a piece, and the shortest inputs to each.
+"""All placements of a piece, spins included, and the fewest inputs to each.
 
 A set of positions is one integer: bit n is set for a box whose corner is bit n of the
 board. A shift of the integer moves all positions of the set at once, so that the piece
@@ -10,11 +10,12 @@ by side in one integer, a block each.
 from collections import deque
 from collections.abc import Iterator
 from functools import cache
-from typing import Final
+from typing import Final, NamedTuple
 
 from tetris.engine import moves
 from tetris.engine.board import empty_bits, row_shift
 from tetris.engine.events import Action
+from tetris.engine.moves import Spin
 from tetris.engine.pieces import (
     COLUMNS,
     FLOOR_ROWS,
@@ -41,10 +42,34 @@ _Turns = tuple[tuple[int, tuple[int, ...]], ...]  # from which turn, and the tes
 _TWINS: Final[frozenset[Kind]] = frozenset(("I", "S", "Z"))  # look alike after half a turn
 _TURNS: Final = (Action.ROTATE_CW, Action.ROTATE_CCW)
 _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
+_T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
+_T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
+
+
+class _Found(NamedTuple):
+    """Sets of positions; those of the four turns lie side by side, but in `resting`."""
+
+    resting: tuple[int, ...]  # where the piece can lock, for each turn
+    reached: int
+    free: int
+    start: int  # where it is, if it may lie there without having been moved
+    width: int  # of a turn's block, in bits
 
 
 def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> list[Piece]:
     """Return where a piece in a free position can lock; turns that fill the same cells are one."""
+    return _pieces(piece.kind, _find(bits, piece, kicks).resting)
+
+
+def find_spins(bits: int, piece: Piece, kicks: Kicks = "srs") -> dict[Spin, list[Piece]]:
+    """Return the same by spins; a place that can be reached with and without one is in both."""
+    if piece.kind != "T":
+        return {Spin.NONE: find(bits, piece, kicks)}
+    sets = _spins(bits, _find(bits, piece, kicks), kicks)
+    return {spin: _pieces("T", some) for spin, some in sets.items()}
+
+
+def _find(bits: int, piece: Piece, kicks: Kicks) -> _Found:
     kind = piece.kind
     empty = _EMPTIES.get(bits >> _TOP_ROW & _SOLID, 0)
     height = ((bits ^ empty).bit_length() + STRIDE - 1) // STRIDE - FLOOR_ROWS
@@ -52,6 +77,7 @@ def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> list[Piece]:
     height = min(max(height, 0 if open_sky else piece.y), TOTAL_ROWS - 1)
     width, block, all_blocks, sky, falls = _measures(height, kind)
     free = _blocked(bits, kind, width, block) ^ all_blocks
+    start = 0
     if open_sky:
         reached = free & sky  # up there, it can be turned and shifted at will
         through = free
@@ -59,17 +85,17 @@ def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> list[Piece]:
             reached |= through & reached >> rows
             through &= through >> rows
     else:
-        reached = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
+        reached = start = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
     missing = free & ~reached
     if missing:
         reached = _flooded(reached, missing, free, width, block, _turns(kind, kicks))
     resting = reached & ~(free << STRIDE)
     if kind == "O":
-        return _pieces(kind, (resting,))
+        return _Found((resting,), reached, free, start, width)
     up, right, down, left = (resting >> turn * width & block for turn in range(4))
     if kind in _TWINS:  # after half a turn: a row lower, or a column to the left
         down, left = down & ~(up << STRIDE), left & ~(right << 1)
-    return _pieces(kind, (up, right, down, left))
+    return _Found((up, right, down, left), reached, free, start, width)
 
 
 def _blocked(bits: int, kind: Kind, width: int, block: int) -> int:
@@ -108,24 +134,57 @@ def _flooded(
                 for before, tests in into:
                     source = sources[before]
                     if source:
-                        fresh |= _turned(source, wanted, places, tests) << start
+                        hits, last = _turned(source, wanted, places, tests)
+                        fresh |= (hits | last) << start
             start += width
         missing &= ~fresh
     return reached
 
 
-def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> int:
-    """Return which of the wanted positions a quarter turn reaches; all but `source` is lifted."""
+def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> tuple[int, int]:
+    """Return which of the wanted positions a quarter turn reaches, by the last test apart.
+
+    All given but `source` is lifted.
+    """
     a, b, c, d, e = tests
     source &= wanted >> a | wanted >> b | wanted >> c | wanted >> d | wanted >> e
     hits = 0
-    for test in tests:
+    for test in (a, b, c, d):
         if not source:
-            break
+            return (hits & wanted) >> _LIFT, 0
         fits = source & free >> test  # the others go on to the next test
         hits |= fits << test
         source ^= fits
-    return (hits & wanted) >> _LIFT
+    return (hits & wanted) >> _LIFT, (source << e & wanted) >> _LIFT
+
+
+def _spins(bits: int, found: _Found, kicks: Kicks) -> dict[Spin, tuple[int, ...]]:
+    """Sort T's placements by their spins: docs/tetris.md "tspin"."""
+    turns, reached, free, start, width = found
+    corners = [bits >> corner for corner in _T_CORNERS]
+    a, b, c, d = corners
+    three = a & b & (c | d) | c & d & (a | b)
+    if not any(positions & three for positions in turns):
+        return {Spin.NONE: turns}
+    block = (1 << width) - 1
+    full, mini, plain = [0] * 4, [0] * 4, list(turns)
+    for turn, into in enumerate(_turns("T", kicks)):
+        wanted = turns[turn] & three
+        if not wanted:
+            continue
+        places = (free >> turn * width & block) << _LIFT
+        first, second = _T_FRONT[turn]
+        front = corners[first] & corners[second]
+        for before, tests in into:
+            source = reached >> before * width & block
+            hits, last = _turned(source, wanted << _LIFT, places, tests)
+            full[turn] |= hits & front | last
+            mini[turn] |= hits & ~front
+        # Without a spin: the others, and those that a shift or a fall reaches too.
+        here = reached >> turn * width & block
+        moved = here << 1 | here >> 1 | here >> STRIDE | start >> turn * width & block
+        plain[turn] &= ~(full[turn] | mini[turn]) | moved
+    return {Spin.NONE: tuple(plain), Spin.MINI: tuple(mini), Spin.FULL: tuple(full)}
 
 
 @cache
@@ -185,23 +244,44 @@ def _pieces(kind: Kind, sets: tuple[int, ...]) -> list[Piece]:
 
 
 def path(
-    bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs"
+    bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs", spin: Spin | None = None
 ) -> tuple[Action, ...] | None:
-    """Return the fewest inputs to a landing, the last a hard drop; None if out of reach.
+    """Return the fewest inputs to a landing, with a spin if one is given; None if out of reach.
 
-    `DOWN` is one row, as an orb gives it; any turn that fills the landing's cells will do.
+    Any turn that fills the landing's cells will do.
     """
+    for found, its_spin, actions in paths(bits, piece, kicks):
+        if found.mask == landing.mask and spin in (None, its_spin):
+            return actions
+    return None
+
+
+def paths(
+    bits: int, piece: Piece, kicks: Kicks = "srs"
+) -> Iterator[tuple[Piece, Spin, tuple[Action, ...]]]:
+    """Yield every landing and spin with the fewest inputs, the last a hard drop, fewest first.
+
+    `DOWN` is one row, as an orb gives it.
+    """
+    landing = moves.landed(bits, piece)
+    yield landing, Spin.NONE, (Action.HARD_DROP,)
+    known = {(landing.mask, Spin.NONE)}
     came: dict[Piece, tuple[Action, ...]] = {piece: ()}
     queue = deque([piece])
     while queue:
         here = queue.popleft()
-        if moves.landed(bits, here).mask == landing.mask:
-            return (*came[here], Action.HARD_DROP)
-        for there, action in neighbours(bits, here, kicks):
+        for there, action, kick in neighbours(bits, here, kicks):
             if there not in came:
                 came[there] = (*came[here], action)
                 queue.append(there)
-    return None
+            elif piece.kind != "T":  # only T's spins depend on the way
+                continue
+            landing, spin = moves.landed(bits, there), Spin.NONE
+            if landing == there:
+                spin = moves.spin(bits, there, kick)
+            if (landing.mask, spin) not in known:
+                known.add((landing.mask, spin))
+                yield landing, spin, (*came[here], action, Action.HARD_DROP)
 
 
 def fewest(
@@ -218,7 +298,7 @@ def fewest(
             here = queue.popleft()
             if moves.landed(bits, here).mask == landing.mask:
                 return costs[here]
-            for there, action in neighbours(bits, here, kicks):
+            for there, action, _ in neighbours(bits, here, kicks):
                 down = action is Action.DOWN
                 if down and not falls:
                     continue
@@ -240,17 +320,17 @@ def _shifted_on(bits: int, piece: Piece, action: Action) -> Piece:
     return piece
 
 
-def neighbours(bits: int, here: Piece, kicks: Kicks) -> Iterator[tuple[Piece, Action]]:
-    """Yield the positions one input away from a free one, each with the input."""
+def neighbours(bits: int, here: Piece, kicks: Kicks) -> Iterator[tuple[Piece, Action, int | None]]:
+    """Yield the positions one input away from a free one, with the input and a turn's kick."""
     if not bits & here.left.mask:
-        yield here.left, Action.LEFT
+        yield here.left, Action.LEFT, None
     if not bits & here.right.mask:
-        yield here.right, Action.RIGHT
+        yield here.right, Action.RIGHT, None
     if here.kind != "O":
         for at, action in enumerate(_TURNS, moves.TABLES[kicks]):
-            for turned in here.turned[at]:
+            for kick, turned in enumerate(here.turned[at]):
                 if not bits & turned.mask:
-                    yield turned, action
+                    yield turned, action, kick
                     break
     if not bits & here.below.mask:
-        yield here.below, Action.DOWN
+        yield here.below, Action.DOWN, None

@@ -7,11 +7,13 @@ whole nanoseconds, so that sums are exact.
 """
 
 from collections.abc import Collection, Sequence
+from typing import Final
 
 from tetris.engine import events as happened
 from tetris.engine import moves, scoring
 from tetris.engine.events import Action, Event, Finish, GravityCap, Input, TopOut
 from tetris.engine.gravity import GravityGame
+from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config, Phase
 from tetris.engine.state import NS, Snapshot
 
@@ -27,6 +29,11 @@ __all__ = [
     "Snapshot",
     "TopOut",
 ]
+
+# Members by their bare names: looking them up in their class takes longer than a shift.
+_LEFT, _RIGHT, _DOWN, _HARD_DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
+_ROTATE_CW, _ROTATE_CCW, _HOLD = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD
+_RUNNING: Final = Phase.RUNNING
 
 
 class Game(GravityGame):
@@ -63,11 +70,11 @@ class Game(GravityGame):
         elif wall_ns < self._wall_ns:
             raise ValueError(f"time went back from {self._wall_ns / NS} s to {time_s} s")
         self._wall_ns = wall_ns
-        if self.phase is Phase.RUNNING:
+        if self.phase is _RUNNING:
             now_ns = wall_ns - self._offset_ns
             if now_ns >= self._due_ns:
                 self._advance(now_ns)
-            if self.phase is Phase.RUNNING:
+            if self.phase is _RUNNING:
                 self._now_ns = now_ns
         self._at_s = wall_ns / NS
         self._initial = initial and tuple(initial)
@@ -80,28 +87,32 @@ class Game(GravityGame):
         events, self._events = self._events, []
         return events
 
+    def put(self, piece: Piece, kick: int | None = None) -> None:
+        """Take the piece in play to a free place, as a turn by that kick does, or none."""
+        self._take(piece)
+        self._kick = kick
+
     def _act(self, given: Input) -> None:
-        movable = self.in_play and self.phase is Phase.RUNNING
-        if not (self._move(given) if movable else self._command(given)):
+        if not (self.in_play and self.phase is _RUNNING):
+            done = self._command(given)
+        elif given is _LEFT or given is _RIGHT:
+            done = self._shift(given)
+        elif given is _ROTATE_CW or given is _ROTATE_CCW:
+            done = self._rotate(given)
+        elif given is _HARD_DROP:
+            done = self._drop()
+        elif given is _DOWN:
+            done = self._fall(_DOWN)
+        elif given is _HOLD:
+            done = self._swap()
+        else:
+            done = self._command(given)
+        if not done:
             assert isinstance(given, Action)
             self._events.append(happened.Blocked(self._at_s, given))
 
-    def _move(self, given: Input) -> bool:
-        match given:
-            case Action.LEFT | Action.RIGHT:
-                return self._shift(given)
-            case Action.ROTATE_CW | Action.ROTATE_CCW:
-                return self._rotate(given)
-            case Action.HARD_DROP:
-                return self._drop()
-            case Action.DOWN:
-                return self._fall(given)
-            case Action.HOLD:
-                return self._swap()
-        return self._command(given)
-
     def _shift(self, action: Action) -> bool:
-        piece, dx = (self.piece.left, -1) if action is Action.LEFT else (self.piece.right, 1)
+        piece, dx = (self.piece.left, -1) if action is _LEFT else (self.piece.right, 1)
         bits = self.board.bits
         if bits & piece.mask:
             return False
@@ -115,9 +126,8 @@ class Game(GravityGame):
         return True
 
     def _rotate(self, action: Action) -> bool:
-        bits = self.board.bits
-        turned = self.piece.turned[self._table + (action is Action.ROTATE_CCW)]
-        for kick, piece in enumerate(turned):
+        bits, kick = self.board.bits, 0
+        for piece in self.piece.turned[self._table + (action is _ROTATE_CCW)]:
             if not bits & piece.mask:
                 self.piece, self._kick = piece, kick
                 if self._touched:
@@ -127,6 +137,7 @@ class Game(GravityGame):
                     self._rest()
                 self._events.append(happened.Rotated(self._at_s, piece, kick, action))
                 return True
+            kick += 1  # noqa: SIM113 (half as dear as enumerate)
         return False
 
     def _drop(self) -> bool:
@@ -167,7 +178,7 @@ class Game(GravityGame):
         return True
 
     def _pause(self) -> None:
-        if self.phase is Phase.RUNNING:
+        if self.phase is _RUNNING:
             self._events.append(happened.Paused(self._at_s))
             self.phase = Phase.PAUSED
         else:

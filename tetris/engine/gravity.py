@@ -11,6 +11,8 @@ from tetris.engine.rules import Phase
 from tetris.engine.state import NEVER, NS, State
 
 _TICK_NS: Final = 1  # "locks as soon as it touches": after the inputs of the same moment
+_DOWN, _HOLD = Action.DOWN, Action.HOLD  # see `tetris.engine.game`
+_ROTATE_CW, _ROTATE_CCW = Action.ROTATE_CW, Action.ROTATE_CCW
 
 
 class GravityGame(State):
@@ -39,7 +41,7 @@ class GravityGame(State):
 
     def _next_piece(self) -> None:
         kind = self._draw()
-        if Action.HOLD in self._initial and self.config.hold:
+        if _HOLD in self._initial and self.config.hold:
             kind, self.hold = self.hold or self._draw(), kind
             self.can_hold = False
             self._events.append(events.Held(self._at_s, self.hold))
@@ -54,8 +56,8 @@ class GravityGame(State):
             self._end(TopOut.BLOCK_OUT)
             return
         if self._initial:
-            counter = Action.ROTATE_CCW in self._initial
-            if counter is not (Action.ROTATE_CW in self._initial):
+            counter = _ROTATE_CCW in self._initial
+            if counter is not (_ROTATE_CW in self._initial):
                 turned = piece.turned[self._table + counter][0]
                 piece = piece if bits & turned.mask else turned
         # At once one row down where nothing is in the way: docs/tetris.md "spawn".
@@ -100,7 +102,7 @@ class GravityGame(State):
             elif self._lock_ns is not None:
                 self._lock()
             else:
-                self._fall(Action.DOWN if self._soft else None)
+                self._fall(_DOWN if self._soft else None)
 
     def _fall(self, action: Action | None) -> bool:
         """Move one row down, by gravity (None) or by soft drop; False on the ground."""
@@ -110,7 +112,7 @@ class GravityGame(State):
         self.piece = fallen
         self._row_since_ns = self._now_ns
         self._kick = self._ground_ns = None
-        if action is Action.DOWN:
+        if action is _DOWN:
             self.score += scoring.SOFT_DROP_POINTS
         if self._touched or bits & fallen.below.mask:
             self._rest()

@@ -40,6 +40,8 @@ class Spin(Enum):
     MINI = "mini"
     FULL = "full"
 
+    __hash__ = object.__hash__  # as of `Action`
+
 
 def entered(bits: int, piece: Piece) -> Piece | None:
     """Return an entering piece: a row down where that is free; None where it collides."""

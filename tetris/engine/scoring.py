@@ -52,10 +52,16 @@ class Streak:
     combo: int = 0  # locks in a row that cleared lines
 
 
+_NOTHING: Final = Clear(0, Spin.NONE, False, -1, False, 0)
+_CALM: Final = (Streak(False, 0), Streak(True, 0))
+
+
 def judge(
     lines: int, spin: Spin, *, level: int, streak: Streak, perfect: bool
 ) -> tuple[Clear, Streak]:
     """Return what a lock at this level is worth, and the streak that it leaves."""
+    if not lines and spin is Spin.NONE:  # by far the most frequent lock
+        return _NOTHING, _CALM[streak.b2b]
     difficult = _difficult(lines, spin)
     b2b = difficult and streak.b2b
     points = _POINTS[spin][lines]

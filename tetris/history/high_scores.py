@@ -1,4 +1,4 @@
-"""Best lists per mode, in one file that a crash cannot spoil.
+"""Best lists and totals per mode, in one file that a crash cannot spoil.
 
 The file is written beside the old one and renamed; one that cannot be read is put aside and
 kept, and a sentence says so. Another program's additions are read before ours are written.
@@ -6,10 +6,11 @@ kept, and a sentence says so. Another program's additions are read before ours a
 
 import dataclasses
 import json
+from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, get_type_hints
+from typing import Any, Final, TypeVar, get_type_hints
 
 from tetris.engine.modes import Mode, Ranking
 from tetris.files import load, read_bytes, write_beside
@@ -18,10 +19,11 @@ from tetris.history.stats import Summary
 FILE_NAME: Final = "records.json"
 PLACES: Final = 10
 _FORM: Final = 1
-_FIGURES: Final = ("score", "lines", "level", "pieces", "time_s", "commands", "faultless")
+_SUMMED: Final = ("lines", "pieces", "time_s", "commands", "faultless")  # of a summary
 _MOST_BYTES: Final = 4_000_000
 _MOST_NUMBER: Final = 2**64
 _MOST_WORD: Final = 100
+_MOST_NAMES: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,28 @@ class Entry:
         return self.pieces / self.time_s if self.time_s > 0 else 0.0
 
 
-_TYPES: Final = get_type_hints(Entry)
+@dataclass(frozen=True, slots=True)
+class Totals:
+    """All games of a mode together."""
+
+    games: int = 0
+    won: int = 0
+    time_s: float = 0.0
+    pieces: int = 0
+    lines: int = 0
+    commands: int = 0
+    faultless: int = 0
+    clears: Mapping[str, int] = field(default_factory=dict)  # how often, by their names
+
+
+@dataclass(slots=True)
+class _Record:
+    """What the file holds of a mode."""
+
+    best: list[Entry] = field(default_factory=list)
+    totals: Totals = field(default_factory=Totals)
+
+
 _KEYS: Final[Mapping[Ranking, Callable[[Entry], float]]] = {
     "score": lambda entry: -entry.score,
     "lines": lambda entry: -entry.lines,
@@ -55,7 +78,7 @@ _KEYS: Final[Mapping[Ranking, Callable[[Entry], float]]] = {
 
 
 class HighScores:
-    """The best lists of one player.
+    """The best lists and totals of one player.
 
     Attributes:
         trouble: A sentence about the last reading or writing that went wrong; "" if none did.
@@ -65,12 +88,16 @@ class HighScores:
         """Read them; a folder or a file that is not there yet is no trouble."""
         self._path = folder / FILE_NAME
         self.trouble = ""
-        self._best: dict[str, list[Entry]] = {}
+        self._records: dict[str, _Record] = {}
         self._read()
 
     def best(self, mode: str) -> tuple[Entry, ...]:
         """Return a mode's best games, the best first, ten at most."""
-        return tuple(self._best.get(mode, ()))
+        return tuple(self._records.get(mode, _Record()).best)
+
+    def totals(self, mode: str) -> Totals:
+        """Return all of a mode's games together."""
+        return self._records.get(mode, _Record()).totals
 
     def add(
         self,
@@ -87,29 +114,30 @@ class HighScores:
         Where the file cannot be written, `trouble` is set, and the game is still listed
         until the program ends.
         """
-        if mode.ranking == "time" and not won:
-            return None
         self._read()
-        figures = {name: getattr(summary, name) for name in _FIGURES}
-        entry = Entry(won=won, seed=seed, date=date, replay=replay, **figures)
-        best = self._best.setdefault(mode.name, [])
-        key = _KEYS[mode.ranking]
-        place = sum(key(other) <= key(entry) for other in best)  # of equals the earlier one leads
-        best.insert(place, entry)
-        del best[PLACES:]
+        record = self._records.setdefault(mode.name, _Record())
+        before = record.totals
+        sums = {name: getattr(before, name) + getattr(summary, name) for name in _SUMMED}
+        clears = dict(Counter(before.clears) + Counter(summary.clears))
+        record.totals = Totals(before.games + 1, before.won + won, clears=clears, **sums)
+        place = PLACES
+        if won or mode.ranking != "time":
+            figures = {name: getattr(summary, name) for name in ("score", "level", *_SUMMED)}
+            entry = Entry(won=won, seed=seed, date=date, replay=replay, **figures)
+            key = _KEYS[mode.ranking]
+            place = sum(key(other) <= key(entry) for other in record.best)  # the earlier one leads
+            record.best.insert(place, entry)
+            del record.best[PLACES:]
         self._write()
         return place + 1 if place < PLACES else None
 
     # -- the file ----------------------------------------------------------------------
 
     def _read(self) -> None:
-        self._best, self.trouble = load(self._path, _load, self._best)
+        self._records, self.trouble = load(self._path, _load, self._records)
 
     def _write(self) -> None:
-        modes = {
-            name: {"best": [dataclasses.asdict(entry) for entry in best]}
-            for name, best in self._best.items()
-        }
+        modes = {name: dataclasses.asdict(record) for name, record in self._records.items()}
         text = json.dumps({"form": _FORM, "modes": modes}, indent=1)
         try:
             write_beside(self._path, text.encode("ascii"))
@@ -117,7 +145,7 @@ class HighScores:
             self.trouble = f"cannot write {self._path}: {error.strerror or error}"
 
 
-def _load(path: Path) -> dict[str, list[Entry]]:
+def _load(path: Path) -> dict[str, _Record]:
     """Read a file, every value checked.
 
     Raises:
@@ -131,20 +159,34 @@ def _load(path: Path) -> dict[str, list[Entry]]:
         ):
             raise ValueError("of another form")
         return {
-            name: [_entry(given) for given in mode["best"]]
+            name: _Record(
+                [_made(Entry, given) for given in mode["best"]], _made(Totals, mode["totals"])
+            )
             for name, mode in document["modes"].items()
         }
     except (TypeError, KeyError, AttributeError) as error:
         raise ValueError("no best lists") from error
 
 
-def _entry(given: dict[str, Any]) -> Entry:
-    """Make an entry of a JSON object with exactly its fields, each of its type."""
-    for name, kind in _TYPES.items():
-        value = given[name]
-        if type(value) is not kind and (kind is not float or type(value) is not int):
-            raise ValueError(f"{name} is {value!r:.40}")
-        # No number is not a number or endless.
-        if len(value) > _MOST_WORD if kind is str else not 0 <= value <= _MOST_NUMBER:
-            raise ValueError(f"{name} is {value!r:.40}")
-    return Entry(**given)
+_Made = TypeVar("_Made", Entry, Totals)
+
+
+def _made(kind: type[_Made], given: dict[str, Any]) -> _Made:
+    """Make a value of a JSON object with exactly its fields, each of its type."""
+    for name, of_kind in get_type_hints(kind).items():
+        if of_kind == Mapping[str, int]:
+            if len(given[name]) > _MOST_NAMES:
+                raise ValueError(f"{name} are more than {_MOST_NAMES}")
+            for count in given[name].values():
+                _check(name, int, count)
+        else:
+            _check(name, of_kind, given[name])
+    return kind(**given)
+
+
+def _check(name: str, kind: type, value: Any) -> None:
+    if type(value) not in ((float, int) if kind is float else (kind,)):
+        raise ValueError(f"{name} is {value!r:.40}")
+    # No number is not a number or endless.
+    if len(value) > _MOST_WORD if kind is str else not 0 <= value <= _MOST_NUMBER:
+        raise ValueError(f"{name} is {value!r:.40}")

@@ -35,6 +35,8 @@ class Summary:
     commands: int  # given by the player
     faults: int  # inputs more than were needed, over all pieces
     faultless: int  # pieces with none
+    combo: int  # the most clears in a row
+    b2b: int  # the most difficult clears in a row that were paid as such
     clears: Mapping[str, int]  # how often, by their names ("t-spin double"); plain locks left out
 
     @property
@@ -56,6 +58,8 @@ class Summary:
 class _Lock(NamedTuple):
     bits: int  # the board before it
     name: str
+    combo: int
+    b2b: int
     faults: int
 
 
@@ -71,7 +75,7 @@ class Statistics:
         config = self._config
         self._bits = Board.parse(config.board, config.columns).bits
         self._locks: list[_Lock] = []
-        self._commands = 0
+        self._commands = self._b2b = 0
         self._entered: Piece | None = None
         self._next_piece()
 
@@ -99,6 +103,7 @@ class Statistics:
                     self._lock(event)
                 case happened.Undone() if self._locks:
                     self._bits = self._locks.pop().bits
+                    self._b2b = self._locks[-1].b2b if self._locks else 0
                     self._next_piece()
                 case happened.Restarted():
                     self._begin()
@@ -116,13 +121,18 @@ class Statistics:
             commands=self._commands,
             faults=sum(lock.faults for lock in locks),
             faultless=sum(not lock.faults for lock in locks),
+            combo=max((lock.combo for lock in locks), default=0),
+            b2b=max((lock.b2b for lock in locks), default=0),
             clears=dict(Counter(lock.name for lock in locks if lock.name)),
         )
 
     def _lock(self, event: happened.Locked) -> None:
+        clear = event.clear
+        if clear.lines:
+            self._b2b = self._b2b + 1 if clear.b2b else 0
         needed = self._fewest(event.piece)
         faults = 0 if needed is None else max(0, self._inputs - needed)
-        self._locks.append(_Lock(self._bits, event.clear.name, faults))
+        self._locks.append(_Lock(self._bits, clear.name, clear.combo + 1, self._b2b, faults))
         bits = self._bits | event.piece.mask
         self._bits = without_rows(bits, list(event.rows), self._config.columns)
         self._next_piece()

@@ -69,14 +69,18 @@ _SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "sound": ("effects", "clicks", "tones"),
 }
 _BINDINGS: Final = ("keys", "pads")
-_MOST_BYTES: Final = 8 << 10  # tomllib takes time and memory quadratic in the dots of a key
+_MOST_BYTES: Final = 64 << 10
+_MOST_DOTS: Final = 100  # of a line: tomllib takes time and memory quadratic in those of a key
 
 
 def load(path: Path) -> tuple[Settings, str]:
     """Return the settings of a file, and a sentence for the player, "" when all is well."""
 
     def read(file: Path) -> Settings:
-        return parse(files.read_bytes(file, _MOST_BYTES).decode("utf-8-sig"))
+        words = files.read_bytes(file, _MOST_BYTES).decode("utf-8-sig")
+        if any(line.count(".") > _MOST_DOTS for line in words.split("\n")):
+            raise ValueError("a line has too many dots")
+        return parse(words)
 
     return files.load(path, read, Settings())
 

@@ -1,15 +1,18 @@
 """Mutual information from distances to nearest neighbours, temporal neighbours excluded.
 
 Source: B. C. Ross, Mutual information between discrete and continuous data sets, PLoS ONE 9, 2014;
-J. Theiler, Spurious dimension from correlation algorithms applied to limited time-series data,
-Physical Review A 34, 1986, for excluding neighbours in time.
+A. Kraskov, H. Stögbauer, P. Grassberger, Estimating mutual information, Physical Review E 69, 2004
+(first algorithm); J. Theiler, Spurious dimension from correlation algorithms applied to limited
+time-series data, Physical Review A 34, 1986, for excluding neighbours in time.
 
-The estimate counts how many points lie closer than the k-th neighbour. It assumes that points are
-drawn independently of one another, and that density is about even between a point and that
-neighbour. Frames of one touch are not independent: an `Exclusion` removes them. scikit-learn's
-`mutual_info_classif` is the same estimate for one dimension, without exclusion.
+Both count how many points lie closer than the k-th neighbour. Both assume that points are drawn
+independently of one another, and that density is about even between a point and that neighbour. In
+many dimensions it is not, and both are too low. Frames of one touch are not independent: an
+`Exclusion` removes them. scikit-learn's `mutual_info_classif` is the first estimate for one
+dimension, without exclusion.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -44,9 +47,8 @@ def ross(
     x: NDArray[np.floating], y: NDArray[np.integer], exclusion: Exclusion | None = None
 ) -> Parts:
     """Return each point's part of I(x; y), (n,); NaN with fewer than `NEIGHBOURS` of its class."""
-    k, part, numbers = NEIGHBOURS, np.full(len(x), np.nan), np.arange(len(x))
-    for rows in np.split(numbers, range(CHUNK, len(x), CHUNK)):
-        allowed = rows[:, None] != numbers
+    k, part = NEIGHBOURS, np.full(len(x), np.nan)
+    for rows, allowed in _chunks(len(x)):
         if exclusion is not None:
             allowed &= ~exclusion.mask(rows)
         distance = cdist(x[rows], x, "sqeuclidean")
@@ -57,6 +59,25 @@ def ross(
         value = digamma(every + 1) - digamma(own + 1) + digamma(k) - digamma(inside + 1)
         part[rows] = np.where(own >= k, value, np.nan)
     return part
+
+
+def ksg(x: NDArray[np.floating], y: NDArray[np.floating]) -> Parts:
+    """Return each pair's part of I(x; y) for a continuous y, (n,)."""
+    k, part = NEIGHBOURS, np.empty(len(x))
+    for rows, allowed in _chunks(len(x)):
+        both = [cdist(points[rows], points, "sqeuclidean") for points in (x, y)]
+        joint = np.where(allowed, np.maximum(*both), np.inf)
+        radius = np.partition(joint, k - 1, axis=1)[:, k - 1, None]
+        of_x, of_y = (digamma((allowed & (one < radius)).sum(axis=1) + 1) for one in both)
+        part[rows] = digamma(k) + digamma(len(x)) - of_x - of_y
+    return part
+
+
+def _chunks(count: int) -> Iterator[tuple[NDArray[np.int64], NDArray[np.bool_]]]:
+    """Yield numbers of some points, and which of all are others than each, (rows, n)."""
+    numbers = np.arange(count)
+    for rows in np.split(numbers, range(CHUNK, count, CHUNK)):
+        yield rows, rows[:, None] != numbers
 
 
 def principal(x: NDArray[np.floating], count: int) -> NDArray[np.float64]:

@@ -30,10 +30,12 @@ MINUTES: Final = 6.0  # of each
 PAPER_MINUTES: Final = 29.2  # two such sessions hold the paper's frames
 PAPER_SEEDS: Final = 5  # people and orbs
 COMPONENTS: Final = (3, 8, 20)
+PLACE_COMPONENTS: Final = 4
 THEILER_S: Final = 2.0  # so close in time nothing is a neighbour, and nothing of the same touch
 POINTS: Final = 5000  # at most, for neighbours
 STEP: Final = 2  # from one window to the next
 EPOCHS: Final = 30
+LEAST: Final = 100  # presses: fewer give no information about places
 
 Session = tuple[NDArray[np.float64], NDArray[np.int64]]  # z (frames, taxels), labels (frames,)
 
@@ -48,12 +50,12 @@ class RecordingSet:
     choice: Choice = "auto"  # source of the labels
     quick: bool = False  # a third of the simulated minutes, and one seed
 
-    def recordings(self) -> list[Recording]:
-        """Return all sessions."""
+    def recordings(self, **changes: Any) -> list[Recording]:
+        """Return all sessions; simulated ones with some settings of `DataSet` changed."""
         if self.paths:
             return [reader.load(path) for path in self.paths]
         minutes = 2.0 if self.quick else MINUTES
-        data = DataSet(seed=SEED, minutes=minutes, preset=self.preset)
+        data = DataSet(seed=SEED, minutes=minutes, preset=self.preset, **changes)
         return [data.session(0, day) for day in range(DAYS)]
 
     def as_the_paper(self) -> list[Session]:
@@ -120,6 +122,7 @@ def parts(one: RecordingSet) -> dict[str, Callable[[], Any]]:
         "histogram": partial(section_6, one),
         "neighbours": partial(neighbours, one),
         "classifier": partial(classifier, one),
+        "places": partial(places, one),
     }
     if not one.paths:
         for size in range(2, len(vocabulary.order()) + 1):
@@ -190,6 +193,25 @@ def classifier(one: RecordingSet) -> dict[str, Any]:
             for name, own in answers.items()
         },
     }
+
+
+def places(one: RecordingSet) -> dict[str, Any] | None:
+    """Return the information of presses' mean images about their places; None: too few are known.
+
+    Each press is one point: its image's principal components, and its true place.
+    """
+    windows = cut(one.recordings(**({} if one.paths else {"gestures": ("press",)})), one.choice)
+    windows = windows.pick(np.asarray(np.isfinite(windows.place).all(axis=1)))
+    presses = [windows.event == number for number in np.unique(windows.event)]
+    if len(presses) < LEAST:
+        return None
+    images, where = (
+        np.array([column[press].mean(axis=0) for press in presses])
+        for column in (windows.x[:, -1], windows.place)
+    )
+    x = knn.principal(images, PLACE_COMPONENTS)
+    own = bootstrap.event_mean(knn.ksg(x / x.std(axis=0), where), np.arange(len(x)))
+    return {"presses": len(presses), "information": list(astuple(own))}
 
 
 def _shipped(windows: Windows) -> classifier_bound.HeldOut | None:

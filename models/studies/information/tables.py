@@ -96,7 +96,7 @@ def vocabularies(found: Found) -> dict[int, dict[str, Any]]:
 
 def text(found: Found) -> str:
     """Return all tables with rows, as Markdown."""
-    made = (of(found) for of in (section_6, windows, gestures, games, vocabulary))
+    made = (of(found) for of in (section_6, windows, gestures, places, games, vocabulary))
     return "\n\n".join(markdown.table(table) for table in made if table.rows)
 
 
@@ -144,6 +144,14 @@ def _bounds(of: Found, names: Sequence[str] | Found, kind: str) -> list[list[str
                 if name in of and key in of[name]["rows"] else NONE for name in names)]
         for key in every
     ]  # fmt: skip
+
+
+def places(found: Found) -> Table:
+    """Return the information of presses about their places, bits."""
+    of = {name: own for name, own in part(found, "places").items() if own}
+    row = ["Kraskov, 4 components", *(interval(own["information"]) for own in of.values())]
+    counts = [f"{name} ({own['presses']})" for name, own in of.items()]
+    return Table(["I(image of a press; its place), bits (presses)", *counts], [row] if of else [])
 
 
 def games(found: Found) -> Table:

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.bundles import vocabulary
 from controller.recognition.frames import PreprocessSettings
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data.examples import (
@@ -19,7 +20,7 @@ from models.data.examples import (
     renumbered,
     run_starts,
 )
-from models.data.ground_truth import labels_of
+from models.data.ground_truth import labels_of, true_places
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 WINDOW_S: Final = 1.0  # paper, section 4.1
@@ -40,6 +41,7 @@ class Windows:
     session: Numbers  # session of each, (n,)
     frame: Numbers  # last frame of each, counted among the usable ones of its session, (n,)
     event: Numbers  # number of the touch, or of the pause between touches, across sessions, (n,)
+    place: NDArray[np.float32]  # of the touch, grid units; NaN where unknown, (n, 2)
     labels: tuple[str, ...]  # names of the classes, "null" first
     rate_hz: float  # frames per second
     grid: tuple[int, int]  # rows and columns of taxels
@@ -55,7 +57,7 @@ class Windows:
 
     def pick(self, index: Numbers | NDArray[np.bool_]) -> "Windows":
         """Return some windows, by numbers or by a mask (n,)."""
-        columns = ("x", "y", "session", "frame", "event")
+        columns = ("x", "y", "session", "frame", "event", "place")
         return replace(self, **{name: getattr(self, name)[index] for name in columns})
 
 
@@ -65,6 +67,10 @@ def cut(recordings: Sequence[Recording], choice: Choice = "auto") -> Windows:
     origin = recordings[0].origin
     images = max(1, round(WINDOW_S * origin.rate_hz))
     sources = [Source.of(one, names=names, label=labels_of(one, choice)) for one in recordings]
+    sources = [
+        replace(own, touch=true_places(one, own.label, vocabulary.of(names)))
+        for own, one in zip(sources, recordings, strict=True)
+    ]
     examples = prepare(sources, PreprocessSettings(rate_hz=origin.rate_hz, window=images))
     ends = examples.ends
     x = GAIN * (examples.windows(ends).reshape(len(ends), images, -1) - 1.0)
@@ -72,7 +78,8 @@ def cut(recordings: Sequence[Recording], choice: Choice = "auto") -> Windows:
     frame = ends - np.searchsorted(examples.session, np.arange(len(sources)))[session]
     event = event_numbers(y, session, frame)
     grid = origin.rows, origin.columns
-    return Windows(x, y, session, frame, event, names, origin.rate_hz, grid)
+    place = examples.touch[ends]
+    return Windows(x, y, session, frame, event, place, names, origin.rate_hz, grid)
 
 
 def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:

@@ -13,28 +13,25 @@ import difflib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from math import inf
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
+
+import numpy as np
 
 from controller import config, files
 from controller.errors import UserError, reason
 from controller.simulator.orb import PRESETS
+from models.data import splits
 from models.data.examples import refuse_test_seed
-from models.data.recipe import (
-    RECIPES,
-    UNVARIED_USER,
-    USER,
-    VARIED_USER,
-    NetworkRecipe,
-    Recipe,
-    UserAugmentation,
-)
+from models.data.recipe import RECIPES, USER, VARIED_USER
 from models.data.simulate import DataSet
+from models.data.splits import HoldOut
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
 MOST_JOBS: Final = 100_000
+MOST_CHECKED: Final = 10_000  # recordings; of more, each training checks its own hold-out
 SECTIONS: Final = ("data", "train", "test", "axes")
 _TYPES: Final = {
     bool: "true or false", int: "a whole number", float: "a number", str: "a text",
@@ -42,7 +39,6 @@ _TYPES: Final = {
 }  # fmt: skip
 
 Job = dict[str, Any]  # "data", "train", "test" and "at", its place on the axes; JSON
-_Made = TypeVar("_Made")
 
 
 class PlanError(UserError, ValueError):
@@ -221,7 +217,29 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
     count = made.test.get("folds", 1) * math.prod(map(len, axes.values()))
     if count > MOST_JOBS:
         raise _FaultError("axes", "", f"these are {count:,} trainings; at most {MOST_JOBS:,}")
+    if simulated:
+        _check_amounts(made)
     return made
+
+
+def _check_amounts(plan: Plan) -> None:
+    """Refuse to hold out, or to learn from, more than the smallest simulation has."""
+    least = {key: min(plan.axes.get(f"data.{key}", [plan.data[key]])) for key in AMOUNTS}
+    most = {key: max(plan.axes.get(key, [plan.train[key]])) for key in AMOUNTS}
+    if most["minutes"] > least["minutes"]:
+        why = f"{most['minutes']:g} are wanted, and {least['minutes']:g} simulated; simulate more"
+        raise _FaultError("axes" if "minutes" in plan.axes else "train", "minutes", why)
+    session = np.arange(least["users"] * least["sessions"])
+    if len(session) > MOST_CHECKED:
+        return
+    user, section, key = session // least["sessions"], "test", "folds"
+    try:
+        key = "folds" if "folds" in plan.test else "hold"
+        held = HoldOut(**plan.test, enrolled=plan.train["task"] == "user").held(user, session)
+        section, key = "axes" if {"users", "sessions"} & plan.axes.keys() else "train", ""
+        splits.learned(user, session, held, most["users"], most["sessions"], 0)
+    except ValueError as error:
+        raise _FaultError(section, key, error) from None
 
 
 def _settings(section: str, given: Mapping[str, Any], known: Mapping[str, Setting]) -> Job:
@@ -282,36 +300,6 @@ def _of_train(recipe: str) -> dict[str, Setting]:
     parts = {**asdict(RECIPES[recipe]), "user": asdict(USER), "mood": asdict(VARIED_USER)}
     del parts["name"]
     return {**TRAIN, **{name: Setting(value) for name, value in _flattened(parts)}}
-
-
-def recipe_of(train: Mapping[str, Any]) -> Recipe:
-    """Return the recipe of the gesture and location networks, from the settings of [train]."""
-    own = {key: value for key, value in train.items() if key not in TRAIN}
-    known = {key: own[key] for key in own if not key.startswith(("user.", "mood."))}
-    return _changed(RECIPES[train["recipe"]], known)
-
-
-def user_recipe_of(train: Mapping[str, Any]) -> tuple[NetworkRecipe, UserAugmentation]:
-    """Return how users are learned; the paper's recipe learns them as it does gestures."""
-    if train["recipe"] == "paper":
-        return recipe_of(train).gesture, UNVARIED_USER
-    user, mood = (
-        {key.removeprefix(part): value for key, value in train.items() if key.startswith(part)}
-        for part in ("user.", "mood.")
-    )
-    return _changed(USER, user), _changed(VARIED_USER, mood)
-
-
-def _changed(made: _Made, settings: Mapping[str, Any]) -> _Made:
-    """Return a dataclass in which settings, by dotted names, have other values."""
-    for key, value in settings.items():
-        made = _set(made, key.split("."), tuple(value) if isinstance(value, list) else value)
-    return made
-
-
-def _set(made: Any, path: list[str], value: Any) -> Any:
-    first, *rest = path
-    return replace(made, **{first: _set(getattr(made, first), rest, value) if rest else value})
 
 
 def _flattened(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import torch
@@ -20,7 +20,16 @@ from torch import nn
 from models.data import load, splits, touch_images
 from models.data.examples import Choice
 from models.data.load import Data
-from models.data.recipe import DEFAULT, Recipe
+from models.data.recipe import (
+    DEFAULT,
+    RECIPES,
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
 from models.data.simulate import generate
 from models.data.splits import HoldOut
 from models.evaluation import scores
@@ -38,6 +47,7 @@ DEVICE: Final = torch.device("cpu")
 
 Result = dict[str, Any]  # JSON
 Train = Mapping[str, Any]  # settings of [train]
+_Made = TypeVar("_Made")
 Scores = NDArray[np.bool_] | NDArray[np.floating]  # one for each judged item, (items,)
 
 
@@ -51,7 +61,7 @@ def train(job: Mapping[str, Any]) -> Result:
     """
     asked = job["train"]
     prepare_torch(asked["seed"])
-    recipe = plan.recipe_of(asked)
+    recipe = _recipe_of(asked)
     plain = replace(recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
     source = json.dumps(job["data"], sort_keys=True)
     data = _read(source, plain, asked["labels"], asked["window"], asked["all"])
@@ -164,7 +174,7 @@ def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
     )
     if not len(own.label) or not len(new.label):
         raise ValueError("no recording has a gesture, and users are identified by gestures")
-    how, augmentation = plan.user_recipe_of(asked)
+    how, augmentation = _user_recipe_of(asked)
     random = user_task.random_windows(len(own.ends), asked["seed"])
     net, score = user_task.train_users(
         own, 1 + len(names), asked["seed"], recipe=how, augmentation=augmentation, random=random
@@ -201,6 +211,36 @@ def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
         "check": check,
         "random": random,
     }
+
+
+def _recipe_of(train: Train) -> Recipe:
+    """Return the recipe of the gesture and location networks, from the settings of [train]."""
+    own = {key: value for key, value in train.items() if key not in plan.TRAIN}
+    known = {key: own[key] for key in own if not key.startswith(("user.", "mood."))}
+    return _changed(RECIPES[train["recipe"]], known)
+
+
+def _user_recipe_of(train: Train) -> tuple[NetworkRecipe, UserAugmentation]:
+    """Return how users are learned; the paper's recipe learns them as it does gestures."""
+    if train["recipe"] == "paper":
+        return _recipe_of(train).gesture, UNVARIED_USER
+    user, mood = (
+        {key.removeprefix(part): value for key, value in train.items() if key.startswith(part)}
+        for part in ("user.", "mood.")
+    )
+    return _changed(USER, user), _changed(VARIED_USER, mood)
+
+
+def _changed(made: _Made, settings: Mapping[str, Any]) -> _Made:
+    """Return a dataclass in which settings, by dotted names, have other values."""
+    for key, value in settings.items():
+        made = _set(made, key.split("."), tuple(value) if isinstance(value, list) else value)
+    return made
+
+
+def _set(made: Any, path: list[str], value: Any) -> Any:
+    first, *rest = path
+    return replace(made, **{first: _set(getattr(made, first), rest, value) if rest else value})
 
 
 def _session(data: Data, number: int, **items: Scores) -> Result:

@@ -23,23 +23,14 @@ SLOW = ("pipe", "endless", "sparse", "dots")  # kinds for a command that takes i
 
 @dataclass(frozen=True)
 class Row:
-    """One use of an option.
+    """One use of an option."""
 
-    Attributes:
-        words: The command line; "@" is the special file, "%" the folder that it is in.
-        name: Of the special file.
-        fine: Kinds that are no mistake here.
-        prepare: Writes further files into the folder.
-        prints: Whether the verdict goes to standard output.
-        kinds: Those that are tried.
-    """
-
-    words: str
-    name: str = "special"
-    fine: tuple[str, ...] = ()
-    prepare: Callable[[Path], object] = lambda folder: None
-    prints: bool = False
-    kinds: tuple[str, ...] = KINDS
+    words: str  # the command line; "@" is the special file, "%" the folder that it is in
+    name: str = "special"  # of the special file
+    fine: tuple[str, ...] = ()  # kinds that are no mistake here
+    prepare: Callable[[Path], object] = lambda folder: None  # writes further files into the folder
+    prints: bool = False  # whether the verdict goes to standard output
+    kinds: tuple[str, ...] = KINDS  # those that are tried
 
 
 def _vocabulary(folder: Path) -> None:

@@ -15,22 +15,12 @@ pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extr
 if shutil.which("dbus-daemon") is None:
     pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
-from controller.keymap.keymap import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid.gatt import GattTransport
-from controller.links.bluetooth.hid.hid_device import HidDevice
-from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.reports import (
-    OUTPUTS,
-    PNP_ID,
-    RELEASED,
-    REPORT_MAP,
-    gamepad,
-    keyboard,
-)
-from controller.protocol.messages import Command, State
+from controller.links.bluetooth.hid.hosts import StoredHosts
+from controller.links.bluetooth.hid.reports import PNP_ID, RELEASED, REPORT_MAP, gamepad, keyboard
 from tests.reference import hid
-from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, address, scene
+from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, HidTable, RefusedError, address, scene
 
 __all__ = ["address"]
 
@@ -40,30 +30,12 @@ REPORT, BOOT_KEYBOARD, BATTERY, MODE = 0x2A4D, 0x2A22, 0x2A19, 0x2A4E
 KEYBOARD, PAD, LIGHTS = 0, 1, 2  # instances of the characteristic Report
 
 
-class Table:
-    """The orb's GATT services registered with a fake bluetoothd.
-
-    Attributes:
-        told: Who has the orb, from its first change on.
-        remembered: What the device has stored.
-    """
+class Table(HidTable):
+    """The orb's GATT services registered with a fake bluetoothd."""
 
     def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
-        self.bluez, self.bus = bluez, bus
-        self.told: list[str] = []
-        self.remembered: list[StoredHosts] = []
-        self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS),
-            HostSelection(known, now_s=asyncio.get_running_loop().time()),
-            notify=self.told.append,
-            store=self.remembered.append,
-        )
+        super().__init__(bluez, bus, known, mapping)
         self.part = GattTransport(self.pad, "OrbTouch")
-
-    def press(self, name: str) -> None:
-        """Let the player make a gesture, and go on holding the orb."""
-        self.pad.take(Command(name, "press", 1.0, None, 1))
-        self.pad.take(State((name,)))
 
     async def again(self) -> Bus:
         """Return a new connection to the bus, as for every round of the keeper."""
@@ -289,7 +261,7 @@ def test_an_adapter_without_low_energy_is_told_in_one_sentence(address: str, pla
     async def scene(it: Table) -> None:
         await it.part.end()
         del it.bluez.objects[ADAPTER]["org.bluez.GattManager1"]
-        with pytest.raises(BluetoothError, match="use another adapter"):
+        with pytest.raises(BluetoothError, match="use --link hid:classic, or another adapter"):
             await it.part.begin(await it.again(), ADAPTER)
 
     play(scene)

@@ -1,13 +1,13 @@
-"""A host and an orb over RFCOMM, with local sockets in place of the kernel's."""
+"""A host and an orb over RFCOMM: over local sockets, and through Bumble's virtual controllers."""
 
 from __future__ import annotations
 
 import socket
-import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+import serial
 
 from tests.support.fake_device import welcome
 
@@ -18,9 +18,13 @@ from controller.links import open_link, rfcomm
 from controller.links.bluetooth.bluez import CHANNEL, SERVICE_UUID
 from controller.links.bluetooth.serial_profile import record
 from controller.links.rfcomm import RfcommLink
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Received
 from controller.protocol.messages import Bye, Command, Hello, Message, Perform
+from host.connection import rfcomm as host_rfcomm
+from host.connection import sdp
 from host.connection.receiver import Connected, Delivered, Lost, Receiver
-from host.connection.transport import open_transport
+from host.connection.transport import LinkError, open_transport
 from tests.support.fake_bluez import until
 
 ORB = "F1:F1:F1:F1:F1:F1"
@@ -41,22 +45,58 @@ class NoBluez:
         """There is nothing to close."""
 
 
+class Local:
+    """Local sockets in the kernel's place."""
+
+    arrived: Callable[[socket.socket], None]  # called with the orb's end of every connection
+
+    def open_channel(self, address: str, channel: int, *_: object) -> socket.socket:
+        """Connect to the orb's channel."""
+        assert (address, channel) == (ORB, CHANNEL)
+        near, far = socket.socketpair()
+        near.setblocking(False)
+        self.arrived(far)
+        return near
+
+
+@pytest.fixture(scope="module")
+def air() -> Iterator[Any]:
+    """Bumble's virtual controllers: no kernel, no radio."""
+    pytest.importorskip("bumble", reason="needs bumble, which brings compiled wheels")
+    from tests.support.bumble_radio import Air
+
+    air = Air(record(), CHANNEL)
+    yield air
+    air.close()
+
+
 @pytest.fixture
-def link(monkeypatch: pytest.MonkeyPatch) -> Iterator[RfcommLink]:
+def wired(air: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Put the virtual controllers in the kernel's place."""
+    monkeypatch.setattr("host.connection.rfcomm.open_channel", air.open_channel)
+    monkeypatch.setattr("host.connection.rfcomm.open_service", air.open_service)
+    monkeypatch.setattr("sys.platform", "linux")
+    return air
+
+
+@pytest.fixture(params=["local", "bumble"])
+def link(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[RfcommLink]:
     """A link to which the host's sockets lead."""
     monkeypatch.setattr(rfcomm, "RegistrationThread", NoBluez)
     link = open_link("rfcomm:", welcome())
     assert isinstance(link, RfcommLink)
+    wire: Any = Local()
+    if request.param == "local":
+        monkeypatch.setattr("host.connection.rfcomm.open_channel", wire.open_channel)
+        monkeypatch.setattr("host.connection.rfcomm.look_up", lambda address, local: CHANNEL)
+    else:
+        wire = request.getfixturevalue("wired")
 
-    def open_channel(address: str, channel: int) -> socket.socket:
-        assert (address, channel) == (ORB, CHANNEL)
-        near, far = socket.socketpair()
-        for end in (near, far):
-            end.setblocking(False)
-        link._accept(far, "a laptop", "/laptop")
-        return near
+    def arrive(connection: socket.socket) -> None:
+        connection.setblocking(False)
+        link._accept(connection, "a laptop", "/laptop")
 
-    monkeypatch.setattr("host.connection.rfcomm.open_channel", open_channel)
+    wire.arrived = arrive
     yield link
     link.close()
 
@@ -125,32 +165,70 @@ def test_a_link_that_bluez_disconnects_is_lost_and_connected_again(
     heard(receiver, Connected)
 
 
-def test_the_record_in_our_xml_says_to_bumble_what_it_should() -> None:
-    sdp = pytest.importorskip("bumble.sdp", reason="needs bumble, which brings compiled wheels")
-    from bumble.core import UUID
+def test_the_record_in_our_xml_says_to_bumble_what_it_should(air: Any) -> None:
+    from tests.support.bumble_radio import attributes
 
-    def element(node: ElementTree.Element) -> Any:
-        value, kinds = node.attrib.get("value", ""), sdp.DataElement
-        match node.tag:
-            case "sequence":
-                return kinds.sequence([element(child) for child in node])
-            case "uuid":
-                short = value.startswith("0x")
-                return kinds.uuid(UUID.from_16_bits(int(value, 16)) if short else UUID(value))
-            case "uint8":
-                return kinds.unsigned_integer_8(int(value, 16))
-            case "uint16":
-                return kinds.unsigned_integer_16(int(value, 16))
-        return kinds(kinds.TEXT_STRING, value.encode())
-
-    attributes = ElementTree.fromstring(record())
-    values = {int(each.attrib["id"], 16): element(each[0]).value for each in attributes}
-    classes = [str(one.value) for one in values[0x0001]]
+    values = {attribute.id: attribute.value for attribute in attributes(record())}
+    classes = [str(element.value) for element in values[0x0001].value]
     assert classes[0].lower() == SERVICE_UUID
     assert "1101" in classes[1]
-    protocols = values[0x0004]
+    protocols = values[0x0004].value
     assert [str(layer.value[0].value) for layer in protocols] == [
         "UUID-16:0100 (L2CAP)",
         "UUID-16:0003 (RFCOMM)",
     ]
     assert protocols[1].value[1].value == CHANNEL
+
+
+def test_bumble_reads_our_question_as_it_is_meant(air: Any) -> None:
+    from bumble.sdp import SDP_PDU, SDP_ServiceSearchAttributeRequest
+
+    request = SDP_PDU.from_bytes(sdp.question(7, SERVICE_UUID))
+    assert isinstance(request, SDP_ServiceSearchAttributeRequest)
+    assert request.transaction_id == 7
+    (service,) = request.service_search_pattern.value
+    assert str(service.value).lower() == SERVICE_UUID
+    (wanted,) = request.attribute_id_list.value
+    assert wanted.value == sdp.PROTOCOLS
+
+
+def test_the_channel_of_a_service_is_found_through_the_air(wired: Any) -> None:
+    assert host_rfcomm.look_up(ORB) == CHANNEL
+
+
+def test_a_service_that_is_not_offered_has_no_channel(
+    wired: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = "00001108-0000-1000-8000-00805f9b34fb"
+    monkeypatch.setattr(host_rfcomm, "SERVICE_UUID", other)
+    assert host_rfcomm.look_up(ORB) is None
+    with pytest.raises(LinkError, match="answers, but is no orb that waits for a host"):
+        open_transport(f"rfcomm://{ORB}")
+
+
+def test_an_orb_that_is_not_there_is_told_in_one_sentence(wired: Any) -> None:
+    with pytest.raises(LinkError, match="00:11:22:33:44:55 does not answer; is the orb on"):
+        open_transport("rfcomm://00:11:22:33:44:55")
+
+
+def test_a_channel_where_nobody_listens_is_told_in_one_sentence(wired: Any) -> None:
+    with pytest.raises(LinkError, match="refuses the connection; start the orb"):
+        open_transport(f"rfcomm://{ORB}:9")
+
+
+def test_pyserial_opens_the_orb_by_its_url(
+    link: RfcommLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packages = ["serial.urlhandler", "host.connection"]
+    monkeypatch.setattr(serial, "protocol_handler_packages", packages)
+    with serial.serial_for_url(f"rfcomm://{ORB}", timeout=0) as port:
+        session = HostSession("the orb", 1, 0)
+
+        def talk() -> list[Received]:
+            port.write(bytes(session.output))
+            session.output.clear()
+            return session.receive(port.read(100), 0)
+
+        assert isinstance(until(talk)[0], Connected)
+    with pytest.raises(serial.SerialException, match="is no Bluetooth address"):
+        serial.serial_for_url("rfcomm://nonsense")

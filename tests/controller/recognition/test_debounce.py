@@ -29,30 +29,23 @@ def fired(stream: list[int]) -> list[tuple[int, str]]:
     return [(i, label) for i, label in steps if label is not None]
 
 
-def test_a_held_press_fires_once_after_four_sure_frames() -> None:
-    assert fired([NULL] * 5 + [PRESS] * 40) == [(8, "press")]
+TOUCH, REST = [PRESS] * 6, [NULL] * 6
 
 
-@pytest.mark.parametrize("label", range(1, len(LABELS)))
-def test_every_gesture_fires_under_its_own_name(label: int) -> None:
-    assert fired([NULL] * 5 + [label] * 40) == [(8, LABELS[label])]
-
-
-def test_a_second_gesture_fires_after_rest_whatever_the_first_was() -> None:
-    assert fired([PRESS] * 6 + [NULL] * 6 + [PINCH] * 6) == [(3, "press"), (15, "pinch")]
-
-
-def test_rest_re_arms() -> None:
-    touch = [PRESS] * 6 + [NULL] * 6
-    assert [label for _, label in fired(touch * 3)] == ["press"] * 3
-
-
-def test_a_flicker_of_two_frames_fires_nothing() -> None:
-    assert fired(([PINCH] * 2 + [NULL] * 6) * 5) == []
-
-
-def test_changing_its_mind_during_a_touch_fires_nothing_more() -> None:
-    assert fired([PRESS] * 6 + [PINCH] * 10) == [(3, "press")]
+@pytest.mark.parametrize(
+    ("stream", "expected"),
+    [
+        *(([NULL] * 5 + [label] * 40, [(8, LABELS[label])]) for label in range(1, len(LABELS))),
+        (TOUCH + REST + [PINCH] * 6, [(3, "press"), (15, "pinch")]),
+        ((TOUCH + REST) * 3, [(3, "press"), (15, "press"), (27, "press")]),
+        (([PINCH] * 2 + REST) * 5, []),  # a flicker of two frames
+        (TOUCH + [PINCH] * 10, [(3, "press")]),  # changing its mind during a touch
+    ],
+)
+def test_a_touch_of_four_sure_frames_fires_once_and_rest_re_arms(
+    stream: list[int], expected: list[tuple[int, str]]
+) -> None:
+    assert fired(stream) == expected
 
 
 def test_as_many_probabilities_as_labels_are_expected() -> None:

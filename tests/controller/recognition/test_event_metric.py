@@ -1,5 +1,6 @@
 """The event metric, on streams small enough to judge by eye."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,29 +20,26 @@ def test_right_answers_are_hits_with_their_latency() -> None:
     assert score.f1 == 1.0
 
 
-def test_an_answer_may_come_half_a_second_after_the_release_and_no_later() -> None:
-    assert counts(judge(EVENTS[:1], [Answer(2.5, "left")])) == (1, 0, 0, 0, 0)
-    assert counts(judge(EVENTS[:1], [Answer(2.51, "left")])) == (0, 0, 1, 1, 0)
-
-
-def test_an_answer_before_any_onset_is_a_false_alarm() -> None:
-    assert counts(judge(EVENTS[:1], [Answer(0.99, "left")])) == (0, 0, 1, 1, 0)
-
-
-def test_another_class_is_wrong_and_the_event_stays_missed() -> None:
-    assert counts(judge(EVENTS[:1], [Answer(1.5, "right")])) == (0, 1, 1, 0, 0)
-
-
-def test_wrong_first_and_right_later_is_both() -> None:
-    assert counts(judge(EVENTS[:1], [Answer(1.2, "right"), Answer(1.6, "left")])) == (1, 1, 0, 0, 0)
-
-
-def test_the_same_again_is_a_duplicate() -> None:
-    assert counts(judge(EVENTS[:1], [Answer(1.2, "left"), Answer(1.9, "left")])) == (1, 0, 0, 0, 1)
-
-
-def test_after_the_next_onset_an_answer_belongs_to_the_next_event() -> None:
-    assert counts(judge(EVENTS[1:], [Answer(5.3, "drop")])) == (0, 1, 2, 0, 0)
+@pytest.mark.parametrize(
+    ("events", "answers", "expected"),
+    [
+        # Up to half a second after the release, and no later; before any onset never.
+        (EVENTS[:1], [Answer(2.5, "left")], (1, 0, 0, 0, 0)),
+        (EVENTS[:1], [Answer(2.51, "left")], (0, 0, 1, 1, 0)),
+        (EVENTS[:1], [Answer(0.99, "left")], (0, 0, 1, 1, 0)),
+        # Another class is wrong, and the event stays missed until it is answered rightly.
+        (EVENTS[:1], [Answer(1.5, "right")], (0, 1, 1, 0, 0)),
+        (EVENTS[:1], [Answer(1.2, "right"), Answer(1.6, "left")], (1, 1, 0, 0, 0)),
+        (EVENTS[:1], [Answer(1.2, "left"), Answer(1.9, "left")], (1, 0, 0, 0, 1)),
+        # From its onset on an answer belongs to the next event.
+        (EVENTS[1:], [Answer(5.3, "drop")], (0, 1, 2, 0, 0)),
+        (EVENTS[1:], [Answer(5.2, "left")], (1, 0, 1, 0, 0)),
+    ],
+)
+def test_each_answer_belongs_to_one_event_or_to_none(
+    events: list[Event], answers: list[Answer], expected: tuple[int, ...]
+) -> None:
+    assert counts(judge(events, answers)) == expected
 
 
 def test_precision_and_recall_are_shares_of_answers_and_of_events() -> None:
@@ -55,10 +53,6 @@ def test_streams_are_pooled_count_by_count() -> None:
     pooled = Score(8, 6, 1, 2, 2, 3, [0.5])
     pooled.add(Score(10, 20, 30, 40, 50, 60, [0.25]))
     assert pooled == Score(18, 26, 31, 42, 52, 63, [0.5, 0.25])
-
-
-def test_an_answer_at_the_very_onset_belongs_to_the_event() -> None:
-    assert counts(judge(EVENTS[1:], [Answer(5.2, "left")])) == (1, 0, 1, 0, 0)
 
 
 @given(

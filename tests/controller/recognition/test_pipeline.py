@@ -6,30 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.bundles import bundle
-from controller.recognition.frames import Frame, Image, State, Window
-from controller.recognition.pipeline import Networks, Pipeline, Step
+from controller.recognition.frames import Frame, State, Window
+from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.touch_position import PositionSpread
+from tests.support.loop_bench import SHIPPED, Certain
 
-SHIPPED = bundle.read(bundle.default_path())
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
-
-
-class Certain(Networks):
-    """Networks that are sure of one gesture where the newest image deviates most."""
-
-    def __init__(self, label: str = "press") -> None:
-        self.label = SHIPPED.labels.index(label)
-
-    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
-        probabilities = np.zeros(len(SHIPPED.labels), dtype=np.float32)
-        probabilities[self.label if touched else 0] = 1.0
-        return probabilities
-
-    def touch(self, image: Image) -> tuple[float, float]:
-        row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
-        return float(column), float(4 - row)
 
 
 def pressed(x: int, y: int, depth: float = 0.6) -> Frame:

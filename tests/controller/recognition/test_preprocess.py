@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from controller.recognition import drift
 from controller.recognition.baseline import Rebaseline, StoredBaseline
 from controller.recognition.frames import PreprocessSettings, z_image
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.preprocess import Prepared, Preprocessor
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
+OTHER_PF = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
 
 
 def idle(seconds: float, seed: int = 0, noise: float = 0.003) -> NDArray[np.float32]:
@@ -36,24 +37,23 @@ def fresh() -> Preprocessor:
     return Preprocessor(PreprocessSettings(), 5, 5)
 
 
+def felt(stage: Preprocessor, *pieces: NDArray[np.floating]) -> list[Prepared]:
+    """What the stage makes of all frames of these pieces."""
+    return [stage.step(frame) for frame in np.concatenate(pieces).astype(np.float32)]
+
+
 def rested(seconds: float) -> Preprocessor:
     """A stage after this time of an untouched sensor."""
     stage = fresh()
-    for frame in idle(seconds):
-        stage.step(frame)
+    felt(stage, idle(seconds))
     return stage
 
 
-def test_an_image_is_capacitance_over_rest() -> None:
-    frame = np.full((2, 2), 30.0, dtype=np.float32)
-    rest = np.array([[30.0, 60.0], [15.0, 30.0]])
-    assert z_image(frame, rest, RATIO).tolist() == [[1.0, 0.5], [2.0, 1.0]]
-
-
-def test_a_taxel_without_a_lead_says_nothing() -> None:
-    frame = np.array([[30.0, 0.2, 40.0, 1.0]], dtype=np.float32)
-    rest = np.array([[60.0, 0.0, 1.0, 40.0]])  # never had one, it is mended, it broke just now
-    assert z_image(frame, rest, RATIO).tolist() == [[0.5, 1.0, 1.0, 1.0]]
+def test_an_image_is_capacitance_over_rest_and_says_nothing_without_a_lead() -> None:
+    frame = np.array([[30.0, 30.0, 30.0, 0.2, 40.0, 1.0]], dtype=np.float32)
+    # Three that are well; one never had a lead, one is mended, one broke just now.
+    rest = np.array([[30.0, 60.0, 15.0, 0.0, 1.0, 40.0]])
+    assert z_image(frame, rest, RATIO).tolist() == [[1.0, 0.5, 2.0, 1.0, 1.0, 1.0]]
 
 
 def test_a_sensor_that_reads_0_untouched_is_measured_by_its_difference() -> None:
@@ -79,8 +79,7 @@ def test_frame_and_rest_of_different_shapes_are_refused_with_advice() -> None:
 
 def test_play_may_begin_after_one_quiet_second_with_a_whole_window() -> None:
     stage = fresh()
-    ready = [stage.step(frame).ready for frame in idle(1.5)]
-    assert ready.index(True) == 9
+    assert [prepared.ready for prepared in felt(stage, idle(1.5))].index(True) == 9
     window = stage.window()
     assert window is not None
     assert window.shape == (10, 5, 5)
@@ -88,12 +87,9 @@ def test_play_may_begin_after_one_quiet_second_with_a_whole_window() -> None:
 
 
 def test_a_hand_that_is_still_moving_at_the_start_is_waited_for() -> None:
-    stage = fresh()
-    ramp = np.linspace(0.7, 1.0, 20)[:, None, None]
-    arriving = (idle(2.0) * ramp).astype(np.float32)
-    assert not any(stage.step(frame).ready for frame in arriving)
-    assert stage.step(idle(0.1)[0]).ready is False
-    assert any(stage.step(frame).ready for frame in idle(2.0))
+    stage, ramp = fresh(), np.linspace(0.7, 1.0, 20)[:, None, None]
+    assert not any(prepared.ready for prepared in felt(stage, idle(2.0) * ramp, idle(0.1)))
+    assert any(prepared.ready for prepared in felt(stage, idle(2.0)))
 
 
 @pytest.mark.parametrize("rate_hz", [1.0, 2.0, 2.5, 5.0])
@@ -109,16 +105,14 @@ def test_a_noisy_sensor_comes_to_rest_however_slowly_it_is_read(rate_hz: float) 
 
 def test_a_window_holds_the_latest_images_oldest_first() -> None:
     stage = fresh()
-    images = [stage.step(frame).image for frame in np.concatenate([idle(2.0), pressed(1.0)])]
+    images = [prepared.image for prepared in felt(stage, idle(2.0), pressed(1.0))]
     window = stage.window()
     assert window is not None
     np.testing.assert_array_equal(window, np.stack(images[-10:]))
 
 
 def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
-    stage = rested(5.0)
-    changed = (idle(40.0) * 1.2).astype(np.float32)
-    quiet = [stage.step(frame).quiet for frame in changed]
+    quiet = [prepared.quiet for prepared in felt(rested(5.0), idle(40.0) * 1.2)]
     assert not any(quiet[:290])
     assert all(quiet[-50:])
 
@@ -126,67 +120,58 @@ def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
 def test_short_touches_never_add_up_to_a_new_sensor() -> None:
     stage = rested(5.0)
     for _ in range(10):
-        touched = [stage.step(frame).deviation for frame in pressed(8.0)]
-        left = [stage.step(frame).quiet for frame in idle(2.0, seed=3)]
-    assert touched[-1] == pytest.approx(touched[0], rel=0.1)
-    assert all(left)
+        touched, left = felt(stage, pressed(8.0)), felt(stage, idle(2.0, seed=3))
+    assert touched[-1].deviation == pytest.approx(touched[0].deviation, rel=0.1)
+    assert all(prepared.quiet for prepared in left)
 
 
 def test_a_light_hand_on_a_noisy_skin_takes_less_of_rest_along() -> None:
     """Nearly all that it touches is quiet; followed at the usual pace it leaves rest at 0.978."""
     stage, quiet = fresh(), 0
-    for frame in idle(5.0, noise=0.066):
-        stage.step(frame)
+    felt(stage, idle(5.0, noise=0.066))
     for touch in range(40):
-        for frame in idle(0.6, seed=2 * touch, noise=0.066) * np.float32(0.93):
-            quiet += stage.step(frame).quiet
-        for frame in idle(0.7, seed=2 * touch + 1, noise=0.066):
-            stage.step(frame)
+        light = felt(stage, idle(0.6, seed=2 * touch, noise=0.066) * np.float32(0.93))
+        quiet += sum(prepared.quiet for prepared in light)
+        felt(stage, idle(0.7, seed=2 * touch + 1, noise=0.066))
     assert quiet > 0.9 * 240
     assert stage.rest is not None
     assert float((stage.rest / REST_PF).mean()) > 0.982
 
 
-def test_a_quiet_skin_is_followed_at_the_usual_pace_wherever_it_goes() -> None:
+@pytest.mark.parametrize("to", [0.99, 1.01])
+def test_a_quiet_skin_is_followed_at_the_usual_pace_wherever_it_goes(to: float) -> None:
     """A step is followed to within 1/e in the time constant: there noise hides no finger."""
-    for to in (0.99, 1.01):
-        stage = fresh()
-        for frame in np.concatenate([idle(5.0, noise=0.002), idle(2.0, noise=0.002) * to]):
-            stage.step(frame.astype(np.float32))
-        assert stage.rest is not None
-        followed = (float((stage.rest / REST_PF).mean()) - 1.0) / (to - 1.0)
-        assert followed == pytest.approx(1.0 - 1.0 / math.e, abs=0.05)
+    stage = fresh()
+    felt(stage, idle(5.0, noise=0.002), idle(2.0, noise=0.002) * to)
+    assert stage.rest is not None
+    share = (float((stage.rest / REST_PF).mean()) - 1.0) / (to - 1.0)
+    assert share == pytest.approx(1.0 - 1.0 / math.e, abs=0.05)
 
 
-def test_a_noisy_skin_that_drifts_fast_is_followed_down_as_well_as_up() -> None:
-    for way in (-1.0, 1.0):
-        stage = fresh()
-        drift = 1.0 + way * np.linspace(0.0, 0.2, 600)[:, None, None]  # 20 % in a minute
-        for frame in (idle(60.0, noise=0.066) * drift).astype(np.float32):
-            stage.step(frame)
-        assert stage.rest is not None
-        assert abs(float((stage.rest / (REST_PF * drift[-1])).mean()) - 1.0) < 0.015
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_a_noisy_skin_that_drifts_fast_is_followed_down_as_well_as_up(way: float) -> None:
+    stage = fresh()
+    drift = 1.0 + way * np.linspace(0.0, 0.2, 600)[:, None, None]  # 20 % in a minute
+    felt(stage, idle(60.0, noise=0.066) * drift)
+    assert stage.rest is not None
+    assert abs(float((stage.rest / (REST_PF * drift[-1])).mean()) - 1.0) < 0.015
 
 
 def test_rest_is_frozen_for_four_tenths_of_a_second_after_a_touch() -> None:
-    stage = fresh()
-    for frame in [*idle(3.0), *pressed(1.0)]:
-        stage.step(frame)
+    stage, same = fresh(), []
+    felt(stage, idle(3.0), pressed(1.0))
     assert stage.rest is not None
-    frozen, same = stage.rest.tolist(), []
+    frozen = stage.rest.copy()
     for frame in idle(0.8, seed=7):
         stage.step(frame)
-        same.append(stage.rest is not None and stage.rest.tolist() == frozen)
+        same.append(np.array_equal(stage.rest, frozen))
     assert same == [True] * 4 + [False] * 4
 
 
-@pytest.mark.parametrize("before", [[], [*idle(5.0), *pressed(3.0)]], ids=["start", "touch"])
+@pytest.mark.parametrize("before", [[], [idle(5.0), pressed(3.0)]], ids=["start", "touch"])
 def test_slow_drift_of_the_untouched_sensor_is_followed(before: list[NDArray[np.float32]]) -> None:
-    stage = fresh()
-    for frame in before:
-        stage.step(frame)
     drift = np.linspace(1.0, 1.1, 1200)[:, None, None]  # 10 % in two minutes
-    last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
+    last = felt(fresh(), *before, idle(120.0) * drift)[-1]
     assert last.quiet
     assert abs(float(last.image.mean()) - 1.0) < 0.01
 
@@ -241,21 +226,10 @@ def test_three_returns_make_a_rest_once_the_sensor_has_been_busy_for_long() -> N
     assert found[-1] == pytest.approx(settled)
 
 
-def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:
-    stage = fresh()
-    for frame in (*idle(2.0), *pressed(25.0)):
-        prepared = stage.step(frame)
-    assert prepared.deviation > 0.05
-
-
 def test_one_hands_press_is_not_absorbed_while_the_other_hand_taps() -> None:
-    stage = rested(2.0)
-    tap = pressed(0.6)
+    stage, tap = rested(2.0), pressed(0.6)
     tap[:, :, :2] *= 0.6
-    for _ in range(15):
-        for frame in (*tap, *pressed(0.5)):
-            deviation = stage.step(frame).deviation
-    assert deviation > 0.05
+    assert felt(stage, *[tap, pressed(0.5)] * 15)[-1].deviation > 0.05
 
 
 def test_a_lasting_touch_is_judged_once_every_thirty_seconds(
@@ -282,18 +256,17 @@ def test_a_lasting_touch_is_judged_once_every_thirty_seconds(
 
 def test_a_press_of_ten_minutes_is_never_absorbed() -> None:
     stage = rested(5.0)
-    deviations = [stage.step(frame).deviation for frame in pressed(600.0)]
-    assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
-    after = [stage.step(frame).quiet for frame in idle(2.0, seed=4)]
-    assert all(after)
+    touched = felt(stage, pressed(600.0))
+    assert touched[-1].deviation == pytest.approx(touched[0].deviation, rel=0.1)
+    assert all(prepared.quiet for prepared in felt(stage, idle(2.0, seed=4)))
 
 
 def test_a_finger_that_was_there_from_the_start_is_noticed_when_it_leaves() -> None:
     stage = fresh()
-    touched = [stage.step(frame) for frame in pressed(10.0)]
-    assert touched[-1].ready
-    assert touched[-1].quiet
-    left = [stage.step(frame) for frame in idle(5.0)]
+    touched = felt(stage, pressed(10.0))[-1]
+    assert touched.ready
+    assert touched.quiet
+    left = felt(stage, idle(5.0))
     assert not left[0].quiet
     assert all(prepared.quiet for prepared in left[11:])
     assert stage.rest == pytest.approx(REST_PF, rel=0.01)
@@ -302,15 +275,14 @@ def test_a_finger_that_was_there_from_the_start_is_noticed_when_it_leaves() -> N
 # --- a calibration --------------------------------------------------------------------------------
 
 
-def known() -> Preprocessor:
-    return Preprocessor(
-        PreprocessSettings(), 5, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003)
-    )
+def known(rest: NDArray[np.float64] = REST_PF) -> Preprocessor:
+    stored = StoredBaseline(rest.astype(np.float32), 0.003)
+    return Preprocessor(PreprocessSettings(), 5, 5, stored)
 
 
 def test_with_a_calibration_play_may_begin_after_a_third_of_a_second() -> None:
     stage = known()
-    prepared = [stage.step(frame) for frame in idle(0.5) * np.float32(0.95)]  # cooler today
+    prepared = felt(stage, idle(0.5) * 0.95)  # cooler today
     assert [one.ready for one in prepared] == [False, False, True, True, True]
     assert stage.window() is not None
     assert prepared[-1].quiet
@@ -318,22 +290,17 @@ def test_with_a_calibration_play_may_begin_after_a_third_of_a_second() -> None:
 
 def test_with_a_calibration_a_finger_from_the_start_is_a_touch_at_once() -> None:
     stage = known()
-    prepared = [stage.step(frame) for frame in pressed(5.0)]
+    prepared = felt(stage, pressed(5.0))
     assert prepared[3].ready
     assert not any(one.quiet for one in prepared)
     assert prepared[-1].image[2, 2] == pytest.approx(0.72, abs=0.1)
-    left = [stage.step(frame) for frame in idle(10.0)]
-    assert left[-1].quiet
+    assert felt(stage, idle(10.0))[-1].quiet
     assert stage.rest == pytest.approx(REST_PF, rel=0.02)
 
 
 def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
-    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
-    stage = Preprocessor(
-        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
-    )
-    ready = [stage.step(frame).ready for frame in idle(2.0)]
-    assert ready.index(True) < 14
+    stage = known(OTHER_PF)
+    assert [prepared.ready for prepared in felt(stage, idle(2.0))].index(True) < 14
     assert stage.rest == pytest.approx(REST_PF, rel=0.01)
 
 
@@ -347,41 +314,31 @@ def followed(stage: Preprocessor, change: float, frames: int) -> list[float]:
     return shares
 
 
-def test_a_calibration_that_holds_counts_like_the_ten_frames_of_a_first_second() -> None:
-    stage = known()
-    for _ in range(3):
-        stage.step(REST_PF.astype(np.float32))
-    assert followed(stage, 0.01, 3) == pytest.approx([0, 1 / 11, 2 / 12], abs=1e-3)
-
-
-def test_a_known_rest_follows_with_a_time_constant_of_two_seconds() -> None:
-    stage = known()
-    for _ in range(40):
-        stage.step(REST_PF.astype(np.float32))
-    assert followed(stage, 0.01, 2) == pytest.approx([1 / 20, 1 - (19 / 20) ** 2], abs=1e-3)
-
-
-def test_a_calibration_that_began_under_a_finger_counts_like_one_frame() -> None:
-    stage = known()
-    finger = np.ones((5, 5))
-    finger[1:4, 1:4] = 0.85
-    for _ in range(3):
-        stage.step((REST_PF * finger).astype(np.float32))
-    assert followed(stage, 0.01, 7) == pytest.approx([0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4], abs=1e-3)
+@pytest.mark.parametrize(
+    ("finger", "frames", "shares"),
+    [
+        (1.0, 3, [0, 1 / 11, 2 / 12]),  # one that holds: as the ten frames of a first second
+        (1.0, 40, [1 / 20, 1 - (19 / 20) ** 2]),  # later a time constant of two seconds
+        (0.85, 3, [0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4]),  # begun under a finger: as one frame
+    ],
+)
+def test_a_calibration_counts_like_some_frames(
+    finger: float, frames: int, shares: list[float]
+) -> None:
+    stage, image = known(), np.ones((5, 5))
+    image[1:4, 1:4] = finger
+    for _ in range(frames):
+        stage.step((REST_PF * image).astype(np.float32))
+    assert followed(stage, 0.01, len(shares)) == pytest.approx(shares, abs=1e-3)
 
 
 def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
-    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
-    stage = Preprocessor(
-        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
-    )
-    without = fresh()
-    for frame in idle(0.3):
-        assert not stage.step(frame).ready
-        assert not without.step(frame).ready
-    assert {name: value.tolist() for name, value in stage.state().items()} == {
-        name: value.tolist() for name, value in without.state().items()
-    }
+    given_up, without = known(OTHER_PF), fresh()
+    for stage in (given_up, without):
+        assert not any(prepared.ready for prepared in felt(stage, idle(0.3)))
+    found, expected = given_up.state(), without.state()
+    assert found.keys() == expected.keys()
+    assert all(np.array_equal(found[name], expected[name], equal_nan=True) for name in found)
 
 
 def test_a_calibration_of_another_shape_is_refused() -> None:
@@ -393,26 +350,22 @@ def test_a_calibration_of_another_shape_is_refused() -> None:
 
 
 def test_a_row_that_is_cut_off_in_a_touch_is_filled_in_and_comes_back_as_it_was() -> None:
-    stage = rested(5.0)
-    whole = stage.step(pressed(0.1)[0]).image
-    cut = pressed(60.0)
+    stage, cut = rested(5.0), pressed(60.0)
+    whole = felt(stage, pressed(0.1))[0].image
     cut[:, 2] = 1.0
-    for frame in cut:
-        prepared = stage.step(frame)
-        assert np.abs(prepared.image - whole).max() < 0.15
-    assert prepared.lost is not None
-    assert np.argwhere(prepared.lost)[:, 0].tolist() == [2] * 5
-    prepared = stage.step(idle(0.1)[0])
+    filled = felt(stage, cut)
+    assert max(np.abs(prepared.image - whole).max() for prepared in filled) < 0.15
+    assert filled[-1].lost is not None
+    assert np.argwhere(filled[-1].lost)[:, 0].tolist() == [2] * 5
+    [prepared] = felt(stage, idle(0.1))
     assert prepared.lost is None
     assert prepared.quiet
 
 
 def test_a_lead_that_is_mended_only_later_needs_no_new_start() -> None:
-    stage = fresh()
-    cut = idle(5.0)
+    stage, cut = fresh(), idle(5.0)
     cut[:, :, 1] = 1.0
-    for frame in cut:
-        assert not stage.step(frame).deviation > 0.01
-    last = [stage.step(frame) for frame in idle(3.0, seed=6)][-1]
+    assert not any(prepared.deviation > 0.01 for prepared in felt(stage, cut))
+    last = felt(stage, idle(3.0, seed=6))[-1]
     assert last.lost is None
     assert last.quiet

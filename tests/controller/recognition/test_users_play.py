@@ -23,6 +23,7 @@ from controller.recordings.recording import Provenance
 from controller.runtime import assemble
 from controller.runtime.device import Device, VirtualHand
 from controller.sensors import base as sensors
+from controller.sensors.base import Sensor
 from controller.sensors.virtual import Virtual, show
 from tests.support import user_bundles as enrolled
 from tests.support.loop_bench import MessageLog
@@ -110,14 +111,7 @@ def test_a_person_is_known_after_some_gestures_and_theirs_mean_what_they_want(pa
     assert {"", "ann", "bob"} == set(networks.asked)
     assert [steps[94].user, steps[-1].user] == ["bob", "ann"]
     assert steps[-1].confidence > 0.9
-
-
-def test_a_new_face_never_changes_anything_amid_a_gesture(path: Path) -> None:
-    two = bundle.read(path)
-    steps = played(
-        Pipeline(two.settings, Certain(), two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6
-    )
-    for before, now in pairwise(steps):
+    for before, now in pairwise(steps):  # nothing changes amid a gesture
         assert now.user == before.user or not now.held
 
 
@@ -150,10 +144,7 @@ def test_a_mapping_file_has_rules_for_single_people(
     asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
     assert asked == {"": "menu", "ann": "pause", "bob": "menu"}
     for text, why in (
-        (
-            '[users.zoe]\npinch = "drop"',
-            "for 'zoe'; enrolled are ann, bob",
-        ),
+        ('[users.zoe]\npinch = "drop"', "for 'zoe'; enrolled are ann, bob"),
         ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
         ('[users."\\u001b"]', r"rules for '\x1b'"),
         ("users = 3", "[users] holds anything but a table for each name"),
@@ -177,10 +168,10 @@ def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:
             )  # fmt: skip
 
 
-class Scripted:
+class Scripted(Sensor):
     """A sensor with frames of its own."""
 
-    device_id, virtual, rate_hz = "scripted", False, 10.0
+    device_id, rate_hz = "scripted", 10.0
 
     def __init__(self, frames: list[Frame]) -> None:
         self.frames = iter(frames)
@@ -188,19 +179,13 @@ class Scripted:
     def read(self, t_s: float) -> Frame:
         return next(self.frames)
 
-    def button(self, t_s: float) -> int:
-        return -1
-
-    def close(self) -> None:
-        """Nothing is open."""
-
 
 def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -> None:
     two = bundle.read(path)
     frames = [REST] * 20 + RIGHT * 3
     link = MessageLog()
     pipeline = Pipeline(two.settings, Certain(), two.mapping)
-    device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
+    device = Device(Scripted(frames), pipeline, link)
     for _ in range(len(frames) - 1):
         device.advance(10.0)
     who = [message for message in link.sent if isinstance(message, UserIdentified)]
@@ -216,7 +201,7 @@ def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
     link = MessageLog()
     pipeline = Pipeline(shipped.settings, Certain(), shipped.mapping)
     frames = [REST] * 20 + RIGHT
-    device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
+    device = Device(Scripted(frames), pipeline, link)
     for _ in frames:
         device.advance(10.0)
     assert any(isinstance(message, Command) for message in link.sent)

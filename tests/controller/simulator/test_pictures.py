@@ -10,9 +10,9 @@ def test_a_checkout_can_draw_the_documentations_pictures(tmp_path: Path) -> None
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from matplotlib import rc_context
 
-    from tests.reference import paint, pictures
+    from tests.reference import pictures
 
-    with rc_context(paint.STYLE):
+    with rc_context(pictures.STYLE):
         for draw, name in (
             (pictures.inflation, "inflation.svg"),
             (pictures.touched, "touched.svg"),

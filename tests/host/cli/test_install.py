@@ -12,8 +12,13 @@ import pytest
 
 from controller.__main__ import main as controller
 from controller.bundles import bundle as bundles
+from controller.protocol.messages import DECLINED, Message, UploadOffer, UploadStatus
 from host.__main__ import main as host
+from host.cli import install
+from host.connection.bundle_upload import BundleUpload
+from host.connection.receiver import Connected, Delivered
 from tests.support import hostile_bundles
+from tests.support.fake_device import welcome
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the orb is ended by a signal")
 
@@ -90,3 +95,19 @@ def test_what_is_no_bundle_is_declined_with_the_reason(
 def test_a_file_that_is_not_there_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert host(["install", "nothing.orb", "--link", "socket://127.0.0.1:1"]) == 2
     assert "nothing.orb cannot be read" in capsys.readouterr().err
+
+
+def test_a_bundle_that_is_sent_during_a_game_is_announced(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    sent: list[Message] = []
+    take = install.delivery(BundleUpload("new.orb", b"la" * 9), sent.append, announce=True)
+    take([Connected(welcome())])
+    assert isinstance(sent[0], UploadOffer)
+    assert capsys.readouterr().err == "\rwaiting         \n"
+    answer = Delivered(UploadStatus(DECLINED, 0, "it is a song"), 0)
+    take([answer])
+    take([answer])
+    told = capsys.readouterr().err.splitlines()
+    assert told[-1] == "host: the orb does not take it: it is a song"
+    assert len(told) == 3

@@ -132,6 +132,7 @@ FILES = {  # what names a file
     "--mapping": ("--target", "keyboard", "--headless", "--dry-run", "--mapping"),
     "--keys": ("--target", "gamepad", "--headless", "--dry-run", "--keys"),
     "--key": (*NO_ORB, *SOON, "--key"),
+    "--install": (*SOON, "--install"),
     "--link": (*SOON, "--link"),
     "find --key": ("find", *NO_ORB[1:], "--key"),
     "find PORT": ("find",),
@@ -143,7 +144,7 @@ PORTS = ("--link", "find PORT")  # are no files of the user's: they cannot be op
 BUNDLES = [kind for kind in special_files.KINDS if kind not in special_files.TEXTS]
 SPECIAL = {
     **dict.fromkeys(FILES, special_files.KINDS),
-    "install FILE": BUNDLES,
+    **dict.fromkeys(("--install", "install FILE"), BUNDLES),
     **dict.fromkeys(PORTS, ("missing", "folder", "pipe", "socket", "sparse", "endless")),
 }
 

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support import SUPPORT
 
-DEVICE = SUPPORT / "scripted_device.py"
+DEVICE = SUPPORT / "fake_device.py"
 KEYBOARD = ("--target", "keyboard", "--headless")
 
 
@@ -22,7 +22,7 @@ def test_dry_run_prints_what_would_be_pressed_until_it_is_ended(tmp_path: Path) 
     keys = tmp_path / "keys.toml"
     keys.write_text('[profile.a]\nmenu = {arm = true}\ndown = {key = "ctrl+down", mode = "hold"}\n')
     with contextlib.ExitStack() as stack:
-        orb = stack.enter_context(started(str(DEVICE), "listen://127.0.0.1:0"))
+        orb = stack.enter_context(started(str(DEVICE), "listen://127.0.0.1:0", "--scripted"))
         assert orb.stdin is not None
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]
@@ -48,7 +48,7 @@ def test_key_of_the_terminal_arms_it_and_the_terminal_is_left_as_it_was(tmp_path
         "runpy.run_module('host', run_name='__main__', alter_sys=True)"
     )
     with contextlib.ExitStack() as stack:
-        orb = stack.enter_context(started(str(DEVICE), "listen://127.0.0.1:0"))
+        orb = stack.enter_context(started(str(DEVICE), "listen://127.0.0.1:0", "--scripted"))
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]
         host = subprocess.Popen(

@@ -1,5 +1,6 @@
 """Thresholds chosen on streams: the front is a front, and only thresholds change in the bundle."""
 
+import argparse
 from dataclasses import astuple, replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from controller.recognition.event_metric import Answer, Score, judge
 from controller.recordings import writer
 from controller.recordings.recording import Recording
 from models.__main__ import main
+from models.cli import tune as cli
 from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
@@ -103,6 +105,14 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         assert point.latency_s == pytest.approx(np.median(total.latencies_s), abs=1e-4)
     assert found.before.settings == SHIPPED.debounce
     assert Goal().cost(found.chosen) <= Goal().cost(found.before) + 100.0 / found.events
+
+
+def test_costs_and_limits_are_options_with_the_defaults_of_a_goal() -> None:
+    parser = argparse.ArgumentParser()
+    cli.add(parser)
+    words = ["x.orb", "dir", "--alarm", "7", "--alarms", "0.5"]
+    asked = {name: getattr(parser.parse_args(words), name) for name, *_ in cli.GOAL}
+    assert Goal(*asked.values()) == replace(Goal(), alarm=7.0, alarms_per_min=0.5)
 
 
 def test_streams_without_gestures_are_refused() -> None:

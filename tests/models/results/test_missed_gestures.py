@@ -28,6 +28,9 @@ def test_a_gesture_that_fails_is_named_with_its_figure_and_what_to_do() -> None:
     )
     assert "): record 30 more, make" in missed_gestures.advice(LABELS, TABLE, 2, more=30)
     assert "): record more of it, make" in missed_gestures.advice(LABELS, TABLE, 2, more=1)
+    assert "): more of it would help little: make" in missed_gestures.advice(
+        LABELS, TABLE, 2, little=True
+    )
     taken = ((0, 0, 0), (0, 60, 0), (1, 6, 13))
     assert "more distinct from press" in missed_gestures.advice(LABELS, taken, 2)
 

@@ -54,8 +54,9 @@ def test_a_gesture_is_told_by_all_of_its_windows() -> None:
     given = np.full((4000, 3), 1e-9)
     given[np.arange(4000), np.where(right, y, 3 - y)] = 0.75
     given[np.arange(4000), np.where(right, 3 - y, y)] = 0.25
+    nowhere = np.full((4000, 2), np.nan, dtype=np.float32)
     windows = Windows(np.zeros((4000, 1, 1), np.float32), y, event % 2, np.arange(4000), event,
-                      ("null", "a", "b"), 10.0, (1, 1))  # fmt: skip
+                      nowhere, ("null", "a", "b"), 10.0, (1, 1))  # fmt: skip
     answers = classifier_bound.rescaled(windows, given)
     window = math.log(2) + 0.75 * math.log(0.75) + 0.25 * math.log(0.25)
     found = classifier_bound.window_bound(windows, answers.log_p)

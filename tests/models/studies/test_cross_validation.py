@@ -38,7 +38,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def asked(recordings: Path, out: Path, **other: Any) -> Request:
-    plain = {"folds": 2, "steps": 12, "window": 10, "given": True}
+    plain = {"folds": 2, "steps": 12, "window": 10, "given": True, "choose": True}
     return Request((recordings,), out, **(plain | other))
 
 
@@ -58,6 +58,7 @@ def test_tasks_of_people_unseen_are_told_by_commands_alone(
     windows = [sum(map(sum, one["confusion"])) for one in found["models"]]
     assert windows == [found["windows"]] * 3
     assert ours["windows"]["value"] > 0.6 > found["majority"] + 0.2
+    assert found["chosen"] == []
     assert "no taxel or electrode dies in training" in found["how"]
     told = capsys.readouterr().out
     assert "ours more than trajectory trees" in told
@@ -68,21 +69,22 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
     recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
-    judged = cross_validation._Study._judge
-    calls: list[int] = []
+    trained = cross_validation._Study._train
+    calls: list[str] = []
 
-    def stop(study: Any, number: int, fold: Any) -> Any:
-        calls.append(number)
-        if len(calls) == 2:  # in the second fold
+    def stop(study: Any, name: str, *rest: Any) -> Any:
+        calls.append(name)
+        if len(calls) == 6:  # in the second fold
             raise KeyboardInterrupt
-        return judged(study, number, fold)
+        return trained(study, name, *rest)
 
-    monkeypatch.setattr(cross_validation._Study, "_judge", stop)
+    monkeypatch.setattr(cross_validation._Study, "_train", stop)
     out = tmp_path / "again.json"
     with pytest.raises(KeyboardInterrupt):
         cross_validation.cross(asked(recordings, out), print)
     again = cross_validation.cross(asked(recordings, out), print)
-    assert calls == [0, 1, 1]  # fold 0 is not done again
+    assert all(name.startswith("fold-1") for name in calls[6:])  # fold 0 is not done again
+    assert all("shifted by" in words for words in again.chosen)
     for one, other in zip(whole.models, again.models, strict=True):
         assert one.confusion == other.confusion
     calls.clear()

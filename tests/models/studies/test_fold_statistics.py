@@ -5,6 +5,8 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import tests.support.synthetic_people as look_alike
 from controller.recordings import importer
@@ -18,6 +20,38 @@ from tests.support.model_commands import examples
 
 WINDOW = 3
 DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
+
+
+@settings(deadline=None, max_examples=40)
+@given(sizes=st.lists(st.integers(WINDOW, 12), min_size=4, max_size=9), count=st.integers(2, 4))
+def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
+    sizes: list[int], count: int
+) -> None:
+    person = np.repeat(np.arange(len(sizes)), sizes)
+    starts = np.cumsum([0, *sizes[:-1]])
+    ends = np.concatenate(
+        [np.arange(s + WINDOW - 1, s + n) for s, n in zip(starts, sizes, strict=True)]
+    )
+    judged: list[int] = []
+    for fold in splits.by_group(ends, WINDOW, person, count):
+        inner = fold_statistics.within(fold, ends, WINDOW, person)
+        now = set(person[ends[fold.test]])
+        learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
+        assert learned
+        assert chosen
+        assert not learned & chosen
+        assert not now & (learned | chosen)
+        assert learned | chosen == set(person[ends[fold.train]])
+        judged += sorted(now)
+    assert sorted(judged) == list(range(len(sizes)))
+
+
+def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
+    person = np.repeat([0, 1], 5)
+    ends = np.array([2, 3, 4, 7, 8, 9])
+    fold = splits.by_group(ends, WINDOW, person)[0]
+    with pytest.raises(ValueError, match="nobody to choose on"):
+        fold_statistics.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
@@ -84,6 +118,7 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
         stretches=6,
         people=rows.people,
         held=rows.people,
+        chosen=("", "", ""),
         touched=(0, 0, 0, 24),
         models=(replace(model, cpu_s=float("nan")),),
         gains=(fold_statistics.gain(rows, certain(rows.label), "theirs", certain(1 - rows.label)),),

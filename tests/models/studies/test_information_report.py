@@ -43,6 +43,22 @@ def test_no_estimate_of_the_label_exceeds_what_there_is(found: dict[str, Any]) -
 
 
 @pytest.mark.train
+def test_images_of_presses_tell_their_places_where_enough_are_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("torch", reason="needs the [train] extra")
+    from models.studies.information import study
+
+    sessions = study.RecordingSet("nominal", preset="nominal", quick=True)
+    told = study.places(sessions)
+    assert told is not None
+    value, low, high = told["information"]
+    assert 2.0 < low < value < high < 3.5  # nats: as much as 7 to 33 places without confusion
+    monkeypatch.setattr(study, "LEAST", told["presses"] + 1)
+    assert study.places(sessions) is None
+
+
+@pytest.mark.train
 def test_the_report_is_drawings_and_tables(found: dict[str, Any], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from models.studies.information import report

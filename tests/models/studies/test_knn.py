@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.studies.information.knn import Exclusion, ross
+from models.studies.information.knn import Exclusion, ksg, ross
 from tests.support import gaussian_cases
 from tests.support.gaussian_cases import close
 
@@ -12,6 +12,15 @@ from tests.support.gaussian_cases import close
 def test_rosss_estimate_of_a_mixture_is_close(classes: int, dimensions: int) -> None:
     x, y = gaussian_cases.Mixture.of(classes, dimensions).draw(4000, np.random.default_rng(1))
     assert close(float(ross(x, y).mean()), gaussian_cases.TRUTHS[classes, dimensions], dimensions)
+
+
+@pytest.mark.parametrize("dimensions", [1, 2])
+def test_kraskovs_estimate_finds_a_known_correlation(dimensions: int) -> None:
+    rng = np.random.default_rng(2)
+    x, noise = rng.normal(size=(2, 3000, dimensions))
+    truth = -0.5 * dimensions * np.log(1.0 - 0.6**2)
+    assert close(float(ksg(x, 0.6 * x + 0.8 * noise).mean()), truth, dimensions)
+    assert ksg(x, noise).mean() == pytest.approx(0.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("classes", "dimensions"), gaussian_cases.TRUTHS)

@@ -20,7 +20,7 @@ from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED
 from models.results import training
-from models.training import loop
+from models.training import advice, loop
 
 pytestmark = pytest.mark.train
 
@@ -66,7 +66,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def asked(out: Path, *words: str | Path) -> list[str | Path]:
-    return ["train", *words, "--epochs", "2", "--out", out]
+    return ["train", *words, "--epochs", "2", "--no-advice", "--out", out]
 
 
 def train(out: Path, *words: str | Path) -> int:
@@ -111,6 +111,34 @@ def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
     loaded = bundle.read(out)
     Recognizer(loaded)
     assert not loaded.locates
+
+
+def test_learning_curves_are_in_the_report_unless_no_advice_is_wanted(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(advice, "STEPS", 5)
+    out = tmp_path / "my.orb"
+    words = [word for word in asked(out, data, "--task", "gesture") if word != "--no-advice"]
+    assert main([str(word) for word in words]) == 0
+    null, *gestures = json.loads((tmp_path / "my.json").read_text())["classes"]
+    assert not null["curve"]
+    for row in gestures:
+        amounts, _ = zip(*row["curve"], strict=True)
+        assert amounts == (row["examples"] / 4, row["examples"] / 2, row["examples"])
+    measured = bundle.read(out).hash
+    assert train(out, data, "--task", "gesture") == 0
+    assert bundle.read(out).hash == measured  # advice changes no bundle
+    classes = json.loads((tmp_path / "my.json").read_text())["classes"]
+    assert not any(row["curve"] for row in classes)
+
+
+def test_places_that_were_never_taught_are_told_apart_in_the_card(
+    data: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "my.orb"
+    assert train(out, data, "--task", "location", "--split", "site") == 0
+    assert "sites held out, with all touches nearest to them" in (tmp_path / "my.md").read_text()
+    assert "sites held out" in (tmp_path / "my.html").read_text()
 
 
 def test_a_training_that_was_interrupted_gives_the_same_bytes(
@@ -233,7 +261,7 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     [
         (
             ["--split", "windows"],
-            "the score would be that of memory; split by session, user, time",
+            "the score would be that of memory; split by session, user, time, site",
         ),
         (["--split", "user"], "there is only one user; record another, or use --split time"),
         (["--labels", "cue"], "no cue label names a gesture; it has true and button labels"),

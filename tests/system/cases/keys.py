@@ -36,7 +36,8 @@ def run(guest: Guest) -> None:
 def one(guest: Guest, kind: str, victim: str) -> None:
     """Hold something down, kill the victim, and wait for it to be let go."""
     near, far = guest.addresses
-    orb = guest.start("orb", [sys.executable, "tests/support/scripted_device.py", f"rfcomm:{far}"])
+    device = "tests/support/fake_device.py"
+    orb = guest.start("orb", [sys.executable, device, f"rfcomm:{far}", "--scripted"])
     orb.expect('"listening"')
     keys = Path(f"/tmp/{kind}.toml")
     keys.write_text(MAPPINGS[kind])

@@ -1,6 +1,6 @@
 """Counts of placements, as others count them."""
 
-from tests.reference.tetris_perft import boards, leaves
+from tests.benchmarks.perft import boards, leaves
 from tetris.bots.placements import find
 from tetris.engine.board import Board
 from tetris.engine.game import Config, Game

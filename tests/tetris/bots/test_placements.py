@@ -5,11 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.tetris_games import set_up
-from tetris.bots.placements import fewest, find, neighbours, path
+from tetris.bots.placements import fewest, find, find_spins, path, paths
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game
-from tetris.engine.moves import landed
+from tetris.engine.moves import Spin
 from tetris.engine.pieces import KINDS, Kicks, Kind, Piece
 
 L, R, D, DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
@@ -29,6 +29,18 @@ def test_on_an_empty_board_each_piece_has_its_known_number_of_placements(
     kind: Kind, count: int
 ) -> None:
     assert len(find(Board().bits, Piece.entering(kind))) == count
+
+
+def test_under_an_overhang_only_a_turn_reaches_the_slot() -> None:
+    found = find_spins(Board.parse(T_SLOT).bits, Piece.entering("T"))
+    slot = Piece("T", 3, 0, turn=2)
+    assert [spin for spin, some in found.items() if slot in some] == [Spin.FULL]
+
+
+def test_one_place_with_and_without_a_spin_is_two_placements() -> None:
+    found = find_spins(Board.parse(".JJJJJJJJJ").bits, Piece.entering("T"))
+    upright = Piece("T", -1, 0, turn=1)
+    assert [spin for spin, some in found.items() if upright in some] == [Spin.NONE, Spin.MINI]
 
 
 def test_a_piece_slides_under_a_roof_from_the_side() -> None:
@@ -95,24 +107,20 @@ boards = st.integers(4, 10).flatmap(
 tables = st.sampled_from(("srs", "srs+"))
 
 
-def walked(bits: int, start: Piece, kicks: Kicks) -> set[int]:
-    """Return the cells of every landing, found a step at a time."""
-    seen, queue = {start}, [start]
-    for here in queue:
-        for there, _ in neighbours(bits, here, kicks):
-            if there not in seen:
-                seen.add(there)
-                queue.append(there)
-    return {landed(bits, here).mask for here in seen}
+def check(bits: int, start: Piece, kicks: Kicks) -> None:
+    """Compare flooding with what is found a step at a time."""
+    flooded = [
+        (p.mask, spin) for spin, some in find_spins(bits, start, kicks).items() for p in some
+    ]
+    assert len(flooded) == len(set(flooded))
+    assert set(flooded) == {(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)}
+    assert {p.mask for p in find(bits, start, kicks)} == {mask for mask, _ in flooded}
 
 
 @given(boards, st.sampled_from(KINDS), tables)
 @settings(max_examples=100, deadline=None)
 def test_flooding_finds_what_walking_finds(board: Board, kind: Kind, kicks: Kicks) -> None:
-    start = Piece.entering(kind, board.columns)
-    flooded = [place.mask for place in find(board.bits, start, kicks)]
-    assert len(flooded) == len(set(flooded))
-    assert set(flooded) == walked(board.bits, start, kicks)
+    check(board.bits, Piece.entering(kind, board.columns), kicks)
 
 
 @given(boards, st.sampled_from(KINDS), tables, st.integers(-2, 8), st.integers(-2, 9), st.data())
@@ -121,10 +129,8 @@ def test_a_piece_deep_in_the_stack_finds_its_way_too(
     board: Board, kind: Kind, kicks: Kicks, x: int, y: int, data: st.DataObject
 ) -> None:
     start = Piece(kind, x, y, data.draw(st.integers(0, 3)))
-    if board.bits & start.mask:
-        return
-    flooded = {place.mask for place in find(board.bits, start, kicks)}
-    assert flooded == walked(board.bits, start, kicks)
+    if not board.bits & start.mask:
+        check(board.bits, start, kicks)
 
 
 @given(boards, st.sampled_from(KINDS), tables, st.data())
@@ -133,10 +139,9 @@ def test_the_inputs_to_a_placement_lead_there_in_the_game(
     board: Board, kind: Kind, kicks: Kicks, data: st.DataObject
 ) -> None:
     start = Piece.entering(kind, board.columns)
-    place = data.draw(st.sampled_from(find(board.bits, start, kicks)))
-    way = path(board.bits, start, place, kicks)
-    assert way is not None
+    place, spin, way = data.draw(st.sampled_from([*paths(board.bits, start, kicks)]))
+    assert path(board.bits, start, place, kicks, spin) == way
     game = Game(1, Config(columns=board.columns, kicks=kicks))
     set_up(game, Board.parse(str(board), board.columns), start)
     (locked,) = [e for e in game.update(0.0, way) if isinstance(e, Locked)]
-    assert set(locked.piece.cells) == set(place.cells)
+    assert (set(locked.piece.cells), locked.clear.spin) == (set(place.cells), spin)

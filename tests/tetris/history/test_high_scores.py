@@ -9,12 +9,12 @@ import pytest
 
 from tetris.engine.modes import MODES
 from tetris.files import config_folder, data_folder, write_beside
-from tetris.history.high_scores import FILE_NAME, PLACES, HighScores
+from tetris.history.high_scores import FILE_NAME, PLACES, HighScores, Totals
 from tetris.history.stats import Summary
 
 
 def summary(score: int = 100, time_s: float = 60.0, lines: int = 40) -> Summary:
-    return Summary(score, lines, 5, 100, time_s, 450, 20, 90, {"tetris": 2})
+    return Summary(score, lines, 5, 100, time_s, 450, 20, 90, 3, 1, {"tetris": 2})
 
 
 def add(records: HighScores, mode: str, won: bool = True, **figures: float) -> int | None:
@@ -35,6 +35,7 @@ def test_a_sprint_counts_its_time_and_only_when_it_is_finished(tmp_path: Path) -
     assert add(records, "sprint", time_s=58.5) == 1
     assert add(records, "sprint", won=False, time_s=3.0) is None
     assert [entry.time_s for entry in records.best("sprint")] == [58.5, 62.0]
+    assert (records.totals("sprint").games, records.totals("sprint").won) == (3, 2)
 
 
 def test_of_equals_the_earlier_one_leads(tmp_path: Path) -> None:
@@ -57,19 +58,10 @@ def test_what_was_added_is_there_the_next_time(tmp_path: Path) -> None:
     records.add(MODES["zen"], summary(), won=False, seed=3, date="2025-06-01", replay="a.tetris")
     again = HighScores(tmp_path / "new" / "folder")
     assert again.best("zen") == records.best("zen")
+    assert again.totals("zen") == Totals(1, 0, 60.0, 100, 40, 450, 90, {"tetris": 2})
     (entry,) = again.best("zen")
     assert (entry.replay, entry.date) == ("a.tetris", "2025-06-01")
     assert again.trouble == ""
-
-
-def test_a_file_with_the_totals_of_earlier_versions_is_read(tmp_path: Path) -> None:
-    add(HighScores(tmp_path), "zen")
-    path = tmp_path / FILE_NAME
-    document = json.loads(path.read_text())
-    document["modes"]["zen"]["totals"] = {"games": 3, "clears": {"tetris": 2}}
-    path.write_text(json.dumps(document))
-    again = HighScores(tmp_path)
-    assert (len(again.best("zen")), again.trouble) == (1, "")
 
 
 def test_two_programs_add_to_one_list(tmp_path: Path) -> None:
@@ -88,6 +80,7 @@ def test_two_programs_add_to_one_list(tmp_path: Path) -> None:
         b"{}",
         b'{"form": 2, "modes": {}}',
         b'{"form": 1, "modes": []}',
+        b'{"form": 1, "modes": {"zen": {"best": [], "totals": {}}}}',
         b'{"form": 1, "modes": {"zen": {"best": "score"}}}',
         b'{"form": 1, "modes": {"zen": {"best": [{"score": NaN}], "totals": {}}}}',
         b"[" * 100_000,
@@ -124,8 +117,20 @@ def test_a_value_of_another_kind_is_damage(key: str, value: object, tmp_path: Pa
     document["modes"]["zen"]["best"][0][key] = value
     path.write_text(json.dumps(document))
     again = HighScores(tmp_path)
-    assert again.best("zen") == ()
+    assert (again.best("zen"), again.totals("zen")) == ((), Totals())
     assert "damaged" in again.trouble
+
+
+@pytest.mark.parametrize(
+    "clears", [{"tetris": -1}, {"tetris": "2"}, ["tetris"], {str(n): 1 for n in range(101)}]
+)
+def test_counts_of_another_kind_are_damage(clears: object, tmp_path: Path) -> None:
+    add(HighScores(tmp_path), "zen")
+    path = tmp_path / FILE_NAME
+    document = json.loads(path.read_text())
+    document["modes"]["zen"]["totals"]["clears"] = clears
+    path.write_text(json.dumps(document))
+    assert "damaged" in HighScores(tmp_path).trouble
 
 
 def test_a_second_damaged_file_does_not_replace_the_first(tmp_path: Path) -> None:

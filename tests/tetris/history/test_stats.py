@@ -107,7 +107,7 @@ def test_a_tuck_is_measured_by_the_way_that_leads_there() -> None:
     assert played(kind, *needless, *way, config=config).faults == 2
 
 
-def test_clears_are_counted_by_name() -> None:
+def test_clears_chains_and_combos_are_counted() -> None:
     config = Config(gravity=False, lock_resets=None, board="OOOOOOOOO.\n" * 9)
     game, statistics = Game(1, config), Statistics(config)
     for _ in range(2):
@@ -115,7 +115,7 @@ def test_clears_are_counted_by_name() -> None:
         statistics.update(game.update(0.0, [DROP]))
     summary = statistics.summary(game)
     assert summary.clears == {"tetris": 2}
-    assert summary.pieces == 2
+    assert (summary.combo, summary.b2b, summary.pieces) == (2, 1, 2)
 
 
 def test_a_lock_that_is_taken_back_is_not_counted() -> None:

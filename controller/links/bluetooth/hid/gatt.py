@@ -37,9 +37,9 @@ from controller.links.bluetooth.hid.gatt_services import (
     OfferError,
     ServiceValues,
 )
-from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.reports import Report
-from controller.links.bluetooth.registration import Registration, logged
+from controller.links.bluetooth.registration import logged
 
 APPLICATION: Final = "/orbtouch/hid"
 ADVERTISEMENT: Final = "/orbtouch/advertisement"
@@ -52,15 +52,13 @@ CLOSE_S: Final = 2.0  # timeout of calls that end the connection
 log = logging.getLogger(__name__)
 
 
-class GattTransport(Registration):
-    """Services and advertisement of a HID device, registered with BlueZ; no method blocks."""
+class GattTransport(HidTransport):
+    """Services and advertisement of a HID device, registered with BlueZ."""
 
     def __init__(self, device: HidDevice, name: str) -> None:
         """Prepare the services of a device; hosts show its name."""
-        self._hid, self._name = device, name
+        super().__init__(device, name)
         self._bus: Bus | None = None
-        self._adapter = ""
-        self._devices: dict[str, Properties] = {}  # of the adapter, by BlueZ's path
         self._values = ServiceValues(name)
         self._paths: dict[str, str] = {}  # of characteristics, by name
         self._discoverable = False
@@ -78,7 +76,7 @@ class GattTransport(Registration):
             if name not in objects.get(adapter, {}):
                 raise BluetoothError(
                     f"this adapter cannot be a low energy gamepad (BlueZ offers no {name}); "
-                    "use another adapter"
+                    "use --link hid:classic, or another adapter"
                 )
         self._devices = devices(objects, adapter)
         self._discoverable = bool(objects[adapter][ADAPTER].get("Discoverable"))
@@ -155,16 +153,9 @@ class GattTransport(Registration):
         elif ours and changes and "Discoverable" in changes:
             self._discoverable = changes["Discoverable"]
             self._do(self._advertise())
-        if interface == DEVICE and path.startswith(f"{self._adapter}/"):
-            before = self._devices.get(path, {})
-            if changes is None:
-                self._devices.pop(path, None)
-            else:
-                self._devices[path] = before | changes
-            self._changed(before, self._devices.get(path, {}))
+        super()._follow(path, interface, changes)
 
     def _changed(self, before: Properties, after: Properties) -> None:
-        """Handle changed properties of a host; they are empty before it exists and afterwards."""
         connected, was_connected = after.get("Connected"), before.get("Connected")
         if connected and self._is_known(after):
             if not was_connected or before.get("Address") != after["Address"]:

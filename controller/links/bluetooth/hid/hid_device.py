@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from abc import abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMap
+from controller.links.bluetooth.bluez import DEVICE, Properties
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import HeldReports, Report
+from controller.links.bluetooth.registration import Registration
 from controller.protocol.messages import Command, Message, State, Telemetry
-
-if TYPE_CHECKING:
-    from controller.links.bluetooth.hid.gatt import GattTransport
 
 GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 
@@ -46,15 +46,16 @@ class HidDevice:
         self._waiting: list[Report] = []
         self._notify = notify
         self._store = store
-        self._transport: GattTransport | None = None
+        self._transport: HidTransport | None = None
         self._active = ""
         self._known = hosts.known
+        self._seeking: bool | None = None
         self._dropped: set[str] = set()  # being disconnected
         self._timer: asyncio.TimerHandle | None = None
 
-    def open(self, transport: GattTransport) -> None:
+    def open(self, transport: HidTransport) -> None:
         """Use a transport from now on."""
-        self._transport = transport
+        self._transport, self._seeking = transport, None
         self._update()
 
     def close(self) -> None:
@@ -119,13 +120,16 @@ class HidDevice:
             self._store(self._known)
         self._schedule()
 
-    def _select(self, transport: GattTransport) -> None:
-        """Disconnect hosts that are not active."""
+    def _select(self, transport: HidTransport) -> None:
+        """Disconnect hosts that are not active; seek one if none is."""
         unwanted = set(self.hosts.unwanted())
         for address in unwanted - self._dropped:
             log.info("host %s is disconnected: another one is active, or selected", address)
             transport.drop(address)
         self._dropped = unwanted
+        if self._seeking is not (seek := not self._active):
+            self._seeking = seek
+            transport.seek(seek)
 
     def _release(self) -> None:
         """Release all keys, and report that in any case."""
@@ -151,3 +155,38 @@ class HidDevice:
 
     def _now_s(self) -> float:
         return asyncio.get_running_loop().time()
+
+
+class HidTransport(Registration):
+    """Transport of reports to hosts, over GATT or classic Bluetooth; no method blocks."""
+
+    def __init__(self, device: HidDevice, name: str) -> None:
+        """Prepare a transport for a device; hosts show its name."""
+        self._hid, self._name = device, name
+        self._adapter = ""
+        self._devices: dict[str, Properties] = {}  # of the adapter, by BlueZ's path
+
+    @abstractmethod
+    def send(self, report: Report) -> None:
+        """Send a report to the active host."""
+
+    @abstractmethod
+    def drop(self, address: str) -> None:
+        """Disconnect a host."""
+
+    def seek(self, wanted: bool) -> None:
+        """Start or stop seeking paired hosts; no effect where the kernel advertises."""
+
+    @abstractmethod
+    def _changed(self, before: Properties, after: Properties) -> None:
+        """Handle changed properties of a host; they are empty before it exists and afterwards."""
+
+    def _follow(self, path: str, interface: str, changes: Properties | None) -> None:
+        """Handle a change of BlueZ's objects."""
+        if interface == DEVICE and path.startswith(f"{self._adapter}/"):
+            before = self._devices.get(path, {})
+            if changes is None:
+                self._devices.pop(path, None)
+            else:
+                self._devices[path] = before | changes
+            self._changed(before, self._devices.get(path, {}))

@@ -9,14 +9,14 @@
     mlp         two dense layers on the window, trained as ours
     gru         a gated recurrent unit over its images, trained as ours
 
-All but the paper's see what our networks see. Each is trained once, its thresholds are chosen on
-development streams, and it is kept under a hash of recordings, recipe and code.
+All but the paper's see what our networks see; thresholds are chosen on development streams.
+Networks are trained once, and kept under a hash of recordings, recipe and code.
 """
 
 import hashlib
 import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final
@@ -26,7 +26,7 @@ import torch
 from numpy.typing import NDArray
 from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 from sklearn.linear_model import LogisticRegression, Ridge
-from torch import nn
+from torch import Tensor, nn
 
 from controller.recognition.frames import PreprocessSettings
 from models.data import load, splits, touch_images
@@ -34,16 +34,13 @@ from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import DEFAULT, NEVER_S, PAPER, Recipe
 from models.evaluation import scores
-from models.results.training import HeldOutScore
 from models.training import checkpoint
 from models.training.gesture_task import GestureTask, train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob, fit, prepare_torch
 from models.training.networks import GAIN, gesture_net, location_net
 
-from ..results import code_hash
-from .forest import Forest
-from .peer_nets import NETS, ask
+from .results import code_hash
 
 NAMES: Final = ("same_data", "paper", "logistic", "forest", "mlp", "gru")
 PAPER_WINDOWS, PAPER_IMAGES = 17_500, 10_000  # paper, section 4.2
@@ -54,38 +51,58 @@ TREES: Final = 100
 # Whose change changes what is learned.
 CODE: Final = (
     "controller.recognition.preprocess", "controller.recognition.touch_position",
-    "models.data.augment", "models.data.examples", "models.training.loop",
-    "tests.benchmarks.baselines.forest", "models.training.gesture_task",
-    "models.training.location_task", "models.training.networks",
-    "tests.benchmarks.baselines.peer_nets", "tests.benchmarks.baselines.peers",
-    "models.data.touch_images",
+    "models.data.augment", "models.data.examples", "models.data.touch_images",
+    "models.training.gesture_task", "models.training.location_task", "models.training.loop",
+    "models.training.networks", "tests.benchmarks.peers",
 )  # fmt: skip
+AT_ONCE: Final = 256  # questions that a network is asked together
 
 Rows = NDArray[np.float32]
 Answer = Callable[[Rows], Rows]  # many questions -> many answers
 Say = Callable[[str], None]
-Saved = tuple[dict[str, NDArray[Any]], dict[str, Any]]  # arrays, and words as JSON has them
+Weights = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Peer:
-    """Another model.
+    """Another model."""
 
-    Attributes:
-        name: Of `NAMES`.
-        settings: How it sees frames.
-        averaged: Its places are told from the image of a touch; else from each frame's.
-        gesture: Windows -> probabilities.
-        place: Images -> places, grid units; None: it tells none.
-        honesty: Its score on unseen sessions beside that on windows at random; None: unknown.
-    """
+    name: str  # of `NAMES`
+    settings: PreprocessSettings  # how it sees frames
+    averaged: bool  # its places are told from the image of a touch; else from each frame's
+    gesture: Answer  # windows -> probabilities
+    place: Answer | None  # images -> places, grid units; None: it tells none
 
-    name: str
-    settings: PreprocessSettings
-    averaged: bool
-    gesture: Answer
-    place: Answer | None
-    honesty: HeldOutScore | None
+
+class Gru(nn.Module):
+    """A gated recurrent unit over the images of a window."""
+
+    def __init__(self, window: int, taxels: int, classes: int) -> None:
+        super().__init__()
+        self.gru = nn.GRU(taxels, 64, batch_first=True)
+        self.out = nn.Linear(64, classes)
+
+    def forward(self, windows: Tensor) -> Tensor:
+        """Return logits."""
+        states, _ = self.gru((windows.flatten(2) - 1.0) * GAIN)
+        return torch.as_tensor(self.out(states[:, -1]))
+
+
+class Mlp(nn.Module):
+    """Two dense layers on a whole window."""
+
+    def __init__(self, window: int, taxels: int, classes: int) -> None:
+        super().__init__()
+        self.dense1, self.dense2 = nn.Linear(window * taxels, 128), nn.Linear(128, 64)
+        self.out = nn.Linear(64, classes)
+
+    def forward(self, windows: Tensor) -> Tensor:
+        """Return logits."""
+        x = torch.relu(self.dense1((windows.flatten(1) - 1.0) * GAIN))
+        return torch.as_tensor(self.out(torch.relu(self.dense2(x))))
+
+
+NETS: Final[dict[str, Callable[[int, int, int], nn.Module]]] = {"gru": Gru, "mlp": Mlp}
 
 
 class Brief(Recipe):
@@ -98,16 +115,11 @@ class Brief(Recipe):
 
 
 def train(name: str, paths: Sequence[Path], cache: Path, say: Say, *, again: bool = False) -> Peer:
-    """Return a peer: the one that is kept, or trained now.
-
-    Args:
-        name: Of `NAMES`.
-        paths: Recordings to learn from.
-        cache: Where peers are kept.
-        say: Takes lines of progress.
-        again: It is trained even if it is kept.
-    """
+    """Return a peer: the network that is kept, or one that is trained now."""
     recipe = _recipe(name)
+    data = _data(tuple(paths), paper=name == "paper")
+    if name in ("logistic", "forest"):
+        return Peer(name, data.settings, recipe.averaged, *_learn_plain(name, data))
     digest = hashlib.sha256()
     for path in sorted(file for folder in paths for file in folder.rglob("[!.]*.npz")):
         digest.update(hashlib.sha256(path.read_bytes()).digest())
@@ -121,10 +133,11 @@ def train(name: str, paths: Sequence[Path], cache: Path, say: Say, *, again: boo
         if again:
             shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True, exist_ok=True)
-        saved = _learn(name, recipe, _data(tuple(paths), paper=name == "paper"), folder)
+        saved = _learn(name, recipe, data, folder), {}
         checkpoint.save(kept, *saved)
         shutil.rmtree(folder)
-    return _peer(name, recipe, saved)
+    answers = _answers(name, recipe, data, saved[0])
+    return Peer(name, data.settings, recipe.averaged, *answers)
 
 
 def _recipe(name: str) -> Recipe:
@@ -144,31 +157,25 @@ def _recipe(name: str) -> Recipe:
     return Brief(**{**own, "gesture": courses[0], "location": courses[1]})
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _data(paths: tuple[Path, ...], *, paper: bool) -> Data:
     """Return the recordings as the paper's peer sees them, or as all others do."""
     return load.read(paths, _recipe("paper" if paper else "same_data"), "auto", lambda _: None)
 
 
-def _learn(name: str, recipe: Recipe, data: Data, folder: Path) -> Saved:
+def _learn(name: str, recipe: Recipe, data: Data, folder: Path) -> Weights:
+    """Train networks; return their weights."""
     split = splits.split_windows(data, "session", SEED)
     work = TrainingJob(data, split, recipe, SEED, torch.device("cpu"), folder)
-    shape = data.examples.window, *data.examples.images.shape[1:], len(data.vocabulary.labels)
-    words: dict[str, Any] = {"settings": asdict(data.settings), "shape": shape}
-    if name in ("same_data", "paper"):
-        result, net = train_gestures(work)
-        _, place = train_locations(work, touch_images.find(data.examples, recipe.averaged, SEED))
-        words["honesty"] = asdict(result.honesty)
-        words["curve"] = [[epoch.train, epoch.check, epoch.random] for epoch in result.epochs]
-        arrays = {**checkpoint.pack("gesture", net.state_dict()),
-                  **checkpoint.pack("place", place.state_dict())}  # fmt: skip
-        return arrays, words
-    if name in ("mlp", "gru"):
-        return _learn_net(name, work), words
-    return _learn_plain(name, work), words
+    if name in NETS:
+        return _learn_net(name, work)
+    _, net = train_gestures(work)
+    _, place = train_locations(work, touch_images.find(data.examples, recipe.averaged, SEED))
+    return {**checkpoint.pack("gesture", net.state_dict()),
+            **checkpoint.pack("place", place.state_dict())}  # fmt: skip
 
 
-def _learn_net(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
+def _learn_net(name: str, work: TrainingJob) -> Weights:
     """Train another network exactly as ours is: same windows, variations, steps and rates."""
     data, course = work.data, work.recipe.gesture
     shape = data.examples.images.shape[1:]
@@ -187,75 +194,61 @@ def _learn_net(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
     return {**checkpoint.pack("gesture", task.net.state_dict()), "hot": np.array(hot)}
 
 
-def _learn_plain(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
+def _learn_plain(name: str, data: Data) -> tuple[Answer, Answer]:
     """Train what has no steps: on the windows as they are, with as much null as the others see."""
-    data, examples = work.data, work.data.examples
+    examples, split = data.examples, splits.split_windows(data, "session", SEED)
     rng = np.random.default_rng(SEED)
-    ends = examples.ends[work.split.windows.train]
+    ends = examples.ends[split.windows.train]
     null = examples.label[ends] == 0
-    keep = ~null | (rng.random(len(ends)) < work.recipe.gesture.null_share)
-    windows, label = examples.windows(ends[keep]), examples.label[ends[keep]]
+    keep = ~null | (rng.random(len(ends)) < DEFAULT.gesture.null_share)
     found = touch_images.find(examples, True, SEED)
-    mine = touch_images.split_touches(work.split, data.examples, found, SEED).train
-    images, places = found.images[mine], found.place[mine]
+    mine = touch_images.split_touches(split, examples, found, SEED).train
     if name == "logistic":
-        line = LogisticRegression(max_iter=300).fit(_flat(windows), label)
-        ridge = Ridge(1.0).fit(_flat(images), places)
-        parts = {"weight": line.coef_, "bias": line.intercept_,
-                 "place.weight": ridge.coef_, "place.bias": ridge.intercept_}  # fmt: skip
-        return {key: np.asarray(value, dtype=np.float32) for key, value in parts.items()}
-    options = {"n_estimators": TREES, "min_samples_leaf": 5, "random_state": SEED}
-    trees = RandomForestClassifier(**options).fit(_flat(windows), label)
-    where = RandomForestRegressor(**options, max_features=0.33).fit(_flat(images), places)
-    return {
-        **{f"gesture.{key}": array for key, array in Forest.of(trees).arrays().items()},
-        **{f"place.{key}": array for key, array in Forest.of(where).arrays().items()},
-    }
-
-
-def _peer(name: str, recipe: Recipe, saved: Saved) -> Peer:
-    arrays, words = saved
-    settings = PreprocessSettings(**words["settings"])
-    honesty = HeldOutScore(**words["honesty"]) if "honesty" in words else None
-    gesture, place = _answers(name, recipe, arrays, words)
-    return Peer(name, settings, recipe.averaged, gesture, place, honesty)
+        classifier, regressor = LogisticRegression(max_iter=300), Ridge(1.0)
+    else:
+        options = {"n_estimators": TREES, "min_samples_leaf": 5, "random_state": SEED}
+        classifier = RandomForestClassifier(**options)
+        regressor = RandomForestRegressor(**options, max_features=0.33)
+    classifier.fit(_flat(examples.windows(ends[keep])), examples.label[ends[keep]])
+    regressor.fit(_flat(found.images[mine]), found.place[mine])
+    return partial(_asked, classifier.predict_proba), partial(_asked, regressor.predict)
 
 
 def _answers(
-    name: str, recipe: Recipe, arrays: dict[str, NDArray[Any]], words: dict[str, Any]
+    name: str, recipe: Recipe, data: Data, weights: Weights
 ) -> tuple[Answer, Answer | None]:
-    """Return what a saved peer answers: to windows, and to images."""
-    if name == "logistic":
-        place = partial(_line, arrays["place.weight"], arrays["place.bias"])
-        return partial(_softmax_line, arrays["weight"], arrays["bias"]), place
-    if name == "forest":
-        trees, where = (Forest.from_arrays(_named(arrays, one)) for one in ("gesture", "place"))
-        return lambda rows: trees(_flat(rows)), lambda rows: where(_flat(rows))
-    window, rows, columns, classes = (int(size) for size in words["shape"])
+    """Return what trained networks answer: to windows, and to images."""
+    window, classes = data.examples.window, len(data.vocabulary.labels)
+    rows, columns = data.examples.images.shape[1:]
     net: nn.Module
-    if name in ("mlp", "gru"):
+    if name in NETS:
         net = NETS[name](window, rows * columns, classes)
-        net.load_state_dict(checkpoint.unpack("gesture", arrays))
-        return partial(ask, net.eval(), float(arrays["hot"])), None
+        net.load_state_dict(checkpoint.unpack("gesture", weights))
+        return partial(_ask, net.eval(), float(weights["hot"])), None
     course = recipe.gesture
     net = gesture_net((window, rows, columns), classes, replace(course, normalised=False))
-    net.load_state_dict(checkpoint.unpack("gesture", arrays))
+    net.load_state_dict(checkpoint.unpack("gesture", weights))
     there = location_net((rows, columns), replace(recipe.location, normalised=False))
-    there.load_state_dict(checkpoint.unpack("place", arrays))
-    return partial(ask, net.eval(), 1.0), partial(ask, there.eval(), 0.0)
+    there.load_state_dict(checkpoint.unpack("place", weights))
+    return partial(_ask, net.eval(), 1.0), partial(_ask, there.eval(), 0.0)
+
+
+def _ask(net: nn.Module, hot: float, questions: Rows) -> Rows:
+    """Return probabilities of a network's logits at a temperature; at 0 its answers as they are."""
+    with torch.no_grad():
+        parts = [
+            net(torch.from_numpy(questions[i : i + AT_ONCE]))
+            for i in range(0, max(1, len(questions)), AT_ONCE)
+        ]
+        together = torch.cat(parts)
+        answers = torch.softmax(together / hot, dim=1) if hot else together
+    return np.asarray(answers.numpy(), dtype=np.float32)
+
+
+def _asked(model: Callable[[Rows], Rows], questions: Rows) -> Rows:
+    """Return what a model of scikit-learn answers."""
+    return np.asarray(model(_flat(questions)), dtype=np.float32)
 
 
 def _flat(images: NDArray[np.floating]) -> Rows:
     return np.asarray(GAIN * (images.reshape(len(images), -1) - 1.0), dtype=np.float32)
-
-
-def _line(weight: Rows, bias: Rows, questions: Rows) -> Rows:
-    return np.asarray(_flat(questions) @ weight.T + bias, dtype=np.float32)
-
-
-def _softmax_line(weight: Rows, bias: Rows, questions: Rows) -> Rows:
-    return scores.softmax(_line(weight, bias, questions)).astype(np.float32)
-
-
-def _named(arrays: dict[str, NDArray[Any]], prefix: str) -> dict[str, NDArray[Any]]:
-    return {k.partition(".")[2]: v for k, v in arrays.items() if k.startswith(f"{prefix}.")}

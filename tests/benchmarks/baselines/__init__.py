@@ -1,1 +1,0 @@
-"""Baseline models that benchmarks compare with."""

@@ -1,0 +1,231 @@
+"""Speed of the game beside other Python games, a random policy each, interleaved in one run.
+
+    python -m tests.benchmarks.tetris [--peer NAME=PYTHON ...] [--rounds N] [--games N] [--json]
+
+A peer needs an environment of its own, for it may bring old libraries or share our package's name:
+
+    python3 -m venv peer && peer/bin/pip install tetris-gymnasium
+    python -m tests.benchmarks.tetris --peer tetris-gymnasium=peer/bin/python
+
+All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
+gravity, lock delay, points and events; `env` through our environment's `step`, observation
+included; `kernel` through `Kernel.step`. Ratios are to Tetris-Gymnasium's `step`, which returns an
+observation too, both without wrappers: of each round, then their median; without that peer there
+are none. Before that the kernel is held against the engine on random games. `placements_us` is the
+time to find all placements of each piece with their spins, mean over boards of games played well
+and of games played at random.
+"""
+
+import argparse
+import random
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from tests.reference.tetris_kernel import MOVES, Kernel, agree
+from tests.support.processes import LineProcess
+from tetris.bots.greedy import plan
+from tetris.bots.placements import find_spins
+from tetris.engine.game import Action, Game, Phase
+from tetris.engine.pieces import KINDS, Piece
+
+from .results import Results, command_line
+
+REFERENCE: Final = "tetris-gymnasium"
+PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
+PEER_STEPS: Final = {REFERENCE: 4_000, "tetris": 20_000, "tetris-terminal": 20_000}
+GOALS: Final = {"steps": 60.0, "env": 20.0, "kernel": 200.0}
+PLACEMENTS_GOAL_US: Final = 12.0
+STEPS: Final = 100_000
+
+
+def per_second(play: Callable[[], None], steps: int = STEPS) -> float:
+    """Return steps per CPU second of this process."""
+    start_s = time.process_time()
+    play()
+    return steps / (time.process_time() - start_s)
+
+
+def steps_rate(seed: int) -> float:
+    """Play through the engine's `update`."""
+    chooser = random.Random(seed)
+    inputs = [chooser.choice(((), *((move,) for move in MOVES))) for _ in range(STEPS)]
+    game, over, again = Game(seed), Phase.OVER, (Action.RESTART,)
+
+    def play() -> None:
+        time_s, update = 0.0, game.update
+        for given in inputs:
+            time_s += 1 / 60
+            update(time_s, given)
+            if game.phase is over:
+                update(time_s, again)
+
+    return per_second(play)
+
+
+def env_rate(seed: int) -> float:
+    """Play through the environment's `step`."""
+    from tetris.bots.gym_env import INPUTS, TetrisEnv
+
+    chooser = random.Random(seed)
+    actions = [chooser.randrange(len(INPUTS)) for _ in range(STEPS // 4)]
+    env = TetrisEnv()
+    env.reset(seed=seed)
+
+    def play() -> None:
+        for action in actions:
+            if env.step(action)[2]:
+                env.reset()
+
+    return per_second(play, len(actions))
+
+
+def kernel_rate(seed: int) -> float:
+    """Play through the kernel's `step`."""
+    chooser = random.Random(seed)
+    actions = [chooser.choice((Action.PAUSE, *MOVES)) for _ in range(STEPS)]  # it ignores a pause
+    kernel = Kernel(seed)
+
+    def play() -> None:
+        step = kernel.step
+        for action in actions:
+            step(action)
+            if kernel.over:
+                kernel.restart()
+
+    return per_second(play)
+
+
+class Peer(LineProcess):
+    """A process that plays another game when asked."""
+
+    def __init__(self, name: str, python: str) -> None:
+        self.name = name
+        script = str(Path(__file__).with_name("tetris_peers.py"))
+        super().__init__([python, "-I", script, name], cwd=tempfile.gettempdir())
+        self.version = self.line()
+
+    def rate(self) -> float:
+        """Let it play, and return its steps per CPU second."""
+        self.say(PEER_STEPS[self.name])
+        return float(self.line())
+
+
+def differences(games: int) -> tuple[int, int]:
+    """Play random games in kernel and engine; return the moves, and after how many they differ."""
+    chooser = random.Random(1)
+    game, kernel = Game(1), Kernel(1)
+    moves = wrong = 0
+    for _ in range(games):
+        while not kernel.over:
+            action = chooser.choice(MOVES)
+            game.update(0.0, (action,))
+            kernel.step(action)
+            moves += 1
+            wrong += not agree(kernel, game)
+        kernel.restart()
+        game.update(0.0, (Action.RESTART,))
+    return moves, wrong
+
+
+def boards() -> dict[str, list[int]]:
+    """Return boards of games played well, and of games played at random."""
+    well: list[int] = []
+    wild: list[int] = []
+    chooser = random.Random(1)
+    for seed in range(5):
+        game = Game(seed)
+        for _ in range(60):
+            game.update(0.0, plan(game).actions)
+            well.append(game.board.bits)
+    game, turns_and_shifts = Game(1), MOVES[:2] + MOVES[4:6]
+    while len(wild) < len(well):
+        game.update(0.0, [*chooser.choices(turns_and_shifts, k=6), Action.HARD_DROP])
+        if game.phase is Phase.OVER:
+            game.update(0.0, [Action.RESTART])
+        wild.append(game.board.bits)
+    return {"played well": well, "at random": wild}
+
+
+def placements_us(sets: dict[str, list[int]]) -> dict[str, float]:
+    """Return the mean time to find all placements, for each set of boards and over all."""
+    entering = [Piece.entering(kind) for kind in KINDS]
+    times: dict[str, float] = {}
+    for name, some in sets.items():
+        pairs = [(bits, piece) for bits in some for piece in entering if not bits & piece.mask]
+        start_s = time.process_time()
+        for bits, piece in pairs:
+            find_spins(bits, piece)
+        times[name] = (time.process_time() - start_s) / len(pairs) * 1e6
+    return {"placements_us": statistics.mean(times.values()), **times}
+
+
+def peer_of(words: str) -> tuple[str, str]:
+    """Read NAME=PYTHON."""
+    name, _, python = words.partition("=")
+    if name not in PEERS or not Path(python).exists():
+        raise argparse.ArgumentTypeError(
+            f"{words!r} must be one of {', '.join(PEERS)}, =, a Python"
+        )
+    return name, python
+
+
+def main() -> int:
+    """Measure and print; 1 if the kernel differs from the engine."""
+    parser = command_line(__doc__, rounds=7, games=100_000)
+    parser.add_argument("--peer", type=peer_of, action="append", default=[], metavar="NAME=PYTHON")
+    arguments = parser.parse_args()
+    moves, wrong = differences(arguments.games)
+    print(f"kernel against engine: {arguments.games:,} games, {moves:,} moves, {wrong} differ")
+    peers = [Peer(name, python) for name, python in arguments.peer]
+    ours: dict[str, Callable[[int], float]] = {
+        "steps": steps_rate,
+        "env": env_rate,
+        "kernel": kernel_rate,
+    }
+    rates: dict[str, list[float]] = {name: [] for name in (*ours, *(peer.name for peer in peers))}
+    sets = boards()
+    placements: list[dict[str, float]] = []
+    for number in range(-1, arguments.rounds):  # the first only warms up
+        found = {name: rate(number + 1) for name, rate in ours.items()}
+        found |= {peer.name: peer.rate() for peer in peers}
+        times = placements_us(sets)
+        if number >= 0:
+            placements.append(times)
+            for name, rate in found.items():
+                rates[name].append(rate)
+    for peer in peers:
+        peer.close()
+    results = Results("tetris")
+    for name, values in rates.items():
+        note(results, name, values, "steps/s")
+    reference = rates.get(REFERENCE, [])
+    for name, goal in GOALS.items():
+        # Without the reference there are no ratios.
+        ratios = [mine / theirs for mine, theirs in zip(rates[name], reference, strict=False)]
+        note(results, f"tetris_{name}_ratio", ratios, goal=goal)
+    for name in placements[0]:
+        aim = PLACEMENTS_GOAL_US if name == "placements_us" else None
+        note(results, name, [times[name] for times in placements], "µs", goal=aim)
+    versions = {peer.name: peer.version for peer in peers}
+    results.finish(arguments.json, moves=moves, wrong=wrong, versions=versions)
+    return 1 if wrong else 0
+
+
+def note(
+    results: Results, name: str, values: list[float], unit: str = "", goal: float | None = None
+) -> None:
+    """Note the median, the least and the greatest of some values; None of none."""
+    if values:
+        span = {"low": min(values), "high": max(values)}
+        results.note(name, statistics.median(values), unit, goal=goal, **span)
+    else:
+        results.note(name, None, unit, goal=goal)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
