@@ -19,7 +19,7 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final
 
-from tetris.bots.beam_search import BOTS, STRONGEST
+from tetris.bots import BOTS, STRONGEST
 from tetris.bots.greedy import DELLACHERIE, settled, surface
 from tetris.engine.board import empty_bits
 from tetris.engine.game import Config

@@ -17,7 +17,7 @@ os.environ.update(SDL_VIDEODRIVER="dummy", PYGAME_HIDE_SUPPORT_PROMPT="1", LC_AL
 import pygame
 from PIL import Image
 
-from tetris.bots.beam_search import BOTS
+from tetris.bots import BOTS
 from tetris.engine.modes import MODES
 from tetris.window.app import App, Start
 from tetris.window.display import open_window

@@ -150,7 +150,7 @@ def test_a_cluster_that_loses_one_of_two_workers_gives_the_same_bytes(
               "--local-directory", str(tmp_path)]  # fmt: skip
     toml = str(alone.parent / "tiny.toml")
     with running(*dask, *own) as scheduler:
-        until(file.exists, scheduler)
+        until(lambda: file.exists() and file.stat().st_size > 0, scheduler)
         address = json.loads(file.read_text())["address"]
         sweep = [sys.executable, "-m", "models", "sweep", toml, "--out", str(out)]
         with running(*worker) as lost, running(*worker):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tetris.bots.beam_search import BOTS
+from tetris.bots import BOTS
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player
