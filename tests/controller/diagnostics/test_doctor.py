@@ -71,8 +71,7 @@ def test_a_disk_without_room_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("late_s", "verdict"),
-    [(0.0002, Verdict.GOOD), (0.02, Verdict.DOUBTFUL), (0.06, Verdict.FAULT)],
+    ("late_s", "verdict"), [(0.0002, Verdict.GOOD), (0.02, Verdict.DOUBTFUL), (0.06, Verdict.FAULT)]
 )
 def test_a_clock_that_wakes_late_is_told(late_s: float, verdict: Verdict) -> None:
     now = [0.0]

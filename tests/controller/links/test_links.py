@@ -368,9 +368,7 @@ def test_a_host_is_heard_over_a_port() -> None:
     line.close()
 
 
-def test_a_port_that_vanishes_ends_the_session_and_is_opened_again(
-    tmp_path: Any,
-) -> None:
+def test_a_port_that_vanishes_ends_the_session_and_is_opened_again(tmp_path: Any) -> None:
     name = tmp_path / "tty"
     line = Pty()
     name.symlink_to(line.path)

@@ -55,9 +55,7 @@ def test_streams_are_pooled_count_by_count() -> None:
     assert pooled == Score(18, 26, 31, 42, 52, 63, [0.5, 0.25])
 
 
-@given(
-    st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12),
-)
+@given(st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12))
 def test_every_answer_is_counted_once_and_every_event_is_hit_or_missed(
     answers: list[tuple[float, str]],
 ) -> None:

@@ -106,8 +106,7 @@ def test_a_temperature_makes_evidence_weaker() -> None:
 @settings(deadline=None)
 @given(
     st.lists(
-        st.none() | st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3).map(np.array),
-        max_size=60,
+        st.none() | st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3).map(np.array), max_size=60
     ),
     st.integers(0, 60),
 )
