@@ -149,9 +149,7 @@ def test_any_bytes_are_read_or_refused(data: bytes) -> None:
 
 @settings(deadline=None, max_examples=150)
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 8), st.booleans())
-def test_a_damaged_network_is_refused_or_has_bounded_cost(
-    at: float, bit: int, at_the_end: bool
-) -> None:
+def test_a_damaged_network_is_refused_or_bounded(at: float, bit: int, at_the_end: bool) -> None:
     """A bit is flipped, or the file cut; weights are most of it, operators before or behind."""
     whole = bytearray(SHIPPED.gesture_onnx)
     place = int(at * 2000) + (len(whole) - 2000 if at_the_end else 0)

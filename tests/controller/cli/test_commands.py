@@ -52,16 +52,14 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
         ("zzz", f"there is no command 'zzz'; there are {', '.join(filter(None, COMMANDS))}"),
     ],
 )
-def test_a_misspelt_command_gets_one_sentence(
+def test_a_misspelt_command_is_told(
     words: str, sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(words.split()) == 2
     assert capsys.readouterr().err == f"controller: {sentence}\n"
 
 
-def test_wrong_usage_is_2_and_missing_hardware_is_1(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_exit_statuses(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["--link", "hid:?keys=absent.toml"]) == 2
     assert main(["--link", "socket://127.0.0.1:1"]) == 1
     monkeypatch.setitem(sys.modules, "lgpio", None)
@@ -88,9 +86,7 @@ sys.exit(main({words!r}))
 @posix
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("module", ["controller.errors", ""])
-def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(
-    command: str, module: str
-) -> None:
+def test_ctrl_c_while_modules_are_imported_ends_it_silently(command: str, module: str) -> None:
     own = "controller.cli." + COMMANDS[command][0].partition(":")[0]
     program = INTERRUPTED_AT.format(module=module or own, words=command.split())
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
@@ -102,9 +98,7 @@ def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(
 
 @posix
 @pytest.mark.parametrize("words", PRINTING)
-def test_every_command_prints_on_an_ascii_terminal_a_full_disk_and_a_closed_pipe(
-    words: str, tmp_path: Path
-) -> None:
+def test_commands_print_on_ascii_a_full_disk_and_a_closed_pipe(words: str, tmp_path: Path) -> None:
     def printed(name: str, **how: object) -> subprocess.CompletedProcess[str]:
         return started(*words.replace("FILE", str(tmp_path / name)).split(), **how)
 
@@ -152,9 +146,7 @@ def damaged() -> Iterator[str]:
             yield json.dumps({**SOUND, key: value})
 
 
-def test_a_damaged_status_is_no_running_controller(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_damaged_status_is_no_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(service, "status_folders", lambda: [tmp_path])
     for text in damaged():
         (tmp_path / "status.json").write_text(text)

@@ -145,9 +145,7 @@ def test_a_piece_and_a_correction_are_new_files(tmp_path: Path, run: Run) -> Non
     assert loaded.origin.id != reader.load(piece).origin.id
 
 
-def test_arrays_of_another_sensor_become_recordings_and_a_rerun_goes_on(
-    tmp_path: Path, run: Run
-) -> None:
+def test_arrays_of_another_sensor_become_recordings_once(tmp_path: Path, run: Run) -> None:
     np.savez_compressed(tmp_path / "frames.npz", **screen())  # type: ignore[arg-type]
     (tmp_path / "screen.toml").write_text(CAPFINGERID)
     words = ("import", tmp_path / "frames.npz", tmp_path / "screen.toml", "--out", tmp_path / "set")
@@ -190,7 +188,7 @@ def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run)
         (("trim", "none.npz", "--out", "piece.npz"), "does not exist"),
     ],
 )
-def test_a_mistake_is_one_sentence(
+def test_mistakes(
     words: tuple[str, ...], complaint: str, tmp_path: Path, run: Run,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

@@ -59,9 +59,7 @@ def test_a_firm_finger_is_refused_although_the_sensor_is_new(place: tuple[int, i
 
 
 @pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
-def test_a_finger_that_lies_there_all_the_time_is_refused_where_the_sensor_is_known(
-    place: tuple[int, int],
-) -> None:
+def test_a_lasting_finger_is_refused_where_the_sensor_is_known(place: tuple[int, int]) -> None:
     light = 1.0 - 0.5 * (1.0 - finger(*place))
     frames, last = (idle() * light).astype(np.float32), REST_PF.astype(np.float32)
     rows, rest, _ = calibrate(frames, 10.0, last)
@@ -127,7 +125,7 @@ TEXTS = ["", "{", "[]", "null", '{"version": 1}', "[" * 5000]
 
 
 @pytest.mark.parametrize("change", [*CHANGES, *TEXTS])
-def test_a_file_that_is_no_calibration_counts_for_nothing(
+def test_a_file_of_no_calibration_is_ignored(
     tmp_path: Path, change: str | dict[str, object]
 ) -> None:
     file = kept(tmp_path)

@@ -46,9 +46,7 @@ def test_a_table_says_what_was_found_and_below_it_what_to_do() -> None:
         ("echo no module >&2; exit 1", "no module", "runtime_fails"),
     ],
 )
-def test_an_engine_that_crashes_takes_nobody_along(
-    script: str, found: str, code: str, tmp_path: Path
-) -> None:
+def test_a_crash_of_an_engine_is_told(script: str, found: str, code: str, tmp_path: Path) -> None:
     python = tmp_path / "python"
     python.write_text(f"#!/bin/sh\n{script}\n")
     python.chmod(0o700)
@@ -102,7 +100,7 @@ def test_a_link_is_opened_and_closed() -> None:
         ([-0.7] * 20, False, "refused", "no_pressure_sensor"),
     ],
 )
-def test_what_the_pressure_says_of_pump_and_hose(
+def test_pressure_tells_pump_and_hose(
     kpa: Sequence[float], pumping: bool, problem: str, code: str
 ) -> None:
     samples = [PressureReading(i / 2, float(value), pumping) for i, value in enumerate(kpa)]

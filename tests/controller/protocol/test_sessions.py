@@ -131,9 +131,7 @@ def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_he
 
 
 @pytest.mark.parametrize(("sequence", "following"), [(500, 501), (65_535, 0)])
-def test_a_host_that_is_turned_away_gets_the_packet_that_follows_the_offer(
-    sequence: int, following: int
-) -> None:
+def test_a_host_turned_away_gets_the_packet_after_the_offer(sequence: int, following: int) -> None:
     session = DeviceSession(welcome(), token="secret", draw=bytes)
     greet(session, sequence=sequence)
     offer, refuse = said(session)
@@ -187,9 +185,7 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
         ((1, 1), "the orb has protocol version 2, the host version 1; update the host"),
     ],
 )  # fmt: skip
-def test_a_host_of_other_versions_is_told_both_and_what_to_update(
-    versions: tuple[int, int], sentence: str
-) -> None:
+def test_a_host_of_other_versions_is_told_both(versions: tuple[int, int], sentence: str) -> None:
     session = DeviceSession(welcome())
     hello = Hello(*versions, "", "a test", False)
     assert heard(session, hello, sequence=7, now_ms=0) == []
@@ -291,9 +287,7 @@ def test_a_second_host_is_told_that_the_orb_is_taken() -> None:
 
 
 @pytest.mark.parametrize(("granted", "most"), [(False, BACKLOG), (True, GRANTED_BACKLOG)])
-def test_what_comes_on_top_of_a_full_backlog_is_dropped_and_counted(
-    granted: bool, most: int
-) -> None:
+def test_what_exceeds_a_full_backlog_is_dropped_and_counted(granted: bool, most: int) -> None:
     session = DeviceSession(welcome())
     greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=granted))
     session.output[:] = bytes(most)
@@ -352,9 +346,7 @@ def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence() -> 
 
 
 @pytest.mark.parametrize("asked_ms", [1, 300, 65_535])
-def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_it_is_lost(
-    asked_ms: int,
-) -> None:
+def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_lost(asked_ms: int) -> None:
     pair = Pair(deadman_ms=asked_ms)  # whatever the orb asks for
     pair.exchange()
     start_ms = pair.now_ms

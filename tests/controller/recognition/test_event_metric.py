@@ -36,7 +36,7 @@ def test_right_answers_are_hits_with_their_latency() -> None:
         (EVENTS[1:], [Answer(5.2, "left")], (1, 0, 1, 0, 0)),
     ],
 )
-def test_each_answer_belongs_to_one_event_or_to_none(
+def test_each_answer_has_one_event(
     events: list[Event], answers: list[Answer], expected: tuple[int, ...]
 ) -> None:
     assert counts(judge(events, answers)) == expected
@@ -56,9 +56,7 @@ def test_streams_are_pooled_count_by_count() -> None:
 
 
 @given(st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12))
-def test_every_answer_is_counted_once_and_every_event_is_hit_or_missed(
-    answers: list[tuple[float, str]],
-) -> None:
+def test_answers_count_once_and_events_are_hit_or_missed(answers: list[tuple[float, str]]) -> None:
     score = judge(EVENTS, [Answer(t, kind) for t, kind in sorted(answers)])
     assert score.hits + score.wrong + score.false_alarms + score.duplicates == len(answers)
     assert score.hits + score.missed == score.intended == len(EVENTS)

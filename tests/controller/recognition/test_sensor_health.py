@@ -47,7 +47,7 @@ def test_a_sound_sensor_lacks_nothing() -> None:
         (np.s_[1, 2], 1.5, "taxel row 1, column 2: drifted by +49 %; the film may be cracking"),
     ],
 )
-def test_falling_pressure_is_told_apart_from_an_electrode_and_from_the_film(
+def test_falling_pressure_is_told_from_electrode_and_film(
     taxels: Any, factor: float, told: str
 ) -> None:
     end, session = np.ones((5, 5)), Session()
@@ -157,9 +157,7 @@ def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple
         (np.s_[4, 0], -0.301, "taxel row 4, column 0: drifted by -26 %; the film may be cracking"),
     ],
 )
-def test_a_drift_against_the_calibration_is_told_from_the_first_second(
-    taxels: Any, log: float, told: str
-) -> None:
+def test_a_drift_from_the_calibration_is_told_at_once(taxels: Any, log: float, told: str) -> None:
     change = np.zeros((5, 5))
     change[taxels] = log
     assert drifted(np.exp(change)) == ((told,) if told else ())

@@ -110,9 +110,7 @@ def test_a_temperature_makes_evidence_weaker() -> None:
     ),
     st.integers(0, 60),
 )
-def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(
-    frames: list[np.ndarray | None], cut: int
-) -> None:
+def test_a_session_goes_on_exactly_after_a_cut(frames: list[np.ndarray | None], cut: int) -> None:
     whole, first, second = (UserIdentifier(TWO, 2.0) for _ in range(3))
     for frame in frames:
         whole.step(frame)

@@ -107,7 +107,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("arrays", "complaint"), WRONG)
-def test_a_recording_with_something_wrong_is_refused_with_what(
+def test_a_wrong_recording_is_refused(
     tmp_path: Path, arrays: dict[str, Any], complaint: str
 ) -> None:
     path = changed(simulated(tmp_path / "one.npz"), **arrays)
