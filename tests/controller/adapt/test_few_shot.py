@@ -147,9 +147,7 @@ def test_a_person_s_own_gesture_goes_into_their_own_network() -> None:
     assert both.golden.heads["ann"].shape[1] == 6
 
 
-def test_a_bundle_without_material_rehearses_golden_windows(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_bundle_without_material_rehearses_its_goldens(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(few_shot, "LEAST_KEPT", 0.0)
     parts = bundles.content(bundles.unpack(DATA))
     del parts[bundles.REHEARSAL]

@@ -156,7 +156,7 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
         ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
     ],
 )
-def test_a_wrong_manifest_is_refused(
+def test_a_manifest_that_makes_no_sense_is_refused(
     tmp_path: Path, line: str, instead: str, complaint: str
 ) -> None:
     text, parts = parts_of()

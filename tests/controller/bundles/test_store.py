@@ -89,9 +89,7 @@ def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path, shelf: Bu
     assert files == {RECORD, *(f"{name}.orb" for name in kept)}
 
 
-def test_corrections_are_taken_back_one_by_one_to_the_first(
-    tmp_path: Path, shelf: BundleStore
-) -> None:
+def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStore) -> None:
     """Ten corrections of a bundle of one's own; the shelf keeps eight bundles."""
     names = [put(shelf, variant(tmp_path, 1))]
     for number in range(2, 12):
@@ -180,9 +178,7 @@ def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
     assert left <= {f".{RECORD}.01234567"}
 
 
-def test_a_full_disk_is_safe(
-    tmp_path: Path, shelf: BundleStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk(tmp_path: Path, shelf: BundleStore, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(path: Path, data: bytes) -> None:
         raise OSError(28, "No space left on device")
 
@@ -277,7 +273,7 @@ def test_a_list_that_cannot_be_printed_is_one_sentence() -> None:
     assert done.stderr == "controller: cannot write the output: no space left on device\n"
 
 
-def test_models_lists_corrections(
+def test_models_says_what_is_a_correction_of_what(
     tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first = put(shelf, variant(tmp_path, 1), corrects="")

@@ -52,9 +52,7 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
         ("zzz", f"there is no command 'zzz'; there are {', '.join(filter(None, COMMANDS))}"),
     ],
 )
-def test_a_misspelt_command_is_told(
-    words: str, sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_misspelt_command(words: str, sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words.split()) == 2
     assert capsys.readouterr().err == f"controller: {sentence}\n"
 
@@ -158,9 +156,7 @@ def test_a_damaged_status_is_no_controller(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize("command", ["", "calibrate", "doctor", "teach"])
-def test_a_seed_that_is_none_is_refused_by_every_command_that_reads_a_sensor(
-    command: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_seed_out_of_range_is_refused(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main([*command.split(), "--seed", str(2**32)])
     assert "must be a whole number from 0 to 4294967295" in capsys.readouterr().err

@@ -188,7 +188,7 @@ def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run)
         (("trim", "none.npz", "--out", "piece.npz"), "does not exist"),
     ],
 )
-def test_mistakes(
+def test_a_mistake_is_one_sentence(
     words: tuple[str, ...], complaint: str, tmp_path: Path, run: Run,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

@@ -169,9 +169,7 @@ def test_without_an_orb_the_message_says_what_to_do(capsys: pytest.CaptureFixtur
     assert "try --sensor emulated" in complaint(capsys, "--sensor", "orb", status=1)
 
 
-def test_a_recording_of_other_rate_fails(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_of_other_rate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "fast.npz"
     session(path, rate_hz=12.5, seconds=2.0)
     assert "12.50 Hz, the bundle at 10.00 Hz" in complaint(capsys, "--replay", path)
@@ -185,7 +183,7 @@ def test_a_recording_of_other_rate_fails(
         (["--no"], "unrecognized arguments: --no"),
     ],
 )
-def test_wrong_usage_gets_advice(
+def test_wrong_usage_is_answered_with_what_would_be_right(
     words: list[str], advice: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit, match="2"):
@@ -194,9 +192,7 @@ def test_wrong_usage_gets_advice(
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_a_hangup_ends_terminal_runs_and_renews_others(
-    terminal: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_hangup_ends_or_renews_a_run(terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("stdin", "stdout", "stderr"):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: terminal)
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup a hangup means nothing
@@ -357,9 +353,7 @@ def test_a_virtual_orb_plays_and_ctrl_c_seals_the_recording(start: Start, tmp_pa
     assert reader.load(path).commands[0].command == first["command"]
 
 
-def test_a_session_of_cues_ends_and_is_named_after_who_and_when(
-    start: Start, tmp_path: Path
-) -> None:
+def test_a_session_of_cues_ends_and_is_named_by_who_and_when(start: Start, tmp_path: Path) -> None:
     plan = tmp_path / "plan.toml"
     plan.write_text("""
         labels = ["pinch"]

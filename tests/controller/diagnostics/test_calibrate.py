@@ -125,9 +125,7 @@ TEXTS = ["", "{", "[]", "null", '{"version": 1}', "[" * 5000]
 
 
 @pytest.mark.parametrize("change", [*CHANGES, *TEXTS])
-def test_a_file_of_no_calibration_is_ignored(
-    tmp_path: Path, change: str | dict[str, object]
-) -> None:
+def test_a_wrong_calibration_is_ignored(tmp_path: Path, change: str | dict[str, object]) -> None:
     file = kept(tmp_path)
     plain = json.loads(file.read_text())
     file.write_text(change if isinstance(change, str) else json.dumps(plain | change))

@@ -73,18 +73,14 @@ SHIPPED = [
 
 
 @pytest.mark.parametrize(("name", "outputs"), SHIPPED)
-def test_shipped_mappings_press_another_key_for_every_command(
-    name: str, outputs: keymap.Outputs
-) -> None:
+def test_shipped_mappings_press_a_key_for_each_command(name: str, outputs: keymap.Outputs) -> None:
     [entries] = keymap.load(Path(name), outputs).profiles.values()
     presses = {str(entries[command]) for command in COMMANDS}
     assert len(presses) == len(COMMANDS)
 
 
 @pytest.mark.parametrize(("name", "outputs"), SHIPPED[:2])
-def test_shipped_mapping_is_armed_by_a_gesture_of_every_orb(
-    name: str, outputs: keymap.Outputs
-) -> None:
+def test_shipped_mapping_is_armed_by_every_orb(name: str, outputs: keymap.Outputs) -> None:
     from controller.bundles import bundle
 
     shipped = keymap.load(Path(name), outputs)
@@ -157,9 +153,7 @@ GAME = "[profile.game]\n"
         ("[profile.game\n", ", line 1", "expected"),
     ],
 )
-def test_mistake_is_told_with_line_and_entry(
-    tmp_path: Path, text: str, line: str, said: str
-) -> None:
+def test_mistake_is_told_with_its_place(tmp_path: Path, text: str, line: str, said: str) -> None:
     with pytest.raises(keymap.KeyMapError) as refused:
         mapping(tmp_path, text)
     told = str(refused.value)

@@ -121,9 +121,7 @@ def test_the_last_host_of_the_orb_is_remembered(play: Callable[..., None], tmp_p
     assert hosts.recall(tmp_path / "hid-hosts.json") == StoredHosts((LAPTOP,), LAPTOP)
 
 
-def test_a_restarted_bluetoothd_finds_the_orb_again(
-    play: Callable[..., None], address: str
-) -> None:
+def test_a_restarted_bluetoothd_finds_the_orb(play: Callable[..., None], address: str) -> None:
     async def scene(link: HidLink, bluez: FakeBluez) -> None:
         await come(bluez, link)
         await bluez.stop()

@@ -290,9 +290,7 @@ async def test_a_record_that_another_program_has_is_told_in_one_sentence(it: Tab
         await it.part.begin(it.bus, ADAPTER)
 
 
-def test_a_python_without_bluetooth_gets_advice(
-    play: Play, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_python_without_bluetooth_gets_advice(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_BLUETOOTH", raising=False)
 
     async def scene(it: Table) -> None:

@@ -213,9 +213,7 @@ def test_nothing_is_sent_before_the_loop_has_the_hello(link: ListenLink, connect
     assert link.dropped == 1
 
 
-def test_a_second_host_is_refused_and_the_first_unharmed(
-    link: ListenLink, connect: Connect
-) -> None:
+def test_a_second_host_is_refused_without_harm(link: ListenLink, connect: Connect) -> None:
     first, second = connect(), connect()
     first.greet()
     answer = second.greet(dataclasses.replace(JOIN, host_nonce=78))
@@ -457,7 +455,7 @@ def test_other_machines_need_a_key_or_an_explicit_option(
     link.close()
 
 
-def test_a_host_that_reconnects_replaces_its_half_open_line(
+def test_a_reconnecting_host_replaces_its_line(
     link: ListenLink, connect: Connect, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
@@ -476,9 +474,7 @@ def test_a_host_that_reconnects_replaces_its_half_open_line(
     assert request(link) == [wire.Contacts(())]
 
 
-def test_commands_wait_for_the_host(
-    link: ListenLink, to: Open, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_await_a_host(link: ListenLink, to: Open, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
     first = to(link)
     first.greet()

@@ -28,9 +28,7 @@ ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
 
 
-def test_the_orb_waits_and_says_who_paired(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_orb_says_who_paired(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     def stranger() -> None:
         until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
         fake.call("/", MOCK, "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
@@ -47,9 +45,7 @@ def test_the_orb_waits_and_says_who_paired(
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Discoverable")  # shut behind it
 
 
-def test_the_orb_gives_up_if_none_comes(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_orb_gives_up_in_time(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     assert pair.main(["--yes", "--seconds", "1"]) == 1
     assert "no host paired" in capsys.readouterr().out
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")

@@ -21,9 +21,7 @@ def written(path: Path, content: str | bytes, mode: int = 0o600) -> Path:
     return path
 
 
-def test_only_its_owner_reads_a_key_file(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_its_owner_reads_a_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "orb.key"
     assert controller(["key", str(path)]) == 0
     assert capsys.readouterr().out == f"{path}\n"
@@ -81,7 +79,7 @@ def test_a_missing_key_and_a_folder_are_told_apart(tmp_path: Path) -> None:
         (["--key", "none.key"], "--key is for an orb elsewhere"),
     ],
 )
-def test_the_host_tells_key_errors(
+def test_the_host_says_what_is_wrong_with_a_key(
     words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     try:
@@ -105,7 +103,7 @@ def test_the_host_tells_key_errors(
         (["--link", "listen://0.0.0.0:0"], "add --key FILE, or --unprotected"),
     ],
 )
-def test_controller_tells_key_errors(
+def test_the_controller_says_what_is_wrong_with_a_key(
     words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert controller(words) == 2

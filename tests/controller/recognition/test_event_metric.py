@@ -36,7 +36,7 @@ def test_right_answers_are_hits_with_their_latency() -> None:
         (EVENTS[1:], [Answer(5.2, "left")], (1, 0, 1, 0, 0)),
     ],
 )
-def test_each_answer_has_one_event(
+def test_each_answer_belongs_to_one_event_or_to_none(
     events: list[Event], answers: list[Answer], expected: tuple[int, ...]
 ) -> None:
     assert counts(judge(events, answers)) == expected

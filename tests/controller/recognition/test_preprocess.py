@@ -320,9 +320,7 @@ def followed(stage: Preprocessor, change: float, frames: int) -> list[float]:
         (0.85, 3, [0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4]),  # begun under a finger: as one frame
     ],
 )
-def test_a_calibration_is_worth_some_frames(
-    finger: float, frames: int, shares: list[float]
-) -> None:
+def test_a_calibration_weighs_as_frames(finger: float, frames: int, shares: list[float]) -> None:
     stage, image = known(), np.ones((5, 5))
     image[1:4, 1:4] = finger
     for _ in range(frames):

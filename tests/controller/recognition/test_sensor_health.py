@@ -47,9 +47,7 @@ def test_a_sound_sensor_lacks_nothing() -> None:
         (np.s_[1, 2], 1.5, "taxel row 1, column 2: drifted by +49 %; the film may be cracking"),
     ],
 )
-def test_falling_pressure_is_told_from_electrode_and_film(
-    taxels: Any, factor: float, told: str
-) -> None:
+def test_falling_pressure_is_told_from_other_faults(taxels: Any, factor: float, told: str) -> None:
     end, session = np.ones((5, 5)), Session()
     end[taxels] = factor
     session.feel(idle(5.0))

@@ -44,9 +44,7 @@ def felt(*words: str) -> list[Frame]:
     return [virtual.read(k / 10) for k in range(1, 25)]
 
 
-def test_the_virtual_orb_has_the_hand_of_the_user_and_day(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_virtual_orb_has_the_hand_of_user_and_day(capsys: pytest.CaptureFixture[str]) -> None:
     day = "sub-ada_ses-6_run-01"  # `teach` names it so
     taught = sensors.load("virtual", 10.0, user="ada", day=day)
     assert isinstance(taught, Virtual)
@@ -133,9 +131,7 @@ def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> N
     assert "hold" in two.users.commands(two.mapping)
 
 
-def test_rules_for_single_users(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rules_of_users(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "home.toml"
     file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
     options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
@@ -209,9 +205,7 @@ def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
 
 
 @pytest.mark.slow
-def test_replays_say_who_touched(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_replays_name_users(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     two = bundle.read(path)
     sensor = sensors.load("virtual", 10.0, seed=3)
     pipeline = Pipeline(two.settings, Recognizer(two), two.mapping)

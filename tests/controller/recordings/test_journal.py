@@ -346,7 +346,7 @@ steps = st.lists(
 
 @settings(deadline=None, max_examples=150)
 @given(steps, st.integers(0, 2**32))
-def test_a_power_cut_loses_nothing_synced(
+def test_a_power_cut_leaves_all_that_was_confirmed(
     place: Path, plan: list[tuple[str, int]], seed: int
 ) -> None:
     file = FakeFile()

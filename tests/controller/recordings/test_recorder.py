@@ -76,9 +76,7 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     assert loaded.rest is not None
 
 
-def test_the_journal_precedes_the_first_frame(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_journal_precedes_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[Path] = []
     monkeypatch.setattr(journal_file, "sync_folder", synced.append)
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
@@ -303,9 +301,7 @@ def test_a_session_that_cannot_be_sealed_is_kept_elsewhere(
     assert not file.removed
 
 
-def test_without_space_the_journal_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_space_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -319,9 +315,7 @@ def test_without_space_the_journal_is_named(
     assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
-def test_the_end_awaits_no_disk(
-    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_end_is_soon(tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)

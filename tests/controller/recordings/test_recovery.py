@@ -228,9 +228,7 @@ def test_the_journal_goes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert calls == ["fsync", "link", "unlink", "fsync", "unlink", "fsync"]
 
 
-def test_a_journal_sealed_meanwhile_is_left(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sealed_journal_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def replace(file: object) -> None:
         journal.unlink()
         journal.write_text("the next one of this name")

@@ -122,9 +122,7 @@ def recorded(tmp_path: Path, *requests: tuple[float, wire.Message], seconds: flo
     return sorted(tmp_path.iterdir())
 
 
-def test_short_sessions_leave_no_recordings(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_short_sessions_leave_no_files(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     short = [(k / 10, m) for k in range(9) for m in (GRANTING, wire.Grant(40), wire.Grant(900))]
     with caplog.at_level(logging.INFO):
         kept = recorded(tmp_path, *short, (1.0, GRANTING), (1.0, wire.Grant(1200)), seconds=2.0)

@@ -48,9 +48,7 @@ def test_garbage_is_swept_between_frames_only() -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="this system has no SCHED_FIFO")
-def test_real_time_is_asked_for_and_done_without_if_refused(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_real_time_is_asked_for_but_not_needed(caplog: pytest.LogCaptureFixture) -> None:
     asked: list[tuple[int, int]] = []
     assert process.real_time(lambda number, policy, _: asked.append((number, policy)))
     assert asked == [(0, os.SCHED_FIFO)]

@@ -53,9 +53,7 @@ def test_a_vocabulary_says_how_a_gesture_is_done_and_what_it_asks_for(tmp_path: 
     assert bundle.read(tmp_path / "knock-2.orb").labels == learned.labels
 
 
-def test_another_declaration_goes_elsewhere(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_declarations_go_elsewhere(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert add(tmp_path, "squeeze", "--rotations", "all", "--repetitions", "1") == 0
     assert add(tmp_path, "squeeze", "--repetitions", "1") == 2
     error = capsys.readouterr().err.splitlines()[-1]

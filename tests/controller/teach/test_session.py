@@ -128,7 +128,7 @@ def test_teaching_needs_no_model_of_sensor(mine: Path, capsys: pytest.CaptureFix
         (["--fault", "rust"], "rust"),
     ],
 )
-def test_mistakes(
+def test_a_mistake_is_one_sentence(
     tmp_path: Path, argv: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["teach", "--out", str(tmp_path / "out"), *argv]) == 2
@@ -143,9 +143,7 @@ def test_a_named_model_must_fit_sensor(tmp_path: Path, capsys: pytest.CaptureFix
     assert "is for 10 Hz, the sensor has 20 Hz; leave out --bundle" in capsys.readouterr().err
 
 
-def test_the_virtual_hand_must_know_cues(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_hand_must_know_cues(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     wave = tmp_path / "wave.toml"
     wave.write_text('[[gesture]]\nlabel = "wave"\n')
     assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
