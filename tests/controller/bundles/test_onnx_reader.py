@@ -24,9 +24,6 @@ def chain(*parts: bytes) -> bytes:
     return model(*parts, node("Relu", "z", "y"), ASKED, GIVEN)
 
 
-# --- what is read ---
-
-
 def test_the_shipped_networks_are_chains_of_well_known_operators() -> None:
     gesture = onnx_reader.read(SHIPPED.gesture_onnx)
     assert gesture.shape == (1, SHIPPED.window, SHIPPED.rows, SHIPPED.columns)
@@ -46,8 +43,6 @@ def test_shapes_and_multiplications_are_those_of_the_convolution_arithmetic() ->
     assert sizes.shapes["y"] == (1, 4, 3, 3)
     assert sizes.macs == 4 * 9 * 18
 
-
-# --- what is refused ---
 
 BAD: dict[str, tuple[bytes, str]] = {
     "nothing": (b"", "IR version 0"),

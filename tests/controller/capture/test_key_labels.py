@@ -18,9 +18,6 @@ from tests.controller.keymap.test_terminal_decoder import pressed, released, typ
 LABELS = 5  # null and four gestures
 
 
-# --- keys that are held ---------------------------------------------------------------------------
-
-
 Feed = list[tuple[str, float]]  # "1" is typed, "+1" pressed, "-1" released, "" time that passes
 
 
@@ -100,9 +97,6 @@ def test_every_key_goes_down_as_often_as_up(told: list[tuple[KeyEvent, float]]) 
         downs = [change.down for change in changes if change.key == key]
         # A key may be told of in both ways at once by this noise, so count.
         assert downs.count(True) == downs.count(False)
-
-
-# --- what they mean -------------------------------------------------------------------------------
 
 
 def test_a_digit_gives_its_label_while_it_is_held() -> None:

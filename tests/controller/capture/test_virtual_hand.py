@@ -91,9 +91,6 @@ def test_the_orb_knows_a_vocabulary(mine: Path, capsys: pytest.CaptureFixture[st
     assert "cannot read" in capsys.readouterr().err
 
 
-# --- the label button and the cues ----------------------------------------------------------------
-
-
 def played(seed: int) -> tuple[Virtual, list[str | None], list[str]]:
     """Let the hand press every three seconds; return what the button said, and what was true."""
     orb = Virtual(seed, 10.0)

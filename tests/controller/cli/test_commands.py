@@ -26,9 +26,6 @@ def started(*words: str, **how: object) -> subprocess.CompletedProcess[str]:
     )
 
 
-# --- which command --------------------------------------------------------------------------------
-
-
 def test_help_lists_every_command_with_its_purpose(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
         main(["--help"])
@@ -65,8 +62,6 @@ def test_exit_statuses(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     assert all(line.startswith("controller: ") for line in capsys.readouterr().err.splitlines())
 
 
-# --- signals --------------------------------------------------------------------------------------
-
 INTERRUPTED_AT = """
 import signal, sys
 from controller.__main__ import main
@@ -89,9 +84,6 @@ def test_ctrl_c_while_modules_are_imported_ends_it_silently(command: str, module
     program = INTERRUPTED_AT.format(module=module or own, words=command.split())
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
-
-
-# --- output ---------------------------------------------------------------------------------------
 
 
 @posix
@@ -125,8 +117,6 @@ def test_recordings_follow_the_umask(tmp_path: Path, capsys: pytest.CaptureFixtu
         os.umask(before)
     assert (tmp_path / "new.npz").stat().st_mode & 0o777 == 0o600
 
-
-# --- what a running controller says of itself -----------------------------------------------------
 
 SOUND = {
     "pid": os.getpid(), "device": "d", "bundle": "b", "engine": "e", "link": "-", "frames": 1,

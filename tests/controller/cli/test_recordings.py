@@ -33,9 +33,6 @@ def write(path: Path, recording: Recording) -> Path:
     return path
 
 
-# --- info -----------------------------------------------------------------------------------------
-
-
 def test_info_says_who_when_what_and_draws_it(tmp_path: Path, run: Run) -> None:
     path = write(tmp_path / "one.npz", played())
     status, out, _ = run("info", path)
@@ -68,9 +65,6 @@ def test_what_a_file_says_cannot_move_the_cursor(tmp_path: Path, run: Run) -> No
     assert "marks     note\\x1b[2J 1" in out
 
 
-# --- check ----------------------------------------------------------------------------------------
-
-
 def test_the_exit_status_of_check_is_the_worst_verdict(tmp_path: Path, run: Run) -> None:
     good = write(tmp_path / "good.npz", played())
     assert run("check", good)[0] == 0
@@ -101,9 +95,6 @@ def test_check_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None
     told = json.loads(out)
     assert (status, told["verdict"], told["useless"]) == (1, "doubtful", [[2, 3]])
     assert told["cadence"]["measured_hz"] == pytest.approx(10.0)
-
-
-# --- new files ------------------------------------------------------------------------------------
 
 
 def test_a_recording_is_exported_as_tables(tmp_path: Path, run: Run) -> None:
@@ -159,9 +150,6 @@ def test_arrays_of_another_sensor_become_recordings_once(tmp_path: Path, run: Ru
     assert len(list((tmp_path / "set").iterdir())) == 2
 
 
-# --- recover --------------------------------------------------------------------------------------
-
-
 def test_where_no_journal_is_left_recover_says_so(tmp_path: Path, run: Run) -> None:
     status, out, _ = run("recover", tmp_path)
     assert (status, out) == (0, f"no journal is left in {tmp_path}; nothing to recover\n")
@@ -174,9 +162,6 @@ def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run)
     assert status == 1
     assert err.startswith(f"controller: the journal {journal} ")
     assert journal.exists()
-
-
-# --- mistakes -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

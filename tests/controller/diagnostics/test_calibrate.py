@@ -91,9 +91,6 @@ def test_a_sensor_of_which_too_much_is_lost_is_refused() -> None:
     assert rows[0].advice == "Run: controller doctor"
 
 
-# --- on the disk ----------------------------------------------------------------------------------
-
-
 def kept(folder: Path, device_id: str = "orb-1") -> Path:
     rest = REST_PF.astype(np.float32)
     made = Calibration(device_id, rest, 0.003, "2026-11-21T10:00:00+00:00", "good")
@@ -130,9 +127,6 @@ def test_a_wrong_calibration_is_ignored(tmp_path: Path, change: str | dict[str, 
     plain = json.loads(file.read_text())
     file.write_text(change if isinstance(change, str) else json.dumps(plain | change))
     assert calibration_store.load("orb-1", tmp_path) is None
-
-
-# --- the command ----------------------------------------------------------------------------------
 
 
 def test_the_command_keeps_a_calibration_and_the_controller_uses_it(

@@ -35,9 +35,6 @@ def test_a_table_says_what_was_found_and_below_it_what_to_do() -> None:
     assert not faulty(rows[:1])
 
 
-# --- the computer ---------------------------------------------------------------------------------
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to die of")
 @pytest.mark.parametrize(
     ("script", "found", "code"),
@@ -86,9 +83,6 @@ def test_a_link_is_opened_and_closed() -> None:
     assert (row.verdict, row.code) == (Verdict.FAULT, "link")
 
 
-# --- air ------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("kpa", "pumping", "problem", "code"),
     [
@@ -108,9 +102,6 @@ def test_pump_and_hose(kpa: Sequence[float], pumping: bool, problem: str, code: 
 def test_a_pump_that_starts_again_and_again_tells_of_a_leak() -> None:
     samples = [PressureReading(i / 2, 2.2, i % 4 == 1) for i in range(20)]
     assert skin_checks.air(samples, "").code == "air_leak"
-
-
-# --- presses --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -184,9 +175,6 @@ def test_whoever_does_not_want_to_press_need_not() -> None:
 
     answers = (lambda words: "\n", lambda words: "s\n", gone)
     assert [Finger(ask).press((0, 0)) for ask in answers] == [True, False, False]
-
-
-# --- the command ----------------------------------------------------------------------------------
 
 
 def doctor(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dict[str, str]]:

@@ -74,6 +74,15 @@ def connect(link: ListenLink, to: Open) -> Connect:
     return lambda: to(link)
 
 
+@pytest.fixture
+def host(link: ListenLink, connect: Connect) -> HandMadeHost:
+    """A host that the loop has heard of."""
+    host = connect()
+    host.greet()
+    assert request(link) == [HELLO]
+    return host
+
+
 # --- the standard output ---
 
 
@@ -224,11 +233,8 @@ def test_a_second_host_is_refused_without_harm(link: ListenLink, connect: Connec
     assert request(link) == [wire.Perform(1, "press", 0.0, 0.0)]
 
 
-def test_when_a_host_has_gone_the_next_is_welcome(link: ListenLink, connect: Connect) -> None:
-    host = connect()
-    host.greet()
+def test_the_next_host_is_welcome(link: ListenLink, connect: Connect, host: HandMadeHost) -> None:
     number = host.session
-    assert request(link) == [HELLO]
     host.close()
     [bye] = request(link)
     assert isinstance(bye, wire.Bye)
@@ -278,9 +284,7 @@ def test_a_host_that_floods_is_cut_off(link: ListenLink, connect: Connect) -> No
     assert len(requests) < REQUESTS + 2_000
 
 
-def test_a_host_that_never_reads_delays_no_loop(link: ListenLink, connect: Connect) -> None:
-    connect().greet()
-    assert request(link) == [HELLO]
+def test_a_host_that_never_reads_delays_no_loop(link: ListenLink, host: HandMadeHost) -> None:
     while not link.dropped:  # the system's own buffers fill first
         for _ in range(1_000):
             link.send(FRAME, 0)
@@ -288,10 +292,7 @@ def test_a_host_that_never_reads_delays_no_loop(link: ListenLink, connect: Conne
     assert len(link._host.session.output) < 20_000
 
 
-def test_closing_says_bye_after_all_that_was_sent(connect: Connect, link: ListenLink) -> None:
-    host = connect()
-    host.greet()
-    assert request(link) == [HELLO]
+def test_closing_says_bye_after_all_that_was_sent(link: ListenLink, host: HandMadeHost) -> None:
     for _ in range(100):
         link.send(FRAME, 0)
     closing = threading.Thread(target=link.close)
@@ -498,10 +499,7 @@ def test_commands_await_a_host(link: ListenLink, to: Open, monkeypatch: pytest.M
     assert link.outbox.posted == ()
 
 
-def test_a_host_may_greet_again_on_an_old_line(link: ListenLink, to: Open) -> None:
-    host = to(link)
-    host.greet()
-    assert request(link) == [HELLO]
+def test_a_host_may_greet_again_on_an_old_line(link: ListenLink, host: HandMadeHost) -> None:
     [peer] = link._peers
     peer.since_ms = -60_000  # when it connected; but it has a session
     until(lambda: peer.since_ms >= 0)

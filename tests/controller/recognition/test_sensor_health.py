@@ -79,8 +79,6 @@ def test_sentences_fit_on_the_wire() -> None:
     assert all(line.isascii() and line.isprintable() for line in found)
 
 
-# --- the limits, frame by frame ---
-
 FELT = Prepared(np.ones((5, 5), np.float32), True, 0.0, True)
 OFF = np.eye(5, dtype=np.bool_)[2][:, None] & np.ones((5, 5), np.bool_)  # all of row 2
 

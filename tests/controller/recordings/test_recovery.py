@@ -142,9 +142,6 @@ def test_what_the_disk_reads_before_a_bad_block_is_recovered() -> None:
     assert len(numbers(decode(read))) > 200
 
 
-# --- crashes of the recovery itself ---------------------------------------------------------------
-
-
 class PowerCutError(BaseException):
     """The computer is off: nothing that would tidy up can run."""
 

@@ -39,9 +39,6 @@ def mine(tmp_path: Path) -> Path:
     return path
 
 
-# --- the vocabulary -------------------------------------------------------------------------------
-
-
 def test_a_vocabulary_and_its_files_lie_beside_the_recordings(mine: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     laid = dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
@@ -100,9 +97,6 @@ def test_the_vocabulary_in_the_documentation_is_one() -> None:
     assert words.mapping.command("knock", None) == "hold"
 
 
-# --- what there is --------------------------------------------------------------------------------
-
-
 def test_examples_are_counted_from_what_the_cues_said(tmp_path: Path) -> None:
     said = (
         "wait", "get ready press", "go press at 1,2", "rest press",
@@ -123,9 +117,6 @@ def test_recordings_are_told_by_age_and_unreadable_ones_left_out(tmp_path: Path)
         ("b.npz", "b", {"press": 1}),
         ("a.npz", "a", {"press": 1}),
     ]
-
-
-# --- afterwards -----------------------------------------------------------------------------------
 
 
 def taken(*sessions: str, protocol: str = "gestures") -> list[ExistingRecording]:

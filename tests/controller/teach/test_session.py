@@ -26,9 +26,6 @@ def spans(column: np.ndarray, number: int) -> int:
     return int((np.diff((column == number).astype(int), prepend=0) == 1).sum())
 
 
-# --- sessions -------------------------------------------------------------------------------------
-
-
 def test_a_scripted_hand_is_taught_gestures(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
     who = ("--out", str(mine), "--user", "ada", "--session", "1", "--repetitions", "2")
     assert main([*FAST, *who]) == 0
@@ -111,9 +108,6 @@ def test_teaching_needs_no_model_of_sensor(mine: Path, capsys: pytest.CaptureFix
     assert spans(taught.label, 5) == 1
 
 
-# --- mistakes -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("argv", "complaint"),
     [
@@ -151,8 +145,6 @@ def test_the_hand_must_know_cues(tmp_path: Path, capsys: pytest.CaptureFixture[s
     wave.write_text('[[gesture]]\nlabel = "brush"\n')  # which ships, but is no gesture
     assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
 
-
-# --- in a terminal --------------------------------------------------------------------------------
 
 if sys.platform != "win32":
     import fcntl
