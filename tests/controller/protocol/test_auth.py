@@ -14,6 +14,11 @@ from tests.support.fake_device import welcome
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 NONCE = bytes(range(16))
+NEEDS_KEY = "the orb needs a key; add --key FILE, with the file that it was started with"
+HAS_NO_KEY = (
+    "the orb has no key, so it cannot be authenticated; start it with the same --key FILE, "
+    "or leave --key out here"
+)
 DROP = wire.Command("drop", "pinch", 0.5, None, 1)
 FELT = wire.Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
 
@@ -68,30 +73,22 @@ def test_a_tag_is_what_the_specification_says() -> None:
     assert theirs.tag(b"body", 101) != expected  # the other direction has another key
 
 
-def test_a_wrong_key_is_one_sentence_on_both_ends() -> None:
-    both = Meeting(KEY, OTHER)
-    assert both.news == [Refused(f"orb: {WRONG_KEY}")]
-    assert both.device.refused == WRONG_KEY
+@pytest.mark.parametrize(
+    ("device", "host", "told", "noted"),
+    [
+        (KEY, OTHER, WRONG_KEY, WRONG_KEY),
+        (KEY, b"", NEEDS_KEY, WRONG_KEY),
+        (b"", KEY, HAS_NO_KEY, "the host needs a key, and the orb has none"),
+    ],
+)
+def test_without_a_common_key_both_ends_say_so(
+    device: bytes, host: bytes, told: str, noted: str
+) -> None:
+    both = Meeting(device, host)
+    assert both.news == [Refused(f"orb: {told}")]
+    assert both.device.refused == noted
     assert both.requests == []
     assert not both.device.live
-
-
-def test_a_host_without_the_key_is_told_to_name_it() -> None:
-    both = Meeting(KEY, b"")
-    [refused] = both.news
-    assert isinstance(refused, Refused)
-    assert refused.reason.startswith("orb: the orb needs a key; add --key FILE")
-    assert both.device.refused == WRONG_KEY
-    assert both.requests == []
-
-
-def test_a_host_with_a_key_does_not_talk_to_an_orb_that_asks_for_none() -> None:
-    both = Meeting(b"", KEY)
-    [refused] = both.news
-    assert isinstance(refused, Refused)
-    assert refused.reason.startswith("orb: the orb has no key")
-    assert both.device.refused == "the host needs a key, and the orb has none"
-    assert both.requests == []
 
 
 def test_before_it_has_proved_the_key_a_host_learns_the_version_and_no_more() -> None:

@@ -227,17 +227,14 @@ def test_a_host_without_the_token_is_refused(token: str) -> None:
     assert greet(session, sequence=9, join=join) == [dataclasses.replace(HELLO, token="secret")]
 
 
-def test_only_a_virtual_device_lets_its_time_be_granted() -> None:
+def test_only_a_virtual_device_takes_granted_time_fingers_and_hands() -> None:
     session = DeviceSession(welcome(virtual=False))
     assert greet(session, sequence=7, join=dataclasses.replace(JOIN, granted=True)) == []
     assert isinstance(said(session)[-1].message, Refuse)
-
-
-def test_a_real_orb_has_no_use_for_fingers_and_hands_of_the_host() -> None:
-    session = DeviceSession(welcome(virtual=False))
-    greet(session, sequence=6)
-    assert heard(session, Contacts(()), sequence=8, now_ms=0) == []
-    assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=9, now_ms=0) == []
+    greet(session, sequence=10)
+    assert session.live
+    assert heard(session, Contacts(()), sequence=12, now_ms=0) == []
+    assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=13, now_ms=0) == []
 
 
 def test_grants_count_only_where_time_is_granted(session: DeviceSession) -> None:

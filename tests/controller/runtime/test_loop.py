@@ -24,8 +24,6 @@ from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
-# --- paced by the clock ---------------------------------------------------------------------------
-
 
 @pytest.mark.slow
 def test_frame_k_is_scanned_at_k_tenths_of_a_second_for_hours() -> None:
