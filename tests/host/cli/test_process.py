@@ -44,12 +44,7 @@ def test_interrupt_while_modules_are_imported_is_silent(module: str) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into Linux's /proc")
 @pytest.mark.parametrize(
     ("number", "status"),
-    [
-        (signal.SIGINT, 130),
-        (signal.SIGTERM, 143),
-        (signal.SIGHUP, 129),
-        (signal.SIGKILL, -9),
-    ],
+    [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGKILL, -9)],
 )
 def test_no_virtual_orb_outlives_its_host(number: int, status: int, tmp_path: Path) -> None:
     environment = {**UNSEEN, "XDG_CONFIG_HOME": str(tmp_path)}

@@ -521,9 +521,7 @@ def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() 
         device.open()
 
 
-def test_an_orb_that_ignores_the_request_to_end_is_killed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_orb_that_ignores_the_request_to_end_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("host.connection.virtual_orb.END_S", 0.1)
     code = (
         "import json, signal, sys;"

@@ -229,11 +229,7 @@ def test_watchdog_that_hangs_before_a_release_leaves_no_key_down(
     ],
 )
 def test_host_that_ends_at_once_releases_what_a_lost_watchdog_left_down(
-    struck_by: signal.Signals,
-    ended_by: signal.Signals,
-    screen: Screen,
-    orb: Orb,
-    player: Player,
+    struck_by: signal.Signals, ended_by: signal.Signals, screen: Screen, orb: Orb, player: Player
 ) -> None:
     held(screen, orb, player)
     os.kill(player.guard(), struck_by)

@@ -61,11 +61,7 @@ def test_every_tap_of_the_folder_refuses_an_address_that_is_none() -> None:
 @pytest.mark.parametrize(
     ("name", "module", "advice"),
     [
-        (
-            "lsl",
-            "pylsl",
-            r"'orbtouch\[lsl\]' \(in a clone: pip install -e '.\[lsl\]'\)",
-        ),
+        ("lsl", "pylsl", r"'orbtouch\[lsl\]' \(in a clone: pip install -e '.\[lsl\]'\)"),
         ("osc", "pythonosc", r"orbtouch\[osc\]"),
     ],
 )

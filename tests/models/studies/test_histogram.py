@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from models.studies.information.histogram import (
-    BITS,
-    entropy,
-    null_information,
-    statistics,
-)
+from models.studies.information.histogram import BITS, entropy, null_information, statistics
 
 
 def test_the_papers_label_entropy_is_nats_printed_as_bits() -> None:

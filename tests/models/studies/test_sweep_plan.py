@@ -153,10 +153,7 @@ def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[s
     ("missing", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")]
 )
 def test_what_is_not_installed_is_asked_for_by_its_extra(
-    missing: str,
-    extra: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    missing: str, extra: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from models.cli import _options as options
 

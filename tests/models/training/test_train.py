@@ -270,11 +270,7 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(
-    words: list[str],
-    sentence: str,
-    data: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    words: list[str], sentence: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert sentence in refused(capsys, *asked(tmp_path / "my.orb", data, *words))
     assert not list(tmp_path.glob("my.*"))

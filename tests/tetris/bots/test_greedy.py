@@ -4,15 +4,7 @@ import pytest
 
 from tests.support.tetris_games import set_up
 from tetris.bots import greedy
-from tetris.bots.greedy import (
-    BCTS,
-    DELLACHERIE,
-    Weights,
-    loses,
-    middle,
-    settled,
-    surface,
-)
+from tetris.bots.greedy import BCTS, DELLACHERIE, Weights, loses, middle, settled, surface
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game, Phase

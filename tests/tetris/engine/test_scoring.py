@@ -101,12 +101,7 @@ def test_goals_say_where_a_level_begins_and_ends() -> None:
 
 @pytest.mark.parametrize(
     ("lines", "spin", "difficult"),
-    [
-        (4, Spin.NONE, True),
-        (3, Spin.NONE, False),
-        (1, Spin.MINI, True),
-        (0, Spin.FULL, False),
-    ],
+    [(4, Spin.NONE, True), (3, Spin.NONE, False), (1, Spin.MINI, True), (0, Spin.FULL, False)],
 )
 def test_a_difficult_clear_is_a_tetris_or_a_spin_that_clears(
     lines: int, spin: Spin, difficult: bool

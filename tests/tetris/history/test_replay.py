@@ -68,9 +68,7 @@ def test_a_replay_gives_the_same_events_as_the_game(
 @settings(max_examples=60)
 @given(CONFIGS, STEPS, st.lists(st.floats(0, 130), min_size=1, max_size=6))
 def test_a_seek_comes_to_where_playing_would_have_come(
-    config: Config,
-    steps: list[tuple[float, list[Action], bool, set[Action]]],
-    times_s: list[float],
+    config: Config, steps: list[tuple[float, list[Action], bool, set[Action]]], times_s: list[float]
 ) -> None:
     replay = played(config, steps)
     player = Player(replay)

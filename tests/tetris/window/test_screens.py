@@ -18,9 +18,7 @@ DOWN, UP, DROP = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HARD_DROP
 # -- menus ---------------------------------------------------------------------------------
 
 
-def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(
-    player: Player,
-) -> None:
+def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(player: Player) -> None:
     title = player.menu
     opened = []
 
