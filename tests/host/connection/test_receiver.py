@@ -55,6 +55,7 @@ from host.connection.virtual_orb import START_S, VirtualOrbProcess
 from tests.support import SUPPORT
 from tests.support.fake_device import welcome
 from tests.support.manual_host import numbered
+from tests.support.pytest_types import Patch
 from tests.support.serial_cable import Cable
 
 DEVICE = (sys.executable, str(SUPPORT / "fake_device.py"))
@@ -156,9 +157,7 @@ def test_two_processes_talk_over_tcp(device: VirtualOrbProcess, ears: Ears) -> N
     assert ear.receiver.state == "live"
 
 
-def test_the_clock_offset_is_known_only_while_connected(
-    device: VirtualOrbProcess, ears: Ears
-) -> None:
+def test_clock_offset_is_known_only_while_connected(device: VirtualOrbProcess, ears: Ears) -> None:
     receiver = Receiver(device.open, token=device.token)
     ear = ears(receiver)
     assert receiver.clock_offset_ms is None
@@ -195,7 +194,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(ears: Ears) -> N
     assert play(100) == play(2_000) == played
 
 
-def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_nothing(
+def test_a_killed_device_restarts_and_repeats_nothing(
     device: VirtualOrbProcess, ears: Ears
 ) -> None:
     ear = ears(Receiver(device.open, token=device.token))
@@ -218,9 +217,7 @@ def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_noth
     assert after == list(range(10, 10 * len(after) + 1, 10))
 
 
-def test_a_device_that_hangs_is_stale_then_lost_and_found_when_it_goes_on(
-    device: VirtualOrbProcess, ears: Ears
-) -> None:
+def test_a_hung_device_is_stale_then_lost_then_found(device: VirtualOrbProcess, ears: Ears) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
     ear.message(Command)
@@ -277,9 +274,7 @@ def cable() -> Iterator[Cable]:
     cable.close()
 
 
-def test_two_processes_talk_over_a_pty_through_a_cable_that_is_pulled_and_plugged_in_again(
-    cable: Cable, ears: Ears
-) -> None:
+def test_two_processes_talk_over_a_pty_whose_cable_is_replugged(cable: Cable, ears: Ears) -> None:
     far, near = cable.ends
     with subprocess.Popen([*DEVICE, far], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -416,9 +411,7 @@ def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
         transport.close()
 
 
-def test_pauses_grow_with_failures_and_a_connection_ends_that(
-    ears: Ears, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pauses_grow_with_failures_until_a_connection(ears: Ears, monkeypatch: Patch) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome())
     failures: list[int] = []
 
@@ -521,7 +514,7 @@ def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() 
         device.open()
 
 
-def test_an_orb_that_ignores_the_request_to_end_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_orb_that_ignores_the_request_to_end_is_killed(monkeypatch: Patch) -> None:
     monkeypatch.setattr("host.connection.virtual_orb.END_S", 0.1)
     code = (
         "import json, signal, sys;"
@@ -552,9 +545,7 @@ def test_an_orb_that_talks_on_is_never_made_to_wait(device: VirtualOrbProcess) -
     talker.close()
 
 
-def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_the_last_words_of_an_orb_that_dies_are_seen(caplog: pytest.LogCaptureFixture) -> None:
     code = "import json; print(json.dumps({'listening': 'loop://'}), flush=True); 1 / 0"
     device = VirtualOrbProcess(1, command=python(code))
     device.open().close()
@@ -568,9 +559,7 @@ def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
     assert "ZeroDivisionError: division by zero" in caplog.text
 
 
-def test_an_orb_of_our_own_hears_of_our_end_from_its_standard_input(
-    device: VirtualOrbProcess,
-) -> None:
+def test_an_orb_of_our_own_hears_of_our_end_from_its_input(device: VirtualOrbProcess) -> None:
     device.open().close()
     assert device.process is not None
     assert device.process.stdin is not None
@@ -619,9 +608,7 @@ class Scripted:
         pass
 
 
-def test_commands_that_a_busy_program_left_waiting_are_too_late(
-    ears: Ears, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_that_a_busy_program_left_are_too_late(ears: Ears, monkeypatch: Patch) -> None:
     transport = Scripted()
     ear = ears(Receiver(lambda: transport))
     ear.receiver.connect()
@@ -636,9 +623,7 @@ def test_commands_that_a_busy_program_left_waiting_are_too_late(
     assert (ear.frames(), ear.receiver.past.missed) == ([[1]], 1)
 
 
-def test_a_program_that_does_not_listen_any_more_costs_no_memory(
-    ears: Ears, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_program_that_listens_no_more_costs_no_memory(ears: Ears, monkeypatch: Patch) -> None:
     monkeypatch.setattr(receiver_module, "INBOX", 10)
     transport = Scripted()
     ear = ears(Receiver(lambda: transport))

@@ -126,9 +126,7 @@ def test_key_that_cannot_be_lifted_does_not_keep_the_others_down() -> None:
         )
     )
 )
-def test_whatever_is_sent_nothing_outlives_the_last_word(
-    lines: list[tuple[str, str, int, int]],
-) -> None:
+def test_nothing_sent_outlives_the_last_word(lines: list[tuple[str, str, int, int]]) -> None:
     watch, board = guard()
     now_ms = heard_ms = 0
     for what, key, passed_ms, late_ms in lines:
@@ -168,9 +166,7 @@ def until(condition: Callable[[], object]) -> object:
     raise AssertionError("it did not happen")
 
 
-def test_strokes_arrive_in_order_and_the_end_lifts_what_is_down(
-    injector: Injector, paper: Path
-) -> None:
+def test_strokes_come_in_order_and_the_end_lifts_them(injector: Injector, paper: Path) -> None:
     assert injector.start() == "uinput"
     injector.send([Stroke("a", True), Stroke("b", True), Stroke("a", False)])
     injector.close()

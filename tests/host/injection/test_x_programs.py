@@ -72,9 +72,7 @@ def player(screen: Screen, orb: Orb, tmp_path: Path) -> Iterator[Player]:
     host.end()
 
 
-def test_keys_chords_and_texts_arrive_in_an_x_program(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_keys_chords_and_texts_arrive_in_x(screen: Screen, orb: Orb, player: Player) -> None:
     command = ["xev", "-event", "keyboard", "-name", "listener"]
     xev = subprocess.Popen(command, env=screen.environment, stdout=subprocess.PIPE)
     try:
@@ -104,9 +102,7 @@ def listen(xev: subprocess.Popen[bytes], last: str) -> str:
     return typed
 
 
-def test_drops_arrive_in_the_game_s_window(
-    screen: Screen, orb: Orb, player: Player, tmp_path: Path
-) -> None:
+def test_drops_arrive_in_the_game(screen: Screen, orb: Orb, player: Player, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tetris", "--mode", "endless", "--seed", "1", "--json"]
     own = {**screen.environment, "XDG_DATA_HOME": str(tmp_path)}
     game = subprocess.Popen(command, env=own, stdout=subprocess.PIPE, text=True)
@@ -170,9 +166,7 @@ def test_keys_go_up_when_the_host_is_ended(
     assert player.process.wait(timeout=PATIENCE_S) == 128 + ended_by
 
 
-def test_keys_of_a_sender_that_hangs_go_up_and_stay_up(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_keys_of_a_hung_sender_go_up_and_stay_up(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     player.process.send_signal(signal.SIGSTOP)
     took_s = released_s(screen)
@@ -182,9 +176,7 @@ def test_keys_of_a_sender_that_hangs_go_up_and_stay_up(
     assert screen.down() == []
 
 
-def test_death_of_the_watchdog_lifts_the_keys_and_disarms_until_it_is_armed_again(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_death_of_watchdog_lifts_keys_and_disarms(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     os.kill(player.guard(), signal.SIGKILL)
     took_s = released_s(screen)
@@ -238,9 +230,7 @@ def test_host_that_ends_at_once_releases_what_a_lost_watchdog_left_down(
     assert screen.down() == []
 
 
-def test_signals_that_end_a_login_session_release_every_key(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_signals_that_end_a_session_release_keys(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     guard = player.guard()
     for number in (signal.SIGTERM, signal.SIGHUP):

@@ -118,9 +118,7 @@ def test_lists_forget_what_is_too_old() -> None:
     assert (len(view.history), view.history[-1].time_s) == (orb_state.MEMORY, 299.0)
 
 
-def test_who_touches_and_what_is_wrong_are_shown_and_forgotten_with_the_session(
-    surface: pygame.Surface,
-) -> None:
+def test_touches_and_faults_are_shown_and_forgotten_at_the_end(surface: pygame.Surface) -> None:
     view = live_view()
     pictures = [pygame.image.tobytes(drawn(view, surface), "RGB")]
     view.who(UserIdentified("ann", 0.97))

@@ -32,9 +32,7 @@ def late(recording: Recording, begin_s: float, end_s: float) -> Recording:
 
 @given(begin_s=st.floats(-0.2, 0.4), end_s=st.floats(-0.1, 0.4))
 @settings(max_examples=10, deadline=None)
-def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
-    begin_s: float, end_s: float
-) -> None:
+def test_the_lateness_of_a_button_is_found_from_the_sensor(begin_s: float, end_s: float) -> None:
     _, found = label_repair.repair(late(PLAYED, begin_s, end_s), "button")
     # A frame is the nearest that a label's edge can be told.
     assert found.begin_s == pytest.approx(begin_s + 0.05, abs=0.06)
@@ -43,9 +41,7 @@ def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
 
 
 @pytest.mark.parametrize("recording", [PLAYED, NOISY], ids=["nominal", "paper-snr"])
-def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button_was(
-    recording: Recording,
-) -> None:
+def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button(recording: Recording) -> None:
     repaired, found = label_repair.repair(recording, "button")
     clear = repaired != -1
     assert found.wrong == np.mean(recording.button != recording.label)

@@ -24,9 +24,7 @@ DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
 
 @settings(deadline=None, max_examples=40)
 @given(sizes=st.lists(st.integers(WINDOW, 12), min_size=4, max_size=9), count=st.integers(2, 4))
-def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
-    sizes: list[int], count: int
-) -> None:
+def test_everybody_is_judged_once_and_nobody_judged_chooses(sizes: list[int], count: int) -> None:
     person = np.repeat(np.arange(len(sizes)), sizes)
     starts = np.cumsum([0, *sizes[:-1]])
     ends = np.concatenate(

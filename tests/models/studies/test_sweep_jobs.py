@@ -17,6 +17,7 @@ from models.data.splits import HoldOut
 from models.studies.sweep import run
 from models.studies.sweep.plan import Job, Plan, parse
 from models.studies.sweep.run import Answer, Sweep
+from tests.support.pytest_types import Patch
 
 VERSION = "1.0 (sources a)"
 Engine = Callable[[Sweep, Sequence[Job]], Iterator[Answer]]
@@ -49,7 +50,7 @@ def silent(line: str) -> None:
 
 
 @pytest.fixture
-def engine(monkeypatch: pytest.MonkeyPatch) -> Callable[[Engine], None]:
+def engine(monkeypatch: Patch) -> Callable[[Engine], None]:
     """Sets what does the jobs."""
     return lambda one: monkeypatch.setattr(run, "_answers", one)
 
@@ -83,9 +84,7 @@ def test_the_same_few_are_held_out_always_evenly_spread() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 8))
-def test_fewer_people_are_among_the_more_and_nobody_held_out_is_learned_from(
-    seed: int, users: int
-) -> None:
+def test_fewer_people_are_among_more_and_none_held_out_is_learned(seed: int, users: int) -> None:
     user = np.repeat(np.arange(10), 2)
     tested = np.isin(user, [2, 7])
     session = np.arange(20)
@@ -110,7 +109,7 @@ def test_of_each_person_the_first_sessions_are_learned_from() -> None:
             splits.learned(user, session, tested, *amounts, 0)
 
 
-def test_results_are_the_same_bytes_in_whatever_order_they_come(
+def test_results_are_the_same_bytes_in_any_order(
     tmp_path: Path, engine: Callable[[Engine], None]
 ) -> None:
     written = []
@@ -122,7 +121,7 @@ def test_results_are_the_same_bytes_in_whatever_order_they_come(
     assert b"cpu_s" not in written[0]
 
 
-def test_an_interrupted_sweep_goes_on_with_what_is_missing(
+def test_an_interrupted_sweep_goes_on_with_the_rest(
     tmp_path: Path, engine: Callable[[Engine], None]
 ) -> None:
     asked: list[int] = []
@@ -146,7 +145,7 @@ def test_an_interrupted_sweep_goes_on_with_what_is_missing(
     assert asked == [4, 3, 2, 0]  # nothing was missing
 
 
-def test_a_job_that_fails_is_told_and_the_others_go_on(
+def test_a_failed_job_is_told_and_the_others_go_on(
     tmp_path: Path, engine: Callable[[Engine], None]
 ) -> None:
     def one_fails(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
@@ -177,9 +176,7 @@ def test_a_worker_of_another_version_says_so_and_trains_nothing() -> None:
         (KeyError("x"), "KeyError in test_sweep_jobs.py, line"),
     ],
 )
-def test_what_goes_wrong_in_a_job_comes_back_as_a_sentence(
-    error: Exception, said: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_job_s_error_is_one_sentence(error: Exception, said: str, monkeypatch: Patch) -> None:
     def broken(job: Any) -> None:
         raise error
 

@@ -26,9 +26,7 @@ def test_a_product_answers_as_the_convolution_does(rows: int, columns: int, stri
 
 
 @pytest.mark.parametrize(("window", "rows", "columns"), [(10, 5, 5), (12, 4, 6), (9, 12, 12)])
-def test_a_network_learns_the_same_as_with_convolutions(
-    window: int, rows: int, columns: int
-) -> None:
+def test_a_network_learns_as_with_convolutions(window: int, rows: int, columns: int) -> None:
     torch.manual_seed(2)
     net = gesture_net((window, rows, columns), 5, NetworkRecipe()).eval()  # norms differ by design
     windows = 1.0 + 0.1 * torch.randn(8, window, rows, columns)

@@ -25,9 +25,7 @@ T_SLOT = """
 @pytest.mark.parametrize(
     ("kind", "count"), [("I", 17), ("O", 9), ("T", 34), ("S", 17), ("Z", 17), ("J", 34), ("L", 34)]
 )
-def test_on_an_empty_board_each_piece_has_its_known_number_of_placements(
-    kind: Kind, count: int
-) -> None:
+def test_on_an_empty_board_a_piece_has_its_number_of_placements(kind: Kind, count: int) -> None:
     assert len(find(Board().bits, Piece.entering(kind))) == count
 
 
@@ -135,9 +133,7 @@ def test_a_piece_deep_in_the_stack_finds_its_way_too(
 
 @given(boards, st.sampled_from(KINDS), tables, st.data())
 @settings(max_examples=60, deadline=None)
-def test_the_inputs_to_a_placement_lead_there_in_the_game(
-    board: Board, kind: Kind, kicks: Kicks, data: st.DataObject
-) -> None:
+def test_inputs_lead_to_places(board: Board, kind: Kind, kicks: Kicks, data: st.DataObject) -> None:
     start = Piece.entering(kind, board.columns)
     place, spin, way = data.draw(st.sampled_from([*paths(board.bits, start, kicks)]))
     assert path(board.bits, start, place, kicks, spin) == way

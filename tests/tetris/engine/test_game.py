@@ -224,9 +224,7 @@ def test_time_never_goes_back() -> None:
 
 @given(st.integers(0, 99), configs, scripts, st.integers(1, 700))
 @settings(max_examples=80, deadline=None)
-def test_many_small_updates_and_few_large_ones_play_the_same_game(
-    seed: int, config: Config, script: list[Step], slice_ms: int
-) -> None:
+def test_slices_play_the_same(seed: int, config: Config, script: list[Step], slice_ms: int) -> None:
     coarse, fine = Game(seed, config), Game(seed, config)
     coarse_events, fine_events = coarse.update(0.0), fine.update(0.0)
     now_ms, soft, held = 0, False, list[Action]()

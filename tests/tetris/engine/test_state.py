@@ -89,9 +89,7 @@ def test_a_moment_of_another_game_is_refused() -> None:
 
 @given(st.integers(0, 99), configs, scripts, st.integers(0, 24))
 @settings(max_examples=80, deadline=None)
-def test_from_a_snapshot_under_any_rules_the_same_game_goes_on(
-    seed: int, config: Config, script: list[Step], at: int
-) -> None:
+def test_a_snapshot_goes_on_alike(seed: int, config: Config, script: list[Step], at: int) -> None:
     game, other = Game(seed, config), Game(seed, config)
     now_ms = 0
     for step, (wait_ms, given_inputs, soft, held) in enumerate(script):

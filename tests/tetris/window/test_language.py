@@ -68,9 +68,7 @@ def test_a_word_that_a_language_lacks_is_english_and_one_that_none_has_is_its_ke
         ({}, "en"),
     ],
 )
-def test_the_systems_language_is_taken_where_there_is_one(
-    environment: dict[str, str], name: str
-) -> None:
+def test_the_language_of_the_system_is_taken(environment: dict[str, str], name: str) -> None:
     assert language.of_system(environment) == name
 
 
