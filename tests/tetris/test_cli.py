@@ -159,11 +159,9 @@ sys.exit(main(["--bot"]))
 """
 
 
-@pytest.mark.parametrize(
-    "module", ["tetris.cli", "tetris.engine.game", "argparse", "tetris.window"]
-)
-def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(module: str) -> None:
-    command = [sys.executable, "-c", PRESS, module]
+@pytest.mark.parametrize("name", ["tetris.cli", "tetris.engine.game", "argparse", "tetris.window"])
+def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(name: str) -> None:
+    command = [sys.executable, "-c", PRESS, name]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 

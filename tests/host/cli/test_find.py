@@ -285,9 +285,7 @@ def test_unreadable_key_is_told_first(memory: DeviceStore, tmp_path: Path, capsy
     assert "no.key: no such file or directory" in told.err
 
 
-def test_absent_device_is_listed_with_when_it_was_here(
-    memory: DeviceStore, capsys: Capture
-) -> None:
+def test_absent_device_is_listed_with_its_last_time(memory: DeviceStore, capsys: Capture) -> None:
     memory.remember("orb-1", name="Blue", port="/dev/gone", seen="2026-11-20T18:02:00Z")
     assert find.main([]) == 1
     told = capsys.readouterr()

@@ -145,18 +145,14 @@ SPECIAL = {
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
-@pytest.mark.parametrize(
-    ("option", "kind"), [(option, kind) for option in FILES for kind in SPECIAL[option]]
-)
-def test_special_file_is_refused(
-    option: str, kind: str, tmp_path: Path, monkeypatch: Patch
-) -> None:
+@pytest.mark.parametrize(("opt", "kind"), [(opt, kind) for opt in FILES for kind in SPECIAL[opt]])
+def test_special_file_is_told(opt: str, kind: str, tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     path = special_files.make(kind, tmp_path)
-    told = special_files.answer(main, [*FILES[option], str(path)])
+    told = special_files.answer(main, [*FILES[opt], str(path)])
     assert told.refused_by("host"), told
-    assert told.status == (1 if option in PORTS else 2)
+    assert told.status == (1 if opt in PORTS else 2)
     assert told.output == ""
 
 
@@ -170,9 +166,7 @@ def test_picture_replaces_nothing_but_a_file(kind: str, tmp_path: Path, capsys: 
     assert capsys.readouterr().err.endswith("play.png is no file; name another one\n")
 
 
-def test_picture_on_a_full_disk_is_none(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_picture_on_full_disk_is_none(tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     def full(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 

@@ -194,9 +194,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(ears: Ears) -> N
     assert play(100) == play(2_000) == played
 
 
-def test_a_killed_device_restarts_and_repeats_nothing(
-    device: VirtualOrbProcess, ears: Ears
-) -> None:
+def test_killed_device_restarts_and_repeats_nothing(device: VirtualOrbProcess, ears: Ears) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
     ear.message(Command)

@@ -155,9 +155,7 @@ def test_slow_tap_drops_and_counts_and_holds_up_nobody() -> None:
     assert len([word for word in tap.took if word.startswith("frame")]) == 1000 - worker.dropped
 
 
-def test_failing_tap_is_told_with_a_traceback_then_counted(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_failing_tap_is_told_with_traceback_then_counted(caplog: pytest.LogCaptureFixture) -> None:
     tap = Slow()
     tap.may.set()
     tap.command = None  # type: ignore[method-assign, assignment]

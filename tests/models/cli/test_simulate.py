@@ -81,9 +81,7 @@ def test_any_number_of_processes_writes_the_same_bytes(data: Path, tmp_path: Pat
     assert sums(tmp_path / "two") == sums(data)
 
 
-def test_a_data_set_goes_on(
-    data: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_data_set_goes_on(data: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     out = tmp_path / "set"
     real = writer.pack
     written: list[recording.Recording] = []

@@ -162,9 +162,7 @@ def test_a_finished_training_that_cannot_be_read_is_done_again(kind: str, tmp_pa
         lambda one: one.pop("name"),
     ],
 )
-def test_another_shape_trains_again(
-    change: Callable[[dict[str, Any]], Any], tmp_path: Path
-) -> None:
+def test_other_shape_trains_again(change: Callable[[dict[str, Any]], Any], tmp_path: Path) -> None:
     learned = {"users": 1, "sessions": 1, "minutes": 3.0, "windows": 100}
     held = [{"user": "4", "session": "4 01", "frames": [80, 90], "events": [9, 20]}]
     result = {"learned": learned, "notes": [], "random": 0.99, "held": held}

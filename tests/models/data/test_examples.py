@@ -78,16 +78,12 @@ def test_sessions_of_two_sensors_are_refused() -> None:
     steps=st.lists(st.sampled_from([1, 1, 1, 1, 1, 1, 1, 2, 50]), min_size=COUNT, max_size=COUNT),
 )
 def test_windows_are_ten_in_a_row(excluded: list[bool], label: list[int], steps: list[int]) -> None:
-    number = np.cumsum(steps)
-    source = session(
-        label=np.array(label, dtype=np.int16), sequence=number, excluded=np.array(excluded)
-    )
+    n = np.cumsum(steps)
+    source = session(label=np.array(label, dtype=np.int16), sequence=n, excluded=np.array(excluded))
     expected = [
         end
         for end in range(START - 1 + 9, COUNT)
-        if not any(excluded[end - 9 : end + 1])
-        and number[end] - number[end - 9] == 9
-        and label[end] != -1
+        if not any(excluded[end - 9 : end + 1]) and n[end] - n[end - 9] == 9 and label[end] != -1
     ]
     try:
         examples = prepare([source], SETTINGS)

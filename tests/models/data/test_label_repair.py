@@ -17,17 +17,15 @@ PLAYED = DataSet(minutes=3.0).session(0, 0)
 NOISY = DataSet(minutes=3.0, preset="paper-snr", seed=1).session(0, 0)
 
 
-def late(recording: Recording, begin_s: float, end_s: float) -> Recording:
-    """The same recording under a button whose every edge is so late."""
-    assert recording.truth is not None
-    button = np.zeros(len(recording.t), dtype=np.int16)
-    for event in recording.truth.events:
-        if event.kind in recording.origin.labels:
-            inside = (recording.t >= event.onset_s + begin_s) & (
-                recording.t < event.release_s + end_s
-            )
-            button[inside] = recording.origin.labels.index(event.kind)
-    return replace(recording, button=button)
+def late(record: Recording, begin_s: float, end_s: float) -> Recording:
+    """The same record under a button whose every edge is so late."""
+    assert record.truth is not None
+    button = np.zeros(len(record.t), dtype=np.int16)
+    for event in record.truth.events:
+        if event.kind in record.origin.labels:
+            inside = (record.t >= event.onset_s + begin_s) & (record.t < event.release_s + end_s)
+            button[inside] = record.origin.labels.index(event.kind)
+    return replace(record, button=button)
 
 
 @given(begin_s=st.floats(-0.2, 0.4), end_s=st.floats(-0.1, 0.4))

@@ -21,6 +21,7 @@ from tests.support.pytest_types import Patch
 
 VERSION = "1.0 (sources a)"
 Engine = Callable[[Sweep, Sequence[Job]], Iterator[Answer]]
+SetEngine = Callable[[Engine], None]
 
 
 def planned(text: str = "[test]\nhold = 2\n[axes]\nusers = [1, 3]\nseed = [0, 1]") -> Plan:
@@ -50,7 +51,7 @@ def silent(line: str) -> None:
 
 
 @pytest.fixture
-def engine(monkeypatch: Patch) -> Callable[[Engine], None]:
+def engine(monkeypatch: Patch) -> SetEngine:
     """Sets what does the jobs."""
     return lambda one: monkeypatch.setattr(run, "_answers", one)
 
@@ -109,9 +110,7 @@ def test_of_each_person_the_first_sessions_are_learned_from() -> None:
             splits.learned(user, session, tested, *amounts, 0)
 
 
-def test_results_are_the_same_bytes_in_any_order(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
+def test_results_are_the_same_bytes_in_any_order(tmp_path: Path, engine: SetEngine) -> None:
     written = []
     for folder, order in ((tmp_path / "a", forwards), (tmp_path / "b", backwards)):
         engine(order)
@@ -121,9 +120,7 @@ def test_results_are_the_same_bytes_in_any_order(
     assert b"cpu_s" not in written[0]
 
 
-def test_an_interrupted_sweep_goes_on_with_the_rest(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
+def test_an_interrupted_sweep_goes_on_with_the_rest(tmp_path: Path, engine: SetEngine) -> None:
     asked: list[int] = []
 
     def stops(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
@@ -145,9 +142,7 @@ def test_an_interrupted_sweep_goes_on_with_the_rest(
     assert asked == [4, 3, 2, 0]  # nothing was missing
 
 
-def test_a_failed_job_is_told_and_the_others_go_on(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
+def test_a_failed_job_is_told_and_the_others_go_on(tmp_path: Path, engine: SetEngine) -> None:
     def one_fails(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
         for number, order in enumerate(orders):
             failed = {"name": order["name"], "failed": "no session is quiet"}
@@ -177,12 +172,10 @@ def test_a_worker_of_another_version_says_so_and_trains_nothing() -> None:
     ],
 )
 def test_a_job_s_error_is_one_sentence(error: Exception, said: str, monkeypatch: Patch) -> None:
-    def broken(job: Any) -> None:
+    def bad(job: Any) -> None:
         raise error
 
-    monkeypatch.setattr(
-        models.studies.sweep, "training", SimpleNamespace(train=broken), raising=False
-    )
+    monkeypatch.setattr(models.studies.sweep, "training", SimpleNamespace(train=bad), raising=False)
     found = run.perform({"name": "n", "job": {}, "version": run.own_version()})
     assert said in found["failed"]
     assert "\n" not in found["failed"]

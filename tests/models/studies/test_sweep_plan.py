@@ -150,13 +150,11 @@ def test_the_command_prints_a_file_to_begin_with(capsys: Capture) -> None:
     assert 'task = "user"' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("missing", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")]
-)
-def test_extras_are_named(missing: str, extra: str, capsys: Capture, monkeypatch: Patch) -> None:
+@pytest.mark.parametrize(("absent", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")])
+def test_extras_are_named(absent: str, extra: str, capsys: Capture, monkeypatch: Patch) -> None:
     from models.cli import _options as options
 
-    found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
+    found: Callable[[str], object] = lambda name: None if name == absent else object()  # noqa: E731
     monkeypatch.setattr(options, "find_spec", found)
     error = refused(capsys, "sweep", "x.toml", "--cluster", "127.0.0.1:1")
     assert f"pip install -e '.[{extra}]'" in error

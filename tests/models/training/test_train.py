@@ -221,13 +221,11 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     small = ["--users", "2", "--sessions", "1", "--minutes", "1", "--workers", "1"]
     assert main(["simulate", "--out", str(own), *size, *small]) == 0
     for path in own.glob("*.npz"):  # a sensor that counts, and reads about 0 untouched
-        loaded = reader.load(path)
-        rest = float(loaded.frames[:10].mean())
-        counts = np.rint(300.0 * (loaded.frames - loaded.frames[:10].mean(axis=0)))
-        origin = replace(loaded.origin, unit="counts")
-        path.write_bytes(
-            writer.pack(replace(loaded, frames=counts.astype(np.float32), origin=origin))
-        )
+        old = reader.load(path)
+        rest = float(old.frames[:10].mean())
+        counts = np.rint(300.0 * (old.frames - old.frames[:10].mean(axis=0)))
+        origin = replace(old.origin, unit="counts")
+        path.write_bytes(writer.pack(replace(old, frames=counts.astype(np.float32), origin=origin)))
     (own / vocabulary.FILE).write_text(
         '[[gesture]]\nlabel = "press"\nlocated = true\ncommand = [\n'
         '{command = "left", left_of = 1.5}, {command = "right"}]\n'

@@ -89,13 +89,11 @@ def test_rows_of_gestures_stay_within_a_session_and_add_up() -> None:
 
 
 def test_auroc_is_the_share_of_pairs_in_the_right_order() -> None:
-    sklearn = pytest.importorskip("sklearn.metrics")
+    sk = pytest.importorskip("sk.metrics")
     rng = np.random.default_rng(0)
     high, low = rng.integers(0, 9, 50) / 8.0, rng.integers(0, 7, 70) / 8.0
     truth = np.r_[np.ones(50), np.zeros(70)]
-    assert user_metrics.auroc(high, low) == pytest.approx(
-        sklearn.roc_auc_score(truth, np.r_[high, low])
-    )
+    assert user_metrics.auroc(high, low) == pytest.approx(sk.roc_auc_score(truth, np.r_[high, low]))
 
 
 def test_acceptance_lets_no_more_strangers_in_than_was_asked() -> None:

@@ -107,12 +107,10 @@ tables = st.sampled_from(("srs", "srs+"))
 
 def check(bits: int, start: Piece, kicks: Kicks) -> None:
     """Compare flooding with what is found a step at a time."""
-    flooded = [
-        (p.mask, spin) for spin, some in find_spins(bits, start, kicks).items() for p in some
-    ]
-    assert len(flooded) == len(set(flooded))
-    assert set(flooded) == {(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)}
-    assert {p.mask for p in find(bits, start, kicks)} == {mask for mask, _ in flooded}
+    filled = [(p.mask, spin) for spin, some in find_spins(bits, start, kicks).items() for p in some]
+    assert len(filled) == len(set(filled))
+    assert set(filled) == {(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)}
+    assert {p.mask for p in find(bits, start, kicks)} == {mask for mask, _ in filled}
 
 
 @given(boards, st.sampled_from(KINDS), tables)

@@ -90,8 +90,6 @@ def test_the_font_has_every_letter_of_every_language(name: str) -> None:
 
 def test_the_font_has_every_sign_on_the_keys() -> None:
     pygame.font.init()
-    names = [
-        name for bound in (bindings.KEYS, bindings.PADS) for each in bound.values() for name in each
-    ]
+    names = [name for by in (bindings.KEYS, bindings.PADS) for each in by.values() for name in each]
     signs = "".join(bindings.caption(name) for name in names)
     assert None not in theme.font(30).metrics(signs)
