@@ -40,11 +40,7 @@ def test_without_json_the_result_is_a_line_to_read(capsys: Capture) -> None:
 def test_one_of_a_kind_is_not_many(capsys: Capture) -> None:
     main(["--headless", "--bot", "dellacherie", "--seed", "3", "--pieces", "1"])
     assert capsys.readouterr().out == "38 points, 0 lines, level 1, 1 piece (seed 3)\n"
-    assert [cli._count(number, "line") for number in (0, 1, 1000)] == [
-        "0 lines",
-        "1 line",
-        "1,000 lines",
-    ]
+    assert [cli._count(n, "line") for n in (0, 1, 1000)] == ["0 lines", "1 line", "1,000 lines"]
 
 
 def test_the_version_is_that_of_the_whole_project(capsys: Capture) -> None:

@@ -21,6 +21,7 @@ from tests.support import hostile_bundles
 from tests.support.fake_device import welcome
 from tests.support.pytest_types import Capture
 
+Orb = tuple[str, Path, "subprocess.Popen[str]"]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the orb is ended by a signal")
 
 
@@ -33,7 +34,7 @@ def variant(path: Path) -> str:
 
 
 @pytest.fixture
-def orb(tmp_path: Path) -> Iterator[tuple[str, Path, "subprocess.Popen[str]"]]:
+def orb(tmp_path: Path) -> Iterator[Orb]:
     """A virtual orb with a key, and a shelf of its own: its URL, the key, and its process."""
     key = tmp_path / "key"
     assert controller(["key", str(key)]) == 0
@@ -51,9 +52,7 @@ def orb(tmp_path: Path) -> Iterator[tuple[str, Path, "subprocess.Popen[str]"]]:
 
 
 @pytest.mark.slow
-def test_an_orb_takes_a_bundle_and_goes_on(
-    orb: tuple[str, Path, "subprocess.Popen[str]"], tmp_path: Path, capsys: Capture
-) -> None:
+def test_an_orb_takes_a_bundle_and_goes_on(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, process = orb
     name = variant(tmp_path / "new.orb")
     link = ["--link", url, "--key", str(key)]
@@ -65,9 +64,7 @@ def test_an_orb_takes_a_bundle_and_goes_on(
     assert host(["install", str(other), *link]) == 0
 
 
-def test_a_bundle_of_gigabytes_is_declined(
-    orb: tuple[str, Path, "subprocess.Popen[str]"], tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_bundle_of_gigabytes_is_declined(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, process = orb
     parts = bundles.content(bundles.unpack(bundles.default_path().read_bytes()))
     path = tmp_path / "bomb.orb"
@@ -77,9 +74,7 @@ def test_a_bundle_of_gigabytes_is_declined(
     assert process.poll() is None
 
 
-def test_what_is_no_bundle_is_declined(
-    orb: tuple[str, Path, "subprocess.Popen[str]"], tmp_path: Path, capsys: Capture
-) -> None:
+def test_what_is_no_bundle_is_declined(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, _ = orb
     path = tmp_path / "song.orb"
     path.write_bytes(b"la la la" * 1000)

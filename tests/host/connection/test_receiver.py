@@ -19,23 +19,8 @@ import serial
 
 from controller.links import open_link
 from controller.links.ports import why
-from controller.protocol.messages import (
-    VERSION,
-    Command,
-    Contact,
-    Contacts,
-    Grant,
-    Granted,
-    GroundTruth,
-    Hello,
-    Join,
-    Message,
-    Offer,
-    Perform,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol import messages
+from controller.protocol.messages import Command, Granted, Hello, State, Telemetry
 from controller.protocol.packets import Decoder, encode
 from host.connection import receiver as receiver_module
 from host.connection import transport as transport_module
@@ -44,11 +29,9 @@ from host.connection.receiver import (
     Delivered,
     LinkError,
     Lost,
-    Missed,
     Received,
     Receiver,
     Refused,
-    Stale,
 )
 from host.connection.transport import Transport, open_transport
 from host.connection.virtual_orb import START_S, VirtualOrbProcess
@@ -108,7 +91,7 @@ class Ear:
         """Of one device's commands, each came once and in order, or was told to be missed."""
         frame = 0
         for _, news in self.told:
-            if isinstance(news, Missed):
+            if isinstance(news, receiver_module.Missed):
                 frame += 10 * news.count
             elif isinstance(news, Delivered) and isinstance(news.message, Command):
                 frame += 10
@@ -150,10 +133,10 @@ def test_two_processes_talk_over_tcp(device: VirtualOrbProcess, ears: Ears) -> N
     assert ear.message(State) == State(())
     assert ear.message(Telemetry).image == bytes([128] * 25)
     assert ear.message(Command).name == "drop"
-    assert ear.receiver.send(Contacts((Contact(1, 2.0, 2.0, 3.0, 4.0),)))
+    assert ear.receiver.send(messages.Contacts((messages.Contact(1, 2.0, 2.0, 3.0, 4.0),)))
     assert ear.message(State) == State(("down",))
-    assert ear.receiver.send(Perform(5, "press", 1.0, 1.0))
-    assert ear.message(GroundTruth).number == 5
+    assert ear.receiver.send(messages.Perform(5, "press", 1.0, 1.0))
+    assert ear.message(messages.GroundTruth).number == 5
     assert ear.receiver.state == "live"
 
 
@@ -182,7 +165,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(ears: Ears) -> N
         ear = ears(Receiver(device.open, token=device.token, granted=True))
         ear.receiver.connect()
         for until_ms in range(step_ms, 6_001, step_ms):
-            assert ear.receiver.send(Grant(until_ms))
+            assert ear.receiver.send(messages.Grant(until_ms))
             assert ear.message(Granted) == Granted(until_ms)
         ear.receiver.close()
         device.close()
@@ -205,7 +188,7 @@ def test_killed_device_restarts_and_repeats_nothing(device: VirtualOrbProcess, e
     assert ear.next(Lost) == Lost("the virtual orb was cut off")
     assert ear.at_s - killed_s < 2.0
     assert ear.receiver.state == "lost"
-    assert not ear.receiver.send(Contacts(()))
+    assert not ear.receiver.send(messages.Contacts(()))
     ear.next(Connected)
     ear.message(Command)
     ear.message(Command)
@@ -222,7 +205,7 @@ def test_a_hung_device_is_stale_then_lost_then_found(device: VirtualOrbProcess, 
     assert device.process is not None
     device.process.send_signal(signal.SIGSTOP)
     stopped_s = time.monotonic()
-    ear.next(Stale)
+    ear.next(receiver_module.Stale)
     ear.next(Lost)
     assert ear.at_s - stopped_s < 2.0
     device.process.send_signal(signal.SIGCONT)
@@ -281,7 +264,7 @@ def test_two_processes_talk_over_a_pty_whose_cable_is_replugged(cable: Cable, ea
         assert ear.receiver.connect().name == "OrbTouch"
         ear.message(Command)
         cable.plugged = False
-        ear.next(Stale)
+        ear.next(receiver_module.Stale)
         ear.next(Lost)
         cable.plugged = True
         ear.next(Connected)
@@ -587,12 +570,12 @@ class Scripted:
         for packet in Decoder().feed(data):
             if isinstance(packet.message, Hello):
                 self.sequence = packet.sequence
-                self.say(Offer(VERSION, bytes(16), False))
-            elif isinstance(packet.message, Join):
+                self.say(messages.Offer(messages.VERSION, bytes(16), False))
+            elif isinstance(packet.message, messages.Join):
                 self.say(welcome())
 
-    def say(self, message: Offer | Welcome | Command | Telemetry | State) -> None:
-        travelling: Message = message
+    def say(self, message: messages.Offer | messages.Welcome | Command | Telemetry | State) -> None:
+        travelling: messages.Message = message
         if isinstance(message, Command):
             self.commands += 1
             travelling = numbered(message, self.commands)

@@ -18,7 +18,7 @@ NOISY = DataSet(minutes=3.0, preset="paper-snr", seed=1).session(0, 0)
 
 
 def late(record: Recording, begin_s: float, end_s: float) -> Recording:
-    """The same record under a button whose every edge is so late."""
+    """The same recording under a button whose every edge is so late."""
     assert record.truth is not None
     button = np.zeros(len(record.t), dtype=np.int16)
     for event in record.truth.events:

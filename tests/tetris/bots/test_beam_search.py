@@ -21,18 +21,9 @@ def test_it_tucks_a_piece_under_an_overhang() -> None:
     """)
     game = Game(seed=1)
     set_up(game, board, Piece("J", 7, 10))
-    plan = beam_search.plan(game, depth=1, width=50)
-    game.update(0.0, plan.actions)
-    assert set(plan.landing.cells) <= {
-        (5, 1),
-        (6, 1),
-        (7, 1),
-        (8, 1),
-        (9, 1),
-        (9, 0),
-        (8, 2),
-        (9, 2),
-    }
+    to = beam_search.plan(game, depth=1, width=50)
+    game.update(0.0, to.actions)
+    assert set(to.landing.cells) <= {(5, 1), (6, 1), (7, 1), (8, 1), (9, 1), (9, 0), (8, 2), (9, 2)}
 
 
 def test_it_holds_a_piece_that_another_one_should_come_before() -> None:
