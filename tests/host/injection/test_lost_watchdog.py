@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -19,11 +19,11 @@ from host.injection.backends import Backend, BackendError
 from host.injection.injector import Injector
 from tests.support import SUPPORT
 from tests.support.pytest_types import Patch
+from tests.support.waiting import until
 
 if sys.platform == "win32":
     pytest.skip("Windows has no SIGSTOP", allow_module_level=True)
 
-PATIENCE_S = 20.0  # an upper bound; everything here takes a second at most
 PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 DOWN, UP = Stroke("left", True), Stroke("left", False)
 
@@ -69,15 +69,6 @@ def injector(request: pytest.FixtureRequest, board: Board) -> Iterator[Injector]
     assert made.start() == request.param
     yield made
     made.close()
-
-
-def until(condition: Callable[[], object]) -> object:
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        if found := condition():
-            return found
-        time.sleep(0.002)
-    raise AssertionError("it did not happen")
 
 
 def press(injector: Injector, board: Board) -> int:

@@ -5,8 +5,7 @@ import queue
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,8 @@ from host.injection.backends import Backend, BackendError
 from host.injection.injector import MUTE_MS, Injector
 from host.injection.watchdog import HANG_MS, Watchdog
 from tests.support import SUPPORT
+from tests.support.waiting import until
 
-PATIENCE_S = 20.0  # an upper bound; everything here takes milliseconds
 PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 
 
@@ -155,15 +154,6 @@ def injector(paper: Path) -> Iterator[Injector]:
     made = Injector("auto", "keyboard", ["a", "b"], command=(*PAPER, str(paper)))
     yield made
     made.close()
-
-
-def until(condition: Callable[[], object]) -> object:
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        if found := condition():
-            return found
-        time.sleep(0.002)
-    raise AssertionError("it did not happen")
 
 
 def test_strokes_come_in_order_and_the_end_lifts_them(injector: Injector, paper: Path) -> None:

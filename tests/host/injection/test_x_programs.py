@@ -138,10 +138,13 @@ def held(screen: Screen, orb: Orb, player: Player) -> None:
     raise AssertionError("the key did not go down")
 
 
-def released_s(screen: Screen) -> float:
+def released_s(screen: Screen, after: str) -> float:
+    """Return how long the keys took to go up, and print it."""
     began_s = time.monotonic()
     until(lambda: not screen.down())
-    return time.monotonic() - began_s
+    took_s = time.monotonic() - began_s
+    print(f"{after}: up after {took_s * 1000:.1f} ms")
+    return took_s
 
 
 @pytest.mark.parametrize("attempt", range(5))
@@ -150,9 +153,7 @@ def test_keys_of_a_killed_sender_go_up_within_half_a_second(
 ) -> None:
     held(screen, orb, player)
     player.process.kill()
-    took_s = released_s(screen)
-    print(f"SIGKILL of the host: up after {took_s * 1000:.1f} ms")
-    assert took_s <= RELEASE_S
+    assert released_s(screen, "SIGKILL of the host") <= RELEASE_S
 
 
 @pytest.mark.parametrize("ended_by", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
@@ -161,16 +162,14 @@ def test_keys_go_up_when_the_host_is_ended(
 ) -> None:
     held(screen, orb, player)
     player.process.send_signal(ended_by)
-    took_s = released_s(screen)
-    print(f"{ended_by.name} of the host: up after {took_s * 1000:.1f} ms")
+    released_s(screen, f"{ended_by.name} of the host")
     assert player.process.wait(timeout=PATIENCE_S) == 128 + ended_by
 
 
 def test_keys_of_a_hung_sender_go_up_and_stay_up(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     player.process.send_signal(signal.SIGSTOP)
-    took_s = released_s(screen)
-    print(f"SIGSTOP of the host: up after {took_s * 1000:.1f} ms")
+    released_s(screen, "SIGSTOP of the host")
     player.process.send_signal(signal.SIGCONT)
     assert "hung" in player.until("disarmed with every key up")
     assert screen.down() == []
@@ -179,8 +178,7 @@ def test_keys_of_a_hung_sender_go_up_and_stay_up(screen: Screen, orb: Orb, playe
 def test_death_of_watchdog_lifts_keys_and_disarms(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     os.kill(player.guard(), signal.SIGKILL)
-    took_s = released_s(screen)
-    print(f"SIGKILL of the watchdog: up after {took_s * 1000:.1f} ms")
+    released_s(screen, "SIGKILL of the watchdog")
     assert "the watchdog has died" in player.until("disarmed with every key up")
     orb.say("let go")
     orb.say("tap menu")
@@ -243,8 +241,7 @@ def test_signals_that_end_a_session_release_keys(screen: Screen, orb: Orb, playe
 def test_keys_go_up_when_the_orb_falls_silent(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     orb.process.send_signal(signal.SIGSTOP)
-    took_s = released_s(screen)
-    print(f"silence of the orb: up after {took_s * 1000:.1f} ms")
+    released_s(screen, "silence of the orb")
     assert "every key is up" in player.until("silent")
     orb.process.send_signal(signal.SIGCONT)
 

@@ -97,14 +97,6 @@ def test_the_same_game_is_played_twice_alike() -> None:
     assert play() == play()
 
 
-def test_a_game_that_is_over_cannot_be_planned() -> None:
-    game = Game(seed=1)
-    while game.phase is Phase.RUNNING:
-        game.update(0.0, [Action.HARD_DROP])
-    with pytest.raises(ValueError, match="the game is over"):
-        greedy.plan(game)
-
-
 # -- features --------------------------------------------------------------------------------
 
 

@@ -82,9 +82,11 @@ def test_words_stand_out_from_what_they_stand_on(palette: Palette) -> None:
 
 
 @THEMES
-def test_blocks_stand_out_from_the_empty_board(theme: Palette) -> None:
+def test_blocks_stand_out_from_the_empty_board(palette: Palette) -> None:
     for mark in (*KINDS, DEBRIS):
-        assert contrast(theme.pieces[mark], theme.well) >= (1.6 if theme.name == "light" else 2.5)
+        assert contrast(palette.pieces[mark], palette.well) >= (
+            1.6 if palette.name == "light" else 2.5
+        )
 
 
 @pytest.mark.parametrize("eye", EYES)
