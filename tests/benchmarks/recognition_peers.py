@@ -42,13 +42,7 @@ Say = Callable[[str], None]
 
 
 def judge_peers(
-    loaded: Bundle,
-    people: Mapping[str, People],
-    count: int,
-    cache: Path,
-    say: Say,
-    *,
-    again: bool,
+    loaded: Bundle, people: Mapping[str, People], count: int, cache: Path, say: Say, *, again: bool
 ) -> dict[tuple[str, str], Result]:
     """Return how every peer does: (name, preset) -> figures; none where a package is missing."""
     missing = [name for name in NEEDED if find_spec(name) is None]

@@ -90,10 +90,7 @@ class Dome:
         return nodes, self.rest.x[nodes], normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
     def press(
-        self,
-        points: Sequence[complex],
-        travel_mm: Array,
-        shift_mm: Array | None = None,
+        self, points: Sequence[complex], travel_mm: Array, shift_mm: Array | None = None
     ) -> Press:
         """Press fingers straight inward, optionally moving them along the skin as well.
 
@@ -155,12 +152,7 @@ class Dome:
             held[k] |= new
         return State(settled.x, settled.pressure, held, grip)
 
-    def _settle(
-        self,
-        state: State,
-        centre: Array,
-        volume: float | None = None,
-    ) -> State:
+    def _settle(self, state: State, centre: Array, volume: float | None = None) -> State:
         """Newton's method for positions and pressure; at a given volume, or with the gas closed."""
         x, pressure = state.x, state.pressure
         size, free = 3 * len(self.mesh.node), self._free

@@ -97,10 +97,7 @@ class HidTable:
         self.remembered: list[StoredHosts] = []
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS),
-            hosts,
-            notify=self._tell,
-            store=self.remembered.append,
+            load(Path(mapping), OUTPUTS), hosts, notify=self._tell, store=self.remembered.append
         )
         self._changed = asyncio.Event()
         self._seen = 0

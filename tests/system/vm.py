@@ -103,10 +103,7 @@ def _boot(built: Path, repo: Path, out: Path, seconds: float) -> None:
     ]  # fmt: skip
     with (out / "console.log").open("wb") as console:
         machine = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=console,
-            stderr=subprocess.STDOUT,
+            command, stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT
         )
         try:
             machine.wait(timeout=seconds)
