@@ -187,12 +187,7 @@ def rounds(
     limit_s: float = UP_S,
     say: Callable[[str], object] = print,
 ) -> list[tuple[Plan, Outcome]]:
-    """Play until `count` rounds had a survivor; return all.
-
-    board: what the system says is down; start: starts a host for an orb; seed: which rounds; count:
-    how many; strokes: what the orb may press; limit_s: when every key has to be up, seconds after
-    the last signal; say: takes a line for each round that is an exception, or failed.
-    """
+    """Play until `count` rounds had a survivor; return all. Every key has to be up at `limit_s`."""
     rng = random.Random(seed)
     played: list[tuple[Plan, Outcome]] = []
     while sum(outcome.survivor for _, outcome in played) < count:

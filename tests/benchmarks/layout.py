@@ -321,13 +321,7 @@ Event = tuple[int, str, str]  # nanoseconds, file, function
 
 
 def _entered(device: list[Event], host: list[Event]) -> list[str]:
-    """Return the files in which every frame that led to a stroke entered a function.
-
-    A command belongs to the read before it and to the first stroke after it; without a stroke
-    before the next command, it pressed no key. The device's events count from the read to the
-    next one, the host's from the command on, both until the stroke: what a busy machine delays
-    does not enter another frame's window.
-    """
+    """Return the files in which every frame entered a function, from its read to its stroke."""
     reads = [t for t, path, name in device if name == "read" and path == _EMULATED]
     commands = [t for t, path, name in device if path.endswith(_QUEUES) and name == "put"]
     strokes = [t for t, path, _ in host if path == _STROKE]

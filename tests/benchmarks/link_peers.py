@@ -113,10 +113,7 @@ def lines(url: str) -> None:
 
 
 def _port(url: str) -> Any:
-    """Open a pyserial port, and say where the other end is.
-
-    pyserial can connect to a TCP port and not wait at one, so it is given the connection.
-    """
+    """Open a pyserial port (a TCP one is given its connection), and say where the other end is."""
     import serial
     from serial.urlhandler import protocol_socket
 

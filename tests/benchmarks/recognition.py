@@ -124,10 +124,7 @@ def figures(found: Result) -> dict[str, Figure]:
 
 
 def leak_gap(path: Path) -> float:
-    """Return what the paper's protocol promised too much when a bundle was trained.
-
-    It stands in NAME.json beside NAME.orb; NaN where there is none.
-    """
+    """Return what the paper's protocol promised too much, as NAME.json says; NaN: there is none."""
     try:
         told = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
         honest = told["gesture"]["honesty"]

@@ -121,11 +121,7 @@ class _Keeping(Batched):
 def _places(
     peer: "Peer", ours: Stream, networks: _Keeping, seen: NetworkInputs
 ) -> NDArray[np.float64]:
-    """Return where a peer says that touches are, (n, 2).
-
-    It sees the very images of touches that our network does; the paper's sees each frame of a
-    press, and says the median.
-    """
+    """Return where a peer sees touches, (n, 2): in our images, the paper's by frames' median."""
     touches = np.full(ours.touches.shape, np.nan)
     if peer.place is None:
         return touches

@@ -64,11 +64,7 @@ class Wire:
 
 
 class World:
-    """Both ends, and what really happened.
-
-    serial: the line has no end that anybody could see: only silence tells that it is cut; keyed:
-    frames are sealed; device_ms: the device's clock at the start, the host's is 0.
-    """
+    """Both ends, and what really happened; of a serial line's cut only silence tells."""
 
     def __init__(self, *, serial: bool, keyed: bool, device_ms: int) -> None:
         self.happened: Counter[str] = Counter()

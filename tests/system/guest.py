@@ -77,10 +77,7 @@ class Process:
             self._news.notify_all()
 
     def expect(self, text: str, timeout_s: float = ANSWER_S) -> str:
-        """Return the next line that holds `text`; lines before it are passed over.
-
-        A line whose end has not come yet counts as well.
-        """
+        """Return the next line, ended or not, that holds `text`; lines before are passed over."""
         end_s = time.monotonic() + timeout_s
         with self._news:
             while True:

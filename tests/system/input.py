@@ -111,11 +111,7 @@ class Desktop:
         self._loop.close()
 
     def _objects(self) -> Objects:
-        """Return all that BlueZ knows.
-
-        In a crowded virtual machine bluetoothd has left one connection without an answer while it
-        answered others; so it is asked again on a new one.
-        """
+        """Return all that BlueZ knows; in a crowded machine bluetoothd may not answer the first time."""
         for _ in range(_ASKED):
             try:
                 found: Objects = self._do(asyncio.wait_for(self._bus.objects(), _PATIENCE_S))
