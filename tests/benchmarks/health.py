@@ -172,7 +172,6 @@ def scenes(model: OrbModel) -> dict[str, Scene]:
 
 
 def main() -> None:
-    """Print a line for each scene and preset."""
     parser = command_line(__doc__, seeds=4, minutes=3.0, only="")
     parser.add_argument("--preset", action="append", help="which orb (default: every one)")
     options = parser.parse_args()

@@ -91,7 +91,6 @@ class Outcome:
 
 
 def plan(rng: random.Random, strokes: Sequence[str] = STROKES) -> Plan:
-    """Return a random round."""
     acts: list[tuple[float, str, str]] = []
     at_s = rng.uniform(0, 0.1)
     for _ in range(rng.choice((1, 1, 2, 2, 3))):

@@ -118,7 +118,6 @@ class Module:
 
 
 def main() -> int:
-    """Measure, print, and return 0."""
     here = Path(__file__).resolve().parents[2]
     options = command_line(__doc__, root=here, static=False).parse_args()
     root = options.root.resolve()
@@ -127,9 +126,6 @@ def main() -> int:
         figures |= running(root)
     print(json.dumps(figures) if options.json else _text(figures))
     return 0
-
-
-# --- the source -----------------------------------------------------------------------------------
 
 
 def static(root: Path) -> dict[str, Any]:
@@ -227,9 +223,6 @@ def array_functions(tree: ast.Module, shaped: set[str], others: set[str]) -> Ite
         if node.name == "__init__" and node in methods:
             doc += ast.get_docstring(classes[methods[node]]) or ""
         yield not plain.search(text) or bool(_SHAPE.search(doc))
-
-
-# --- the running programs -------------------------------------------------------------------------
 
 
 def running(root: Path) -> dict[str, Any]:

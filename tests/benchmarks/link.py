@@ -279,7 +279,6 @@ def _cpu_s(pid: int) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Measure and print."""
     parser = command_line(__doc__, packets=50_000, trips=5000, cuts=10, silent=60.0, keys=300)
     parser.add_argument(
         "--wire", action="append", choices=[wire.name for wire in WIRES], help="only these"

@@ -52,7 +52,6 @@ class Timed(Injector):
     at_us = 0
 
     def send(self, strokes: Iterable[Stroke]) -> None:
-        """Make strokes."""
         for stroke in strokes:
             super().send([stroke])
             if stroke.down:

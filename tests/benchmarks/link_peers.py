@@ -41,7 +41,6 @@ def now_us() -> int:
 
 
 def say(**values: Any) -> None:
-    """Print one line of JSON."""
     print(json.dumps(values), flush=True)
 
 
@@ -54,9 +53,6 @@ def on_line(take: Callable[[str], None]) -> None:
         os._exit(0)
 
     threading.Thread(target=read, daemon=True).start()
-
-
-# -- who is at the far end -------------------------------------------------------------------
 
 
 def device(url: str) -> None:
@@ -140,9 +136,6 @@ def _welcome() -> Welcome:
     return replace(welcome(nonce=boot_nonce), commands=(*COMMANDS, "menu"))
 
 
-# -- the wire --------------------------------------------------------------------------------
-
-
 class Joint:
     """Two ends that are joined while nobody has pulled the plug."""
 
@@ -224,9 +217,6 @@ def proxy(port: str) -> None:
                 present[:] = [far, host]
                 with contextlib.suppress(OSError):
                     joint.run([far.fileno(), host.fileno()])
-
-
-# -- who gets the keys -----------------------------------------------------------------------
 
 
 def xprogram() -> None:

@@ -156,7 +156,6 @@ def keep(results: Results, preset: str, measured: dict[str, Figure], suffix: str
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(
         __doc__, bundle=bundles.default_path(), quick=False, retrain=False,
         cache=recognition_users.cache(),

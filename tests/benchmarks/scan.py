@@ -136,7 +136,6 @@ def measure(results: Results) -> None:
 
 
 def main() -> None:
-    """Measure and print."""
     options, results = command_line(__doc__).parse_args(), Results("scan")
     measure(results)
     results.finish(options.json)

@@ -113,7 +113,6 @@ def orbs(count: int) -> Iterator[dict[str, Array]]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Simulate the orbs and keep what was seen."""
     grammar = argparse.ArgumentParser(description=__doc__)
     grammar.add_argument("--orbs", type=int, default=60)
     grammar.add_argument("--out", type=Path, default=FILE)

@@ -72,7 +72,6 @@ class Air:
         return near
 
     def close(self) -> None:
-        """End the thread."""
         self._do(self._end())
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

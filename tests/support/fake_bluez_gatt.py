@@ -187,11 +187,9 @@ class FakeBluez:
         return path
 
     def pair(self, address: str) -> None:
-        """Bond with a host."""
         self._change(self._path(address), "org.bluez.Device1", {"Paired": True, "Bonded": True})
 
     def connect(self, address: str) -> None:
-        """Let a host come."""
         self._change(self._path(address), "org.bluez.Device1", {"Connected": True})
 
     async def disconnect(self, address: str) -> None:
@@ -215,7 +213,6 @@ class FakeBluez:
         return bytes(await self._call(path, "ReadValue", "a{sv}", options))
 
     async def write(self, address: str, uuid: int, value: bytes) -> None:
-        """Write a characteristic."""
         path = self.find(uuid)[0]
         self._allow(path, address, "write-without-response", "encrypt-write")
         options = {"device": Variant("o", self._path(address)), "type": Variant("s", "command")}

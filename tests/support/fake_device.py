@@ -37,17 +37,7 @@ PICTURE, SHARES = bytes([128] * 25), (1.0, 0.0, 0.0, 0.0, 0.0)
 def welcome(*, virtual: bool = True, nonce: int = 7) -> messages.Welcome:
     """Return what the small orb says of itself."""
     return messages.Welcome(
-        version=messages.VERSION,
-        boot_nonce=nonce,
-        device_id="virtual-1",
-        name="OrbTouch",
-        virtual=virtual,
-        rows=5,
-        columns=5,
-        pitch_mm=10.0,
-        rate_hz=10.0,
-        heartbeat_ms=100,
-        deadman_ms=300,
+        *(messages.VERSION, nonce, "virtual-1", "OrbTouch", virtual, 5, 5, 10.0, 10.0, 100, 300),
         labels=("null", "press", "pinch", "twist_cw", "twist_ccw"),
         commands=messages.COMMANDS,
     )

@@ -41,7 +41,6 @@ class Wire:
         self.chunks.append((max(now_ms + LATENCY_MS, self.free_ms, last_ms), data))
 
     def take(self, now_ms: int) -> list[bytes]:
-        """Return what has arrived."""
         count = sum(due_ms <= now_ms for due_ms, _ in self.chunks)
         arrived = [data for _, data in self.chunks[:count]]
         del self.chunks[:count]
@@ -111,7 +110,6 @@ class World:
         self._device_says(FELT)
 
     def wait(self, pass_ms: int) -> None:
-        """Let time pass."""
         end_ms = self.now_ms + pass_ms
         while self.now_ms < end_ms:
             self.now_ms = min(self.now_ms + TICK_MS, end_ms)
@@ -223,7 +221,6 @@ class World:
 
     @property
     def device_ms(self) -> int:
-        """The device's link clock."""
         return self.now_ms + self._skew_ms
 
     @property

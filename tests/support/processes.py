@@ -24,7 +24,6 @@ class LineProcess:
         )
 
     def say(self, line: object) -> None:
-        """Write one line."""
         assert self.process.stdin is not None
         self.process.stdin.write(f"{line}\n")
 
@@ -36,6 +35,5 @@ class LineProcess:
         raise RuntimeError(f"{self.process.args!r} has ended; see its message above")
 
     def close(self) -> None:
-        """End it."""
         self.process.kill()
         self.process.communicate()

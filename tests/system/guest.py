@@ -94,7 +94,6 @@ class Process:
                 self._news.wait(min(left_s, 0.5))
 
     def say(self, line: str) -> None:
-        """Type a line."""
         assert self.popen.stdin is not None
         self.popen.stdin.write(line + "\n")
         self.popen.stdin.flush()
@@ -173,12 +172,10 @@ class Guest:
         raise CaseError("btvirt's controllers did not come up")
 
     def adapters_off(self) -> None:
-        """Pull both adapters out."""
         self._radio.pop("btvirt").end(signal.SIGKILL)
         self.until(lambda: not _addresses(), "the adapters to vanish", pause_s=0.3)
 
     def bus_on(self) -> None:
-        """Start the system bus."""
         command = ["dbus-daemon", "--system", "--nofork", "--nopidfile", "--print-address"]
         self._radio["bus"] = self.start("dbus", command)
         self._radio["bus"].expect("unix:")
@@ -189,7 +186,6 @@ class Guest:
         self.until(lambda: len(self._known()) >= 2, "bluetoothd to know both", pause_s=0.3)
 
     def bluez_off(self, number: int = signal.SIGTERM) -> None:
-        """End bluetoothd."""
         self._radio.pop("bluez").end(number)
 
     def _known(self) -> list[str]:
@@ -220,7 +216,6 @@ class Guest:
         self.saw(what)
 
     def saw(self, what: str) -> None:
-        """Take down what was seen."""
         print(f"*** {what}", flush=True)
         self.found.append(what)
 

@@ -36,14 +36,12 @@ class Desktop:
     transport = "le"
 
     def __init__(self, guest: Guest) -> None:
-        """Connect to BlueZ."""
         self.guest = guest
         self.host, self.orb = guest.addresses
         self._loop = asyncio.new_event_loop()
         self._bus = self._do(bluez.Bus.connect())
 
     def find(self) -> None:
-        """Look for the orb."""
         self._do(self._bus.set(HOST, ADAPTER, "Powered", "b", True))
         looks = {"Transport": bluez.variant("s", self.transport)}
         self._do(self._bus.call(HOST, ADAPTER, "SetDiscoveryFilter", "a{sv}", looks))
@@ -97,7 +95,6 @@ class Desktop:
         return found if {"keyboard", "pad"} <= set(found) else {}
 
     def close(self) -> None:
-        """Leave the bus."""
         self._bus.close()
         self._do(self._bus.lost())
         self._loop.close()
