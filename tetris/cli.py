@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from tetris.bots.beam_search import BOTS, STRONGEST
+from tetris.bots import BOTS, STRONGEST
 from tetris.engine.game import Game, Phase
 from tetris.engine.modes import MODES
 from tetris.engine.rules import LAST_GRAVITY_LEVEL

@@ -19,7 +19,7 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final
 
-from tetris.bots.beam_search import BOTS, STRONGEST
+from tetris.bots import BOTS, STRONGEST
 from tetris.bots.greedy import DELLACHERIE, settled, surface
 from tetris.engine.board import empty_bits
 from tetris.engine.game import Config
@@ -106,7 +106,6 @@ class Kept:
 
 
 def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
-    """Play both experiments."""
     result: dict[str, Any] = {}
     if games > 1:
         lines = kept.play("small", range(FIRST_SEED, FIRST_SEED + games))
@@ -135,7 +134,6 @@ def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Play, and print the figures."""
     parser = command_line(__doc__, games=GAMES, pairs=PAIRS)
     parser.add_argument("--out", type=Path, help="a file that keeps the games, to go on later")
     options = parser.parse_args()

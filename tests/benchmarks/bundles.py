@@ -46,7 +46,6 @@ WITH_PEOPLE: Final = with_people()
 
 
 def cut(draw: random.Random, data: bytes) -> bytes:
-    """Lose the end."""
     return data[: draw.randrange(len(data))]
 
 
@@ -59,7 +58,6 @@ def flip(draw: random.Random, data: bytes) -> bytes:
 
 
 def swap(draw: random.Random, data: bytes) -> bytes:
-    """Exchange two pieces."""
     size = draw.randint(1, min(4096, len(data) // 2))
     one, other = sorted(draw.randrange(len(data) - size) for _ in range(2))
     if other < one + size:
@@ -180,7 +178,6 @@ def measure(count: int, seed: int) -> tuple[Counter[tuple[str, str]], float, int
 
 
 def main() -> None:
-    """Run the benchmark and print its table."""
     options = command_line(__doc__, count=10_000, seed=1).parse_args()
     verdicts, longest, lost = measure(options.count, options.seed)
     stops = sorted({stop for _, stop in verdicts})

@@ -41,9 +41,6 @@ CONTROLLER_HZ: Final = 10.0
 Expected = Callable[[int], Frame | None]  # the frame of a number; None: nobody knows
 
 
-# --- what is left ---------------------------------------------------------------------------------
-
-
 @dataclass
 class Tally:
     """What became of all runs of one kind."""
@@ -87,9 +84,6 @@ class Tally:
                 self.wrong += 1
         if recording.origin.device_id == ORIGIN.device_id:
             self.wrong += int((recording.label != recording.sequence % len(LABELS)).sum())
-
-
-# --- kills ----------------------------------------------------------------------------------------
 
 
 def recordings(count: int, work: Path, rng: np.random.Generator) -> tuple[Tally, list[Left]]:
@@ -149,7 +143,6 @@ def controllers(count: int, work: Path, rng: np.random.Generator) -> Tally:
 
 
 def room(work: Path) -> Path:
-    """Return a new folder."""
     return Path(tempfile.mkdtemp(dir=work))
 
 
@@ -168,8 +161,6 @@ def damaged(
         shutil.rmtree(folder)
     return tally
 
-
-# --- damage: what a bad disk or a power cut leaves ------------------------------------------------
 
 BLOCK: Final = 4096  # bytes; a disk loses or keeps a block in one piece
 
@@ -198,7 +189,6 @@ Damage = Callable[[Left, np.random.Generator, bytes], tuple[bytes, int]]  # cont
 
 
 def cut(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
-    """Cut anywhere."""
     place = int(rng.integers(len(journal.data)))
     return journal.data[:place], place
 
@@ -258,11 +248,7 @@ DAMAGES: Final[dict[str, Damage]] = {
 }
 
 
-# --- the table ------------------------------------------------------------------------------------
-
-
 def main() -> None:
-    """Measure and print."""
     arguments = command_line(__doc__, kills=200, damages=100, seed=1).parse_args()
     rng = np.random.default_rng(arguments.seed)
     tenth = max(1, arguments.kills // 10)

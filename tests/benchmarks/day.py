@@ -95,7 +95,6 @@ class Skin(Sensor):
         self._read = 0
 
     def read(self, t_s: float) -> Frame:
-        """Return the next frame."""
         if self._at == len(self._chunk):
             self._chunk, self._at = self._source.recv(), 0
         frame: Frame = self._chunk[self._at]
@@ -117,11 +116,9 @@ class World(Link):
         self.received: set[int] = set()  # frames whose command the host has
 
     def clock(self) -> float:
-        """Return the time."""
         return self.now_s
 
     def wait(self, timeout_s: float) -> None:
-        """Let time go by."""
         self.now_s += timeout_s + 1e-9
 
     def close(self) -> None:
@@ -150,7 +147,6 @@ class Witness(Device):
     """A device that keeps what each stage said during the latest hour, in memory of one size."""
 
     def __init__(self, *parts: Any, **more: Any) -> None:
-        """Begin with nothing seen."""
         super().__init__(*parts, **more)
         self.seen = np.zeros(HOUR, SEEN)
 
@@ -231,7 +227,6 @@ def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], lis
 
 
 def main() -> None:
-    """Run the benchmark and print its table."""
     parser = command_line(__doc__, hours=24, seed=1)
     parser.add_argument("--preset", default="nominal", choices=list(PRESETS))
     arguments = parser.parse_args()

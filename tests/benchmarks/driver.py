@@ -118,7 +118,6 @@ def _cut(event: Event) -> bool:
 
 
 def measure(presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: int) -> Results:
-    """Return the results."""
     results = Results("driver")
     with TemporaryDirectory() as folder:
         for preset in presets:
@@ -140,7 +139,6 @@ def measure(presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: 
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, minutes=8.0, seeds=2)
     parser.add_argument("--presets", nargs="+", choices=PRESETS, default=PRESETS)
     parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)

@@ -58,13 +58,7 @@ def play(
     away: tuple[float, float] | None = None,
     since_s: float = 0.0,
 ) -> Score:
-    """Play.
-
-    model: the orb; seed: which orb, hand and order; minutes: how long; busy: stretches (from, to)
-    in which the hand does nothing; finger: from when to when another finger lies there, seconds;
-    faults: (seconds, fault) that are switched on; away: from when to when there are no frames;
-    since_s: what happens before does not count.
-    """
+    """Play; `busy`: no hand, `finger`: it lies there, `away`: no frames, (from, to), seconds."""
     orb = VirtualOrb(seed, RATE_HZ, _DOMAIN, model)
     rng = np.random.default_rng([_DOMAIN, seed])
     pipeline = Pipeline(_BUNDLE.settings, _RECOGNIZER, _BUNDLE.mapping)
@@ -178,7 +172,6 @@ def scenes(model: OrbModel) -> dict[str, Scene]:
 
 
 def main() -> None:
-    """Print a line for each scene and preset."""
     parser = command_line(__doc__, seeds=4, minutes=3.0, only="")
     parser.add_argument("--preset", action="append", help="which orb (default: every one)")
     options = parser.parse_args()

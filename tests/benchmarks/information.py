@@ -28,7 +28,6 @@ GOALS = {"p_static": PAPER_STATIC, "h_z": PAPER_H_Z, "information": PAPER_INFORM
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, quick=False)
     parser.add_argument("--keep", type=Path, metavar="FOLDER")
     arguments = parser.parse_args()

@@ -86,7 +86,6 @@ def play_all(folder: Path, games: int, minutes: float) -> None:
 
 
 def main() -> None:
-    """Play all."""
     parser = command_line(__doc__, games=5, minutes=6.0)
     parser.add_argument("folder", type=Path)
     arguments = parser.parse_args()

@@ -91,7 +91,6 @@ class Outcome:
 
 
 def plan(rng: random.Random, strokes: Sequence[str] = STROKES) -> Plan:
-    """Return a random round."""
     acts: list[tuple[float, str, str]] = []
     at_s = rng.uniform(0, 0.1)
     for _ in range(rng.choice((1, 1, 2, 2, 3))):
@@ -187,12 +186,7 @@ def rounds(
     limit_s: float = UP_S,
     say: Callable[[str], object] = print,
 ) -> list[tuple[Plan, Outcome]]:
-    """Play until `count` rounds had a survivor; return all.
-
-    board: what the system says is down; start: starts a host for an orb; seed: which rounds; count:
-    how many; strokes: what the orb may press; limit_s: when every key has to be up, seconds after
-    the last signal; say: takes a line for each round that is an exception, or failed.
-    """
+    """Play until `count` rounds had a survivor; return all. Every key has to be up at `limit_s`."""
     rng = random.Random(seed)
     played: list[tuple[Plan, Outcome]] = []
     while sum(outcome.survivor for _, outcome in played) < count:

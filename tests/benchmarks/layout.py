@@ -118,7 +118,6 @@ class Module:
 
 
 def main() -> int:
-    """Measure, print, and return 0."""
     here = Path(__file__).resolve().parents[2]
     options = command_line(__doc__, root=here, static=False).parse_args()
     root = options.root.resolve()
@@ -127,9 +126,6 @@ def main() -> int:
         figures |= running(root)
     print(json.dumps(figures) if options.json else _text(figures))
     return 0
-
-
-# --- the source -----------------------------------------------------------------------------------
 
 
 def static(root: Path) -> dict[str, Any]:
@@ -229,9 +225,6 @@ def array_functions(tree: ast.Module, shaped: set[str], others: set[str]) -> Ite
         yield not plain.search(text) or bool(_SHAPE.search(doc))
 
 
-# --- the running programs -------------------------------------------------------------------------
-
-
 def running(root: Path) -> dict[str, Any]:
     """Return the modules on the path of a frame, and the calls that a frame takes."""
     with tempfile.TemporaryDirectory() as folder:
@@ -321,13 +314,7 @@ Event = tuple[int, str, str]  # nanoseconds, file, function
 
 
 def _entered(device: list[Event], host: list[Event]) -> list[str]:
-    """Return the files in which every frame that led to a stroke entered a function.
-
-    A command belongs to the read before it and to the first stroke after it; without a stroke
-    before the next command, it pressed no key. The device's events count from the read to the
-    next one, the host's from the command on, both until the stroke: what a busy machine delays
-    does not enter another frame's window.
-    """
+    """Return the files in which every frame entered a function, from its read to its stroke."""
     reads = [t for t, path, name in device if name == "read" and path == _EMULATED]
     commands = [t for t, path, name in device if path.endswith(_QUEUES) and name == "put"]
     strokes = [t for t, path, _ in host if path == _STROKE]

@@ -25,16 +25,9 @@ from typing import Any, Final
 
 import serial
 
+from controller.protocol import messages as protocol
 from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.host_session import HostSession
-from controller.protocol.messages import (
-    Grant,
-    Granted,
-    Heartbeat,
-    Message,
-    NumberedCommand,
-    Telemetry,
-)
 from controller.protocol.packets import Decoder, encode
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
 from host.connection.transport import open_transport
@@ -48,13 +41,13 @@ PACKETS_GOAL: Final = 150_000.0
 TRIP_GOAL: Final = 1.3
 BATCH: Final = 250  # round trips in one turn
 PATIENCE_S: Final = 30.0
-_COMMAND: Final = NumberedCommand("drop", "pinch", 0.93, (2.0, 1.5), 4711, 17, 16, 9000)
-_BEAT: Final = Heartbeat(9000, 8950, 12, 17, ())
-_FRAME: Final = Telemetry(
+_COMMAND: Final = protocol.NumberedCommand("drop", "pinch", 0.93, (2.0, 1.5), 4711, 17, 16, 9000)
+_BEAT: Final = protocol.Heartbeat(9000, 8950, 12, 17, ())
+_FRAME: Final = protocol.Telemetry(
     4711, bytes(range(120, 145)), (0.0, 0.2, 0.8, 0.0, 0.0), (2.0, 1.5), "pinch", True, 10.0
 )
 # What a device says in ten seconds of play: 100 frames, 100 heartbeats, 20 commands.
-PRESETS: Final[dict[str, tuple[Message, ...]]] = {
+PRESETS: Final[dict[str, tuple[protocol.Message, ...]]] = {
     "play": (_FRAME, _BEAT) * 5 + (_COMMAND,),
     "command": (_COMMAND,),
     "heartbeat": (_BEAT,),
@@ -71,7 +64,7 @@ def packets(results: Results, count: int) -> None:
         def seal(sealed: bool = sealed) -> FrameAuthenticator | None:
             return FrameAuthenticator(_KEY, 0) if sealed else None
 
-        def written(messages: tuple[Message, ...] = messages) -> list[bytes]:
+        def written(messages: tuple[protocol.Message, ...] = messages) -> list[bytes]:
             said, own = itertools.cycle(messages), seal()
             return [
                 encode(next(said), session=1, sequence=n & 0xFFFF, t_ms=n, seal=own)
@@ -111,12 +104,12 @@ def until(receiver: Receiver, wanted: Callable[[Received], bool]) -> Received:
 
 
 def _is_granted(news: Received) -> bool:
-    return isinstance(news, Delivered) and isinstance(news.message, Granted)
+    return isinstance(news, Delivered) and isinstance(news.message, protocol.Granted)
 
 
 def trips(results: Results, wire: Wire, count: int) -> None:
     """Measure round trips, ours and the peers', in turns."""
-    assert len(encode(Grant(0), session=1, sequence=1, t_ms=1)) == FRAME
+    assert len(encode(protocol.Grant(0), session=1, sequence=1, t_ms=1)) == FRAME
     with ExitStack() as stack:
         trip_of: dict[str, Callable[[], object]] = {
             kind: make(stack, stack.enter_context(wire.line(far)).url)
@@ -152,7 +145,7 @@ def _our_trip(stack: ExitStack, url: str) -> Callable[[], object]:
     until(receiver, lambda news: isinstance(news, Connected))
 
     def trip() -> None:
-        receiver.send(Grant(0))
+        receiver.send(protocol.Grant(0))
         until(receiver, _is_granted)
 
     return trip
@@ -172,7 +165,7 @@ def _sessions_trip(stack: ExitStack, url: str) -> Callable[[], object]:
                 return
 
     def trip() -> None:
-        session.send(Grant(0), _now_ms())
+        session.send(protocol.Grant(0), _now_ms())
         until(_is_granted)
 
     until(lambda news: isinstance(news, Connected))
@@ -286,7 +279,6 @@ def _cpu_s(pid: int) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Measure and print."""
     parser = command_line(__doc__, packets=50_000, trips=5000, cuts=10, silent=60.0, keys=300)
     parser.add_argument(
         "--wire", action="append", choices=[wire.name for wire in WIRES], help="only these"

@@ -26,7 +26,6 @@ _BATCH: Final = 200  # stories between two looks at the count
 
 
 def main() -> int:
-    """Run, print what happened, and return 0; a failure raises."""
     options = command_line(__doc__, steps=100_000, seed=1).parse_args()
     how = settings(
         max_examples=_BATCH,

@@ -52,7 +52,6 @@ class Timed(Injector):
     at_us = 0
 
     def send(self, strokes: Iterable[Stroke]) -> None:
-        """Make strokes."""
         for stroke in strokes:
             super().send([stroke])
             if stroke.down:
@@ -128,10 +127,7 @@ def _play(target: KeysTarget, receiver: Receiver, seconds: float) -> list[Receiv
 
 
 def _until_command(target: KeysTarget, receiver: Receiver) -> tuple[int, int] | None:
-    """Run the loop until a command was obeyed; return when it was sent, and when it was polled.
-
-    None: it came too late to be obeyed, or not at all.
-    """
+    """Return when a command was sent, and when it was polled; None: too late, or not at all."""
     end_s = time.monotonic() + LOST_S
     while time.monotonic() < end_s:
         receiver.wait(TICK_S)

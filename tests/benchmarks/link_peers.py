@@ -41,7 +41,6 @@ def now_us() -> int:
 
 
 def say(**values: Any) -> None:
-    """Print one line of JSON."""
     print(json.dumps(values), flush=True)
 
 
@@ -54,9 +53,6 @@ def on_line(take: Callable[[str], None]) -> None:
         os._exit(0)
 
     threading.Thread(target=read, daemon=True).start()
-
-
-# -- who is at the far end -------------------------------------------------------------------
 
 
 def device(url: str) -> None:
@@ -113,10 +109,7 @@ def lines(url: str) -> None:
 
 
 def _port(url: str) -> Any:
-    """Open a pyserial port, and say where the other end is.
-
-    pyserial can connect to a TCP port and not wait at one, so it is given the connection.
-    """
+    """Open a pyserial port (a TCP one is given its connection), and say where the other end is."""
     import serial
     from serial.urlhandler import protocol_socket
 
@@ -141,9 +134,6 @@ def _welcome() -> Welcome:
 
     boot_nonce = int.from_bytes(os.urandom(4), "little")
     return replace(welcome(nonce=boot_nonce), commands=(*COMMANDS, "menu"))
-
-
-# -- the wire --------------------------------------------------------------------------------
 
 
 class Joint:
@@ -227,9 +217,6 @@ def proxy(port: str) -> None:
                 present[:] = [far, host]
                 with contextlib.suppress(OSError):
                     joint.run([far.fileno(), host.fileno()])
-
-
-# -- who gets the keys -----------------------------------------------------------------------
 
 
 def xprogram() -> None:

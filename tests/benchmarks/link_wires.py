@@ -18,7 +18,6 @@ class Peer(LineProcess):
     """A process of `link_peers`."""
 
     def __init__(self, *command: str, environment: dict[str, str] | None = None) -> None:
-        """Start it, and wait for its first line."""
         program = [sys.executable, "-m", "tests.benchmarks.link_peers", *command]
         super().__init__(program, stderr=subprocess.DEVNULL, env=environment)
         self.first = self.read()  # what its first line told
@@ -53,7 +52,6 @@ class Wire:
 
     @contextmanager
     def line(self, who: str, *, counted: bool = False) -> Iterator[Line]:
-        """Have a line for a while."""
         with ExitStack() as stack:
             yield self.join(stack, who, counted)
 

@@ -91,7 +91,6 @@ def _step(read: load.Data) -> tuple[float, int]:
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, people=10_000, minutes=30.0, preset="nominal")
     arguments, results = parser.parse_args(), Results("many_people")
     cost, step_ms = measure(arguments.preset)

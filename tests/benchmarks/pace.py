@@ -47,13 +47,11 @@ class Recorded(Sensor):
     device_id = "recorded"
 
     def __init__(self, geometry: Geometry, rate_hz: float) -> None:
-        """Load the demo."""
         self.geometry, self.rate_hz = geometry, rate_hz
         self._frames: NDArray[np.float32] = np.array(reader.load(DEMO).frames)
         self._next = 0
 
     def read(self, t_s: float) -> Frame:
-        """Return the next frame."""
         self._next += 1
         frame: Frame = self._frames[self._next % len(self._frames)]
         return frame
@@ -63,7 +61,6 @@ class AllLines(LatencyStatistics):
     """A ledger that forgets nothing, for a run whose length is known."""
 
     def __init__(self, lines: int) -> None:
-        """Make room for so many frames."""
         super().__init__(lines=lines)
 
     def between_ms(self, first: int, last: int) -> NDArray[np.float64]:
@@ -74,7 +71,6 @@ class AllLines(LatencyStatistics):
 
 
 def toil(until_s: float) -> None:
-    """Keep a core busy."""
     while time.time() < until_s:
         sum(range(10_000))
 
@@ -128,7 +124,6 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
 
 
 def main() -> None:
-    """Run the benchmark and print its table."""
     arguments = command_line(__doc__, minutes=10.0, rate=10.0, realtime=False).parse_args()
     if arguments.realtime:
         real_time()

@@ -83,7 +83,6 @@ class Gru(nn.Module):
         self.out = nn.Linear(64, classes)
 
     def forward(self, windows: Tensor) -> Tensor:
-        """Return logits."""
         states, _ = self.gru((windows.flatten(2) - 1.0) * GAIN)
         return torch.as_tensor(self.out(states[:, -1]))
 
@@ -97,7 +96,6 @@ class Mlp(nn.Module):
         self.out = nn.Linear(64, classes)
 
     def forward(self, windows: Tensor) -> Tensor:
-        """Return logits."""
         x = torch.relu(self.dense1((windows.flatten(1) - 1.0) * GAIN))
         return torch.as_tensor(self.out(torch.relu(self.dense2(x))))
 

@@ -148,7 +148,6 @@ def results(found: CrossValidation, left: dict[str, float]) -> Results:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Judge, and print the report; with --json a line of JSON as well."""
     parser = command_line(__doc__, steps=STEPS, choose=False, why=False)
     parser.add_argument("path", type=Path, help="frames.npz of docs/people.md")
     asked = parser.parse_args(argv)

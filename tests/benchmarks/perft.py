@@ -80,7 +80,6 @@ def queue_of(letters: str) -> list[Kind]:
 
 
 def main() -> None:
-    """Count and print."""
     parser = command_line(__doc__, depth=5)
     parser.add_argument("--queue", type=queue_of, default="IOLJSZT", metavar="PIECES")
     parser.add_argument("--kicks", choices=get_args(Kicks), default="srs")

@@ -124,10 +124,7 @@ def figures(found: Result) -> dict[str, Figure]:
 
 
 def leak_gap(path: Path) -> float:
-    """Return what the paper's protocol promised too much when a bundle was trained.
-
-    It stands in NAME.json beside NAME.orb; NaN where there is none.
-    """
+    """Return what the paper's protocol promised too much, as NAME.json says; NaN: there is none."""
     try:
         told = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
         honest = told["gesture"]["honesty"]
@@ -159,7 +156,6 @@ def keep(results: Results, preset: str, measured: dict[str, Figure], suffix: str
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(
         __doc__, bundle=bundles.default_path(), quick=False, retrain=False,
         cache=recognition_users.cache(),

@@ -171,7 +171,6 @@ def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
 
 
 def f1(tallies: list[Tally]) -> Figure:
-    """Return F1 over sessions."""
     answers = [int(t.answers.sum()) for t in tallies]
     return bootstrap.f1([t.hits for t in tallies], answers, [t.events for t in tallies])
 
@@ -187,7 +186,6 @@ def _of(outcomes: list[Outcome], label: str) -> float:
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, bundle=bundles.default_path(), quick=False)
     parser.add_argument("--preset", choices=tuple(PRESETS), help="default: all")
     options, results = parser.parse_args(), Results("recognition_few")

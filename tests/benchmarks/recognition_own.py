@@ -151,7 +151,6 @@ def _figures(tallies: list[Tally], numbers: list[int]) -> dict[str, Figure]:
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, bundle=bundles.default_path(), quick=False)
     parser.add_argument("--preset", choices=tuple(PRESETS), help="default: all")
     options, results = parser.parse_args(), Results("recognition_own")

@@ -15,16 +15,9 @@ from controller.recordings.recording import Recording
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet, generate
 from models.data.test_sessions import People
+from models.evaluation import replay as replays
 from models.evaluation.evaluate import summarise
 from models.evaluation.event_counts import Tally, tally
-from models.evaluation.replay import (
-    Batched,
-    NetworkInputs,
-    Stream,
-    debounced_stream,
-    network_inputs,
-    replay,
-)
 from models.evaluation.tune import Goal, tune
 from models.results.evaluation import Result
 
@@ -42,13 +35,7 @@ Say = Callable[[str], None]
 
 
 def judge_peers(
-    loaded: Bundle,
-    people: Mapping[str, People],
-    count: int,
-    cache: Path,
-    say: Say,
-    *,
-    again: bool,
+    loaded: Bundle, people: Mapping[str, People], count: int, cache: Path, say: Say, *, again: bool
 ) -> dict[tuple[str, str], Result]:
     """Return how every peer does: (name, preset) -> figures; none where a package is missing."""
     missing = [name for name in NEEDED if find_spec(name) is None]
@@ -79,9 +66,9 @@ def _tuned(peer: "Peer", loaded: Bundle, presets: Sequence[str]) -> DebounceSett
             TUNE_USERS
         ):
             known = GroundTruth.of(recording, loaded.labels, name)
-            inputs = network_inputs(recording.frames, peer.settings)
+            inputs = replays.network_inputs(recording.frames, peer.settings)
             streams.append(
-                debounced_stream(
+                replays.debounced_stream(
                     known, inputs, peer.gesture(inputs.windows), loaded.labels, loaded.debounce
                 )
             )
@@ -100,20 +87,22 @@ def _played(
     tallies: dict[str, list[Tally]] = {OURS: [], **{peer.name: [] for peer in peers}}
     for name, recording in sessions:
         known = GroundTruth.of(recording, loaded.labels, name)
-        inputs = network_inputs(recording.frames, loaded.preprocess)
-        ours = replay(loaded, networks, recording, known, inputs)
+        inputs = replays.network_inputs(recording.frames, loaded.preprocess)
+        ours = replays.replay(loaded, networks, recording, known, inputs)
         tallies[OURS].append(tally(ours, loaded.labels))
         for peer in peers:
             same = peer.settings == loaded.preprocess
-            seen = inputs if same else network_inputs(recording.frames, peer.settings)
+            seen = inputs if same else replays.network_inputs(recording.frames, peer.settings)
             answers = peer.gesture(seen.windows)
-            stream = debounced_stream(known, seen, answers, loaded.labels, thresholds[peer.name])
+            stream = replays.debounced_stream(
+                known, seen, answers, loaded.labels, thresholds[peer.name]
+            )
             stream = replace(stream, touches=_places(peer, ours, networks, seen))
             tallies[peer.name].append(tally(stream, loaded.labels))
     return tallies
 
 
-class _Keeping(Batched):
+class _Keeping(replays.Batched):
     """A bundle's networks that keep the images they were asked about."""
 
     images: NDArray[np.float32]
@@ -125,13 +114,9 @@ class _Keeping(Batched):
 
 
 def _places(
-    peer: "Peer", ours: Stream, networks: _Keeping, seen: NetworkInputs
+    peer: "Peer", ours: replays.Stream, networks: _Keeping, seen: replays.NetworkInputs
 ) -> NDArray[np.float64]:
-    """Return where a peer says that touches are, (n, 2).
-
-    It sees the very images of touches that our network does; the paper's sees each frame of a
-    press, and says the median.
-    """
+    """Return where a peer sees touches, (n, 2): in our images, the paper's by frames' median."""
     touches = np.full(ours.touches.shape, np.nan)
     if peer.place is None:
         return touches

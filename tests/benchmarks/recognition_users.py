@@ -239,7 +239,6 @@ def _row(name: str, preset: str, figure: dict[str, float], goal: float | None = 
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, quick=False, retrain=False, cache=cache())
     arguments, results = parser.parse_args(), Results("recognition_users")
     size = QUICK if arguments.quick else Size()

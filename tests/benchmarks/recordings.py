@@ -75,7 +75,6 @@ def train_on(paths: list[Path]) -> dict[str, float]:
 
 
 def main() -> None:
-    """Measure and print."""
     parser = command_line(__doc__, recordings=1000, minutes=1.0, repeats=7)
     arguments = parser.parse_args()
     if sys.platform != "linux":

@@ -45,7 +45,6 @@ def row(
     name: str, value: float | str | None, unit: str = "", *, preset: str = "",
     goal: float | None = None, **more: Any,
 ) -> Row:  # fmt: skip
-    """Return a result."""
     return {
         "name": name, "preset": preset, "value": value, **more, "unit": unit, "goal": goal,
     }  # fmt: skip
@@ -83,7 +82,6 @@ class Results:
         self._benchmark = benchmark
 
     def keep(self, result: Row) -> None:
-        """Print and keep a result."""
         self.rows.append(result)
         show(result)
 

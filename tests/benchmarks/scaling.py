@@ -61,7 +61,6 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
 
 
 def main() -> None:
-    """Run the benchmark and print its table."""
     arguments, results = command_line(__doc__).parse_args(), Results("scaling")
     shipped = bundles.read(bundles.default_path())
     cases = [(side, 10, 10.0) for side in GRIDS]

@@ -16,20 +16,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.sensors.hardware import wiring as wirings
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.inversion import Inversion
-from controller.sensors.hardware.wiring import (
-    SCHEMES,
-    CircuitWiring,
-    ConverterWiring,
-    Electrodes,
-    Scheme,
-    Times,
-    Wiring,
-)
 from tests.reference import waveforms
 from tests.support.waveform_board import board as recorded_board
 
@@ -40,21 +32,21 @@ Array = NDArray[np.float64]
 PAPER_MS: Final = 86.0  # of its whole cycle, section 5
 FRAMES: Final = 16
 
-_SMALL: Final = replace(Wiring(), pump=None, circuit=CircuitWiring(ghosting=0.0))
+_SMALL: Final = replace(wirings.Wiring(), pump=None, circuit=wirings.CircuitWiring(ghosting=0.0))
 _LARGE: Final = replace(
     _SMALL,
-    electrodes=Electrodes(
+    electrodes=wirings.Electrodes(
         (4, 5, 6, 12, 13, 16, 19, 20, 21, 26),
         (0, 1, 14, 15, 17, 18, 22, 23, 24, 25),
         (0, 1, 2, 3, 4, 8, 9, 10, 11, 12),
     ),
-    converter=ConverterWiring(devices=(0, 1)),
+    converter=wirings.ConverterWiring(devices=(0, 1)),
     button=None,
     led=None,
 )
 GRIDS: Final = {"5x5": _SMALL, "10x10": _LARGE}
 # The paper's slots: one conversion after a settling time of 2.4 ms, 25 of which fill 60 of 86 ms.
-SLOW: Final = Times(settle_s=0.0024, samples=1)
+SLOW: Final = wirings.Times(settle_s=0.0024, samples=1)
 
 
 class _Idle:
@@ -78,7 +70,7 @@ class _Idle:
         pass
 
 
-def scan_ms(wiring: Wiring) -> float:
+def scan_ms(wiring: wirings.Wiring) -> float:
     """Return how long a scan takes on the emulated board."""
     bench = EmulatedBoard(wiring, seed=1)
     driver = Driver(bench.board)
@@ -88,7 +80,7 @@ def scan_ms(wiring: Wiring) -> float:
     return (bench.circuit.now_s - began) * 1e3
 
 
-def python_ms(wiring: Wiring) -> float:
+def python_ms(wiring: wirings.Wiring) -> float:
     """Return what the driver's own code costs, the median of many frames."""
     idle: Any = _Idle()
     chip = CHIPS[wiring.converter.type]
@@ -103,7 +95,7 @@ def python_ms(wiring: Wiring) -> float:
     return float(np.median(spent)) * 1e3
 
 
-def readings(scheme: Scheme, chip: str) -> tuple[Array, Array]:
+def readings(scheme: wirings.Scheme, chip: str) -> tuple[Array, Array]:
     """Return the images' errors against ngspice, and the relative noise, (orbs, rows, columns)."""
     wiring = replace(_SMALL, scheme=scheme)
     wiring = replace(wiring, converter=replace(wiring.converter, type=chip))
@@ -123,7 +115,7 @@ def readings(scheme: Scheme, chip: str) -> tuple[Array, Array]:
 def measure(results: Results) -> None:
     """Measure and note everything."""
     for grid, wiring in GRIDS.items():
-        for scheme in SCHEMES:
+        for scheme in wirings.SCHEMES:
             one = wiring.scanned(scheme)
             took, own = scan_ms(one), python_ms(one)
             results.note(f"scan_ms_{grid}_{scheme}", took, "ms", goal=PAPER_MS)
@@ -132,7 +124,7 @@ def measure(results: Results) -> None:
     slow = replace(_SMALL.scanned("taxel"), times=SLOW)
     results.note("scan_ms_5x5_papers_slots", scan_ms(slow), "ms", goal=PAPER_MS)
     for chip in ("mcp3208", "mcp3008"):
-        for scheme in SCHEMES:
+        for scheme in wirings.SCHEMES:
             error, noise = readings(scheme, chip)
             each = np.sqrt(np.mean(error**2, axis=0))
             results.note(f"z_error_{scheme}@{chip}", float(np.sqrt(np.mean(error**2))), "1")
@@ -144,7 +136,6 @@ def measure(results: Results) -> None:
 
 
 def main() -> None:
-    """Measure and print."""
     options, results = command_line(__doc__).parse_args(), Results("scan")
     measure(results)
     results.finish(options.json)

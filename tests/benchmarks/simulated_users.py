@@ -80,9 +80,7 @@ def joined(one: UserGestures, other: UserGestures) -> UserGestures:
     """Return the gestures of two groups of recordings."""
     frames, sessions = len(one.examples.images), int(one.examples.session.max()) + 1
     moved = replace(
-        other.examples,
-        ends=other.examples.ends + frames,
-        session=other.examples.session + sessions,
+        other.examples, ends=other.examples.ends + frames, session=other.examples.session + sessions
     )
     pairs = {
         name: (getattr(one, name), getattr(other, name)) for name in UserGestures.__slots__[1:]

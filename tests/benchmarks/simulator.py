@@ -78,7 +78,6 @@ def online(fingers: int, seed: int) -> int:
 
 
 def main() -> None:
-    """Measure and print."""
     arguments = command_line(__doc__, minutes=20.0, repeats=7).parse_args()
     minutes, repeats = arguments.minutes, arguments.repeats
     results = Results("simulator")

@@ -235,7 +235,6 @@ def _first_line(command: list[str], environment: dict[str, str]) -> Start:
 
 
 def main() -> None:
-    """Run the benchmark and print its tables."""
     arguments = command_line(__doc__, calls=20_000, seconds=60.0).parse_args()
     shipped = bundles.read(bundles.default_path())
     results = Results("step")

@@ -165,7 +165,6 @@ def placements_us(sets: dict[str, list[int]]) -> dict[str, float]:
 
 
 def peer_of(words: str) -> tuple[str, str]:
-    """Read NAME=PYTHON."""
     name, _, python = words.partition("=")
     if name not in PEERS or not Path(python).exists():
         raise argparse.ArgumentTypeError(

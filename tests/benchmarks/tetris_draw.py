@@ -83,7 +83,6 @@ def first_frame_s() -> float:
 
 
 def main() -> int:
-    """Measure and print."""
     options = command_line(__doc__).parse_args()
     pygame.display.init()
     results = Results("tetris_draw")

@@ -17,7 +17,7 @@ os.environ.update(SDL_VIDEODRIVER="dummy", PYGAME_HIDE_SUPPORT_PROMPT="1", LC_AL
 import pygame
 from PIL import Image
 
-from tetris.bots.beam_search import BOTS
+from tetris.bots import BOTS
 from tetris.engine.modes import MODES
 from tetris.window.app import App, Start
 from tetris.window.display import open_window
@@ -42,7 +42,6 @@ class Photographer:
         self._now_s = 0.0
 
     def wait(self, seconds: float) -> None:
-        """Let time pass."""
         until_s = self._now_s + seconds
         while self._now_s < until_s:
             self._now_s += FRAME_S
@@ -57,7 +56,6 @@ class Photographer:
         self.wait(0.1)
 
     def take(self, name: str) -> None:
-        """Save what is seen."""
         height = round(SIZE[1] * WIDTH / SIZE[0])
         picture = pygame.transform.smoothscale(self._surface, (WIDTH, height))
         pixels = Image.frombytes("RGB", (WIDTH, height), pygame.image.tobytes(picture, "RGB"))
@@ -83,7 +81,6 @@ def play_some(data: Path) -> None:
 
 
 def take_all(target: Path) -> None:
-    """Take every picture."""
     with tempfile.TemporaryDirectory() as name:
         data = Path(name)
         play_some(data)
@@ -132,7 +129,6 @@ def take_menus(target: Path, data: Path) -> None:
 
 
 def main() -> int:
-    """Take the pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="where the pictures go")
     take_all(parser.parse_args().folder)

@@ -167,7 +167,6 @@ def soak(minutes: float, seed: int, *, verbose: bool = False) -> dict[str, float
 
 
 def main() -> int:
-    """Soak and print."""
     options = command_line(__doc__, minutes=60.0, seed=1).parse_args()
     figures = soak(options.minutes, options.seed, verbose=not options.json)
     results = Results("tetris_soak")

@@ -165,7 +165,6 @@ def measure(minutes: float, epochs: int, seeds: int) -> dict[str, list[float]]:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Measure, and print a table; with --json a line of JSON as well."""
     parser = command_line(__doc__, seeds=3, epochs=30, minutes=29.2, quick=False)
     asked = parser.parse_args(argv)
     if asked.quick:

@@ -135,8 +135,6 @@ def test_a_table_becomes_a_dataclass_with_its_defaults() -> None:
         ({"rows": 7}, "has an unlucky number of rows"),
     ],
 )
-def test_a_value_that_a_dataclass_cannot_have_is_refused(
-    table: dict[str, Any], message: str
-) -> None:
+def test_a_value_no_dataclass_can_have_is_refused(table: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         settings(Outer, table)

@@ -24,7 +24,7 @@ def test_errors_become_sentences(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_one_thing_is_no_plural() -> None:
     assert [errors.count(n, "false alarm") for n in (0, 1, 2)] == [
-        *("0 false alarms", "1 false alarm", "2 false alarms"),
+        *("0 false alarms", "1 false alarm", "2 false alarms")
     ]
 
 

@@ -54,9 +54,7 @@ def test_text_is_utf_8_with_or_without_a_mark(tmp_path: Path) -> None:
         read_text(file, 100)
 
 
-def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_write_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "file"
     atomic_write(file, b"old")
 

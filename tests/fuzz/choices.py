@@ -12,7 +12,6 @@ class Choices:
     """Reads bytes from the front; at their end everything is 0, the first, and empty."""
 
     def __init__(self, data: bytes) -> None:
-        """Take the bytes."""
         self._data, self._at = data, 0
 
     @property
@@ -35,5 +34,4 @@ class Choices:
         return things[self.number() % len(things)]
 
     def rest(self) -> bytes:
-        """Return what is left."""
         return self.octets(self.left)

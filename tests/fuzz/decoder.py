@@ -52,10 +52,7 @@ def seeds() -> Iterable[bytes]:
 
 
 def one(data: bytes) -> None:
-    """Feed bytes to a decoder at once, and to another one piece by piece.
-
-    Raises AssertionError: they disagree, or one remembers more than a frame.
-    """
+    """Raise AssertionError if bytes at once and piece by piece differ, or too much is kept."""
     choices = Choices(data)
     how, step = choices.number(), choices.number() % 64 + 1
     stream = _framed(choices) if how & 1 else choices.rest()

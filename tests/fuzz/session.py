@@ -91,10 +91,7 @@ def seeds() -> Iterable[bytes]:
 
 
 def tell(data: bytes) -> World:
-    """Let everything happen that bytes choose; return what came of it.
-
-    Raises AssertionError: a command was invented, doubled or out of order; or memory grew.
-    """
+    """Let all happen that bytes choose; AssertionError: a command is wrong, or memory grew."""
     choices = Choices(data)
     how = choices.number()
     world = World(serial=bool(how & 2), keyed=bool(how & 1), device_ms=how << 24)

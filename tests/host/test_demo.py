@@ -4,13 +4,12 @@ import json
 import subprocess
 import sys
 
-import pytest
-
 from controller.protocol.messages import Command, GroundTruth, Welcome
 from host import demo
 from host.autoplayer import COMMAND_OF, MANUAL, Autoplayer
 from host.connection.receiver import Delivered
 from host.demo import DemoRecord
+from tests.support.pytest_types import Capture
 from tetris.engine.game import Action, Game
 
 
@@ -102,9 +101,7 @@ def test_ticks_add_up_to_whole_seconds() -> None:
     assert [demo.until_ms(n) for n in (1, 2, 3, 60, 7200)] == [17, 33, 50, 1000, 120_000]
 
 
-def test_a_demo_plays_and_the_same_seed_is_the_same_game(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_demo_plays_and_the_same_seed_is_the_same_game(capsys: Capture) -> None:
     def play() -> dict[str, object]:
         demo.run(seed=2, seconds=20.0, speed=0.0, headless=True, as_json=True)
         verdict: dict[str, object] = json.loads(capsys.readouterr().out.splitlines()[-1])

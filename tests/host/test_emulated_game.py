@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from tests.support.pytest_types import Capture
+
 pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mock pins")
 
 from host.__main__ import main
@@ -13,9 +15,7 @@ pytestmark = pytest.mark.slow
 DEMO = ["--demo", "--headless", "--speed", "0", "--seed", "3", "--seconds", "24", "--json", "--"]
 
 
-def test_the_shipped_bundle_plays_through_the_driver_as_on_the_virtual_orb(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_shipped_bundle_plays_through_the_driver_as_on_the_virtual_orb(capsys: Capture) -> None:
     verdicts = []
     for sensor in ("virtual", "emulated"):
         assert main([*DEMO, "--sensor", sensor]) == 0

@@ -70,9 +70,7 @@ def ends(request: pytest.FixtureRequest, free_port: int) -> Iterator[tuple[str, 
     cable.close()
 
 
-def test_an_orb_killed_in_mid_game_is_noticed_and_played_on_when_it_is_back(
-    ends: tuple[str, str],
-) -> None:
+def test_an_orb_killed_in_a_game_is_noticed_and_played_on_when_back(ends: tuple[str, str]) -> None:
     with ExitStack() as stack:
         orb = stack.enter_context(started(ends[0]))
         stack.callback(orb.kill)

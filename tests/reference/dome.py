@@ -61,12 +61,7 @@ class Dome:
         focus: complex = 0j,
         grading: float = 1.0,
     ) -> None:
-        """Inflate the dome.
-
-        rings: circles of nodes; volume: enclosed volume, R^3; connected: volume of hose and
-        reservoir that shares the dome's gas, R^3; focus: where on the flat disc the middle of the
-        rings is; grading: above 1, rings crowd around the focus.
-        """
+        """Inflate the dome to a volume, R^3; above a grading of 1, rings crowd around the focus."""
         self.mesh = mesh = disc(rings, focus, grading)
         dofs = (3 * mesh.triangle[:, :, None] + np.arange(3)).reshape(-1, 9)
         self._rows, self._columns = np.repeat(dofs, 9, axis=1).ravel(), np.tile(dofs, 9).ravel()
@@ -90,17 +85,9 @@ class Dome:
         return nodes, self.rest.x[nodes], normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
     def press(
-        self,
-        points: Sequence[complex],
-        travel_mm: Array,
-        shift_mm: Array | None = None,
+        self, points: Sequence[complex], travel_mm: Array, shift_mm: Array | None = None
     ) -> Press:
-        """Press fingers straight inward, optionally moving them along the skin as well.
-
-        points: reference positions, unit disc; the nearest nodes are touched; travel_mm: how far
-        every finger has come since it touched, (steps,); shift_mm: displacement of every finger
-        besides, (steps, fingers, 3).
-        """
+        """Press fingers inward by a travel, (steps,), and along the skin by (steps, fingers, 3)."""
         nodes, surface, normal = self.touch(points)
         state = self._free_state(self.rest.x, self.rest.pressure, len(points))
         depth, log_c, x = [], [], []
@@ -155,12 +142,7 @@ class Dome:
             held[k] |= new
         return State(settled.x, settled.pressure, held, grip)
 
-    def _settle(
-        self,
-        state: State,
-        centre: Array,
-        volume: float | None = None,
-    ) -> State:
+    def _settle(self, state: State, centre: Array, volume: float | None = None) -> State:
         """Newton's method for positions and pressure; at a given volume, or with the gas closed."""
         x, pressure = state.x, state.pressure
         size, free = 3 * len(self.mesh.node), self._free
@@ -241,12 +223,7 @@ class Dome:
 def _push(
     arm: Array, share: Array, near: Mask, held: Mask, grip: Array
 ) -> tuple[Array, sparse.csr_matrix]:
-    """Return the force of a fingertip's radial springs, (nodes * 3,), and their stiffness.
-
-    arm: from its middle to every node, (nodes, 3); share: reference area of every node, (nodes,);
-    near: nodes that may meet it without being held, (nodes,); held: nodes that it holds, (nodes,);
-    grip: where, from its middle, (nodes, 3).
-    """
+    """Return the force of a fingertip's radial springs, (nodes * 3,), and their stiffness."""
     length = np.linalg.norm(arm, axis=1)
     gap = length - FINGER
     normal = arm / length[:, None]
@@ -265,10 +242,7 @@ def _push(
 
 
 def _caught(before: Array, after: Array) -> tuple[Mask, Array]:
-    """Return which nodes a fingertip touches after a step, and where each touched it first.
-
-    Both are from its middle to every node, (nodes, 3).
-    """
+    """Return which nodes a fingertip touches after a step, and where each touched it first."""
     above, below = (np.linalg.norm(arm, axis=1) - FINGER for arm in (before, after))
     when = np.clip(above / np.maximum(above - below, 1e-12), 0.0, 1.0)[:, None]
     first = before + when * (after - before)

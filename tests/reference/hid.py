@@ -61,13 +61,7 @@ class Descriptor:
         )
 
     def decode(self, kind: int, report_id: int, data: bytes) -> dict[int, int | None]:
-        """Return usage -> value of everything that a report says.
-
-        Variables are all there; None is the null state. Of an array only what is down is there.
-
-        Raises ValueError: the report has another length, or a value out of range with no null
-        state.
-        """
+        """Return usage -> value; None: null state. ValueError: another length, or out of range."""
         if len(data) * 8 != self.bits(kind, report_id):
             raise ValueError(f"report {report_id} has {len(data)} bytes")
         word = int.from_bytes(data, "little")

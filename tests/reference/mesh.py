@@ -24,10 +24,7 @@ class Mesh:
 
 
 def disc(rings: int, focus: complex = 0j, grading: float = 1.0) -> Mesh:
-    """Mesh the unit disc with 6 k nodes on the k-th of `rings` circles.
-
-    A conformal map takes their middle to `focus`; a grading above 1 crowds them there.
-    """
+    """Mesh the unit disc by 6 k nodes on the k-th circle, their middle at `focus`, graded there."""
     nodes, triangles = [np.zeros(1, dtype=np.complex128)], []
     for k in range(1, rings + 1):
         angle = np.arange(6 * k) * np.pi / (3 * k)
@@ -60,10 +57,7 @@ def _first(ring: int) -> int:
 
 
 def taxels(mesh: Mesh, pitch: float = 10 / 38, side: float = 5 / 38) -> sparse.csr_matrix:
-    """Return the share of every taxel's area that each triangle fills, (25, triangles).
-
-    Two taxels are `pitch` apart and each is `side` wide, in radii.
-    """
+    """Return the share of each taxel's area in each triangle, (25, triangles); lengths in radii."""
     parts = 8  # each triangle is judged by the centres of parts^2 smaller ones
     i, j = np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")
     up, down = i + j < parts, i + j < parts - 1
@@ -97,12 +91,7 @@ def deflection(mesh: Mesh, load: Array) -> Array:
 
 
 def drag(mesh: Mesh, ratio: float, force: Array, swelling: Array | None = None) -> Array:
-    """Solve the clamped sheet in plane stress (Young's modulus 1, thickness 1), u (nodes, 2).
-
-    mesh: the disc; ratio: Poisson's; below zero for rubber that is stretched already; force: in its
-    plane, per area, (nodes, 2); swelling: area strain that something else imposes, equal both ways,
-    (triangles,): the sheet is that much too large for its place, or, as below a dent, too small.
-    """
+    """Solve the clamped sheet in plane stress, force per area, area strain; u (nodes, 2)."""
     # Strains xx, yy, 2 xy from the corners' displacements, (triangles, 3, 6).
     strain = np.zeros((len(mesh.area), 3, 6))
     strain[:, 0, 0::2] = strain[:, 2, 1::2] = mesh.slope[:, :, 0]

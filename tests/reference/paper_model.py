@@ -11,31 +11,17 @@ Array = NDArray[np.float64]
 
 
 def capacitance_of_stretch(stretch: Array) -> Array:
-    """Return C / C0 = l^4 of a capacitor stretched by l both ways, eq. (1).
-
-    Area grows as l^2, and an incompressible dielectric thins as l^-2.
-    """
+    """Return C / C0 = l^4 of a capacitor stretched by l both ways, eq. (1)."""
     return np.asarray(stretch**4, dtype=np.float64)
 
 
 def orb_area(radius: float, deflection: Array) -> Array:
-    """Return the orb's surface, eq. (2), in the square of whatever unit the lengths have.
-
-    Half of Thomsen's approximation for a spheroid. As printed, the equation lacks the factor
-    2 pi; eq. (3) has it, and without it a flat orb would not have the area pi r^2 (now to .7 %).
-
-    radius: clamped radius; deflection: height of the apex, any shape.
-    """
+    """Return the orb's surface, eq. (2): half of Thomsen's spheroid, with eq. (3)'s factor 2 pi."""
     mean = (radius ** (16 / 5) + 2.0 * (radius * deflection) ** (8 / 5)) / 3.0
     return np.asarray(2.0 * np.pi * mean ** (5 / 8), dtype=np.float64)
 
 
 def capacitance_of_deflection(deflection_over_radius: Array) -> Array:
-    """Return C / C0 of the orb, eq. (3): the square of how much eq. (2) grows the area.
-
-    The approximation leaves 1.013, not 1, for a flat orb.
-
-    deflection_over_radius: height of the apex over the clamped radius, any shape.
-    """
+    """Return C / C0, eq. (3): eq. (2)'s growth squared; 1.013, not 1, for a flat orb."""
     result = 4.0 * (1 / 3 + 2 / 3 * deflection_over_radius ** (8 / 5)) ** (5 / 4)
     return np.asarray(result, dtype=np.float64)

@@ -249,7 +249,6 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def main() -> int:
-    """Draw them all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("docs/pictures"), help="folder to write")
     folder: Path = parser.parse_args().out

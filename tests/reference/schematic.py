@@ -46,7 +46,6 @@ def draw(wiring: Wiring) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the picture."""
     grammar = argparse.ArgumentParser(description=__doc__)
     grammar.add_argument("--out", type=Path, default=FILE)
     options = grammar.parse_args(argv)

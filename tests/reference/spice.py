@@ -39,12 +39,10 @@ class Parts:
 
     @property
     def rows(self) -> int:
-        """How many."""
         return int(self.taxels_pf.shape[0])
 
     @property
     def columns(self) -> int:
-        """How many."""
         return int(self.taxels_pf.shape[1])
 
 

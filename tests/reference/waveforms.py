@@ -78,10 +78,7 @@ def scan(rows: int, columns: int, scheme: str) -> tuple[Timeline, list[Slot]]:
 
 
 def held(parts: Parts, scheme: str) -> Array:
-    """Return what each conversion of a scan sees, volts, (columns + 1, rows, samples).
-
-    Its last slots are dark ones. The set "coupled" has C_m and a follower before the converter.
-    """
+    """Return what each conversion sees, volts, (columns + 1, rows, samples); the last are dark."""
     line, slots = scan(parts.rows, parts.columns, scheme)
     if scheme == "coupled":
         parts = replace(parts, coupling_pf=1.0, buffered=True)
@@ -116,7 +113,6 @@ def orbs(count: int) -> Iterator[dict[str, Array]]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Simulate the orbs and keep what was seen."""
     grammar = argparse.ArgumentParser(description=__doc__)
     grammar.add_argument("--orbs", type=int, default=60)
     grammar.add_argument("--out", type=Path, default=FILE)

@@ -49,16 +49,11 @@ def devices() -> tuple[Device, Device]:
 
 
 class ClassicOrb(HidTransport):
-    """The orb over classic Bluetooth: `HidChannels` and `record`, carried by Bumble's L2CAP.
-
-    Attributes:
-        pad: The HID device.
-        told: Addresses of active hosts, one after the other.
-    """
+    """The orb over classic Bluetooth: `HidChannels` and `record`, carried by Bumble's L2CAP."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
-        self.told: list[str] = []
+        self.told: list[str] = []  # addresses of active hosts, one after the other
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
             load(Path("gamepad"), OUTPUTS), hosts, notify=self.told.append, store=lambda known: None
@@ -125,16 +120,11 @@ class ClassicOrb(HidTransport):
 
 
 class ClassicHost(HidHost):
-    """Bumble's own HID host, with everything that it hears.
-
-    Attributes:
-        reports: What came over the interrupt channel, its first byte (DATA, input) taken off.
-        answers: What came over the control channel.
-    """
+    """Bumble's own HID host, with everything that it hears."""
 
     def __init__(self, device: Device) -> None:
         super().__init__(device)
-        self.reports: asyncio.Queue[bytes] = asyncio.Queue()
+        self.reports: asyncio.Queue[bytes] = asyncio.Queue()  # without the first byte: DATA, input
         self.answers: asyncio.Queue[Any] = asyncio.Queue()
         self.on("interrupt_data", self._hear)
         self.on("handshake", self.answers.put_nowait)

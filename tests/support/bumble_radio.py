@@ -37,19 +37,11 @@ class _Radio(Controller):
 
 
 class Air:
-    """A laptop and an orb on one virtual link; everything runs on a thread of its own.
-
-    Attributes:
-        arrived: Called on that thread with the orb's end of every RFCOMM connection.
-    """
+    """A laptop and an orb on one virtual link; everything runs on a thread of its own."""
 
     def __init__(self, record: str, channel: int) -> None:
-        """Power both on.
-
-        Args:
-            record: The orb's service record, as BlueZ takes it.
-            channel: Where its RFCOMM server listens.
-        """
+        """Power both on; `record` is as BlueZ takes it, `channel` the RFCOMM server's."""
+        # called on the thread with the orb's end of every RFCOMM connection
         self.arrived: Callable[[socket.socket], None] = socket.socket.close
         self._connections: dict[str, Any] = {}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -80,7 +72,6 @@ class Air:
         return near
 
     def close(self) -> None:
-        """End the thread."""
         self._do(self._end())
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

@@ -90,7 +90,6 @@ class FakeBluez:
         self.pair(HOST)
 
     def pair(self, address: str) -> None:
-        """Let a device be paired."""
         try:
             self.call("/", MOCK, "PairDevice", "ss", "hci0", address)
         except BluetoothError as error:  # older ones want to know what kind of device it is
@@ -99,18 +98,15 @@ class FakeBluez:
             self.call("/", MOCK, "PairDevice", "ssi", "hci0", address, PHONE)
 
     def stop(self) -> None:
-        """End bluetoothd."""
         if self._mock is not None:
             self._mock.kill()
             self._mock.wait()
             self._mock = None
 
     def plug(self) -> None:
-        """Plug the adapter in."""
         self.call("/", MOCK, "AddAdapter", "ss", "hci0", "raspberrypi")
 
     def unplug(self) -> None:
-        """Pull it out."""
         self.call("/", MOCK, "RemoveAdapterWithDevices", "s", "hci0")
 
     def refuse(self, interface: str, method: str, signature: str, error: str) -> None:
@@ -128,7 +124,6 @@ class FakeBluez:
         return self.ask(lambda bus: bus.get(path, interface, name))
 
     def call(self, path: str, interface: str, member: str, signature: str, *body: Any) -> Any:
-        """Call bluetoothd."""
         return self.ask(lambda bus: bus.call(path, interface, member, signature, *body))
 
     def hand_over(self, to: str, path: str, device: str, end: socket.socket) -> str:
@@ -167,7 +162,6 @@ class FakeBluez:
                 os.environ["DBUS_SYSTEM_BUS_ADDRESS"] = before
 
     def close(self) -> None:
-        """End both."""
         self.stop()
         self._daemon.kill()
         self._daemon.wait()

@@ -84,23 +84,15 @@ def scene(*given: Any, **options: Any) -> Callable[[Callable[..., Any]], Callabl
 
 
 class HidTable:
-    """A fake bluetoothd, and the orb's HID device.
-
-    Attributes:
-        told: Who has the orb, from its first change on.
-        remembered: What the device has stored.
-    """
+    """A fake bluetoothd, and the orb's HID device."""
 
     def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
         self.bluez, self.bus = bluez, bus
-        self.told: list[str] = []
+        self.told: list[str] = []  # who has the orb, from its first change on
         self.remembered: list[StoredHosts] = []
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS),
-            hosts,
-            notify=self._tell,
-            store=self.remembered.append,
+            load(Path(mapping), OUTPUTS), hosts, notify=self._tell, store=self.remembered.append
         )
         self._changed = asyncio.Event()
         self._seen = 0
@@ -132,17 +124,7 @@ class RefusedError(Exception):
 
 
 class FakeBluez:
-    """Plays bluetoothd, and the hosts behind it.
-
-    Attributes:
-        objects: What GetManagedObjects tells, plain values.
-        application: The registered application's objects by path, {} if there is none.
-        advertisement: The registered advertisement's properties, {} if there is none.
-        profiles: The options of registered profiles, by UUID.
-        heard: (host's address, UUID, value) of every notification, oldest first.
-        disconnected: Addresses that the program has disconnected, oldest first.
-        refuse: The error that a method answers with, by its name.
-    """
+    """Plays bluetoothd, and the hosts behind it."""
 
     def __init__(self, bus: MessageBus) -> None:
         self.bus = bus
@@ -159,12 +141,12 @@ class FakeBluez:
                 "org.bluez.LEAdvertisingManager1": {"SupportedInstances": 5},
             },
         }
-        self.application: dict[str, dict[str, Properties]] = {}
+        self.application: dict[str, dict[str, Properties]] = {}  # what is registered, by path
         self.advertisement: Properties = {}
-        self.profiles: dict[str, Properties] = {}
-        self.heard: list[tuple[str, str, bytes]] = []
+        self.profiles: dict[str, Properties] = {}  # options by UUID
+        self.heard: list[tuple[str, str, bytes]] = []  # notifications: host, UUID, value
         self.disconnected: list[str] = []
-        self.refuse: dict[str, RefusedError] = {}
+        self.refuse: dict[str, RefusedError] = {}  # what methods answer, by name
         self._owner = ""  # of the application
         self._listening: dict[str, set[str]] = {}  # characteristic: hosts' addresses
         self._tasks: set[asyncio.Task[None]] = set()
@@ -205,11 +187,9 @@ class FakeBluez:
         return path
 
     def pair(self, address: str) -> None:
-        """Bond with a host."""
         self._change(self._path(address), "org.bluez.Device1", {"Paired": True, "Bonded": True})
 
     def connect(self, address: str) -> None:
-        """Let a host come."""
         self._change(self._path(address), "org.bluez.Device1", {"Connected": True})
 
     async def disconnect(self, address: str) -> None:
@@ -233,7 +213,6 @@ class FakeBluez:
         return bytes(await self._call(path, "ReadValue", "a{sv}", options))
 
     async def write(self, address: str, uuid: int, value: bytes) -> None:
-        """Write a characteristic."""
         path = self.find(uuid)[0]
         self._allow(path, address, "write-without-response", "encrypt-write")
         options = {"device": Variant("o", self._path(address)), "type": Variant("s", "command")}

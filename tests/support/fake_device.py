@@ -27,43 +27,19 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from controller.links import Link, open_link
-from controller.protocol.messages import (
-    COMMANDS,
-    VERSION,
-    Bye,
-    Command,
-    Contacts,
-    Grant,
-    Granted,
-    GroundTruth,
-    Hello,
-    Perform,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol import messages
 
 REAL_STEP_MS = 20
 GRANTED_STEP_MS = 100
 PICTURE, SHARES = bytes([128] * 25), (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def welcome(*, virtual: bool = True, nonce: int = 7) -> Welcome:
+def welcome(*, virtual: bool = True, nonce: int = 7) -> messages.Welcome:
     """Return what the small orb says of itself."""
-    return Welcome(
-        version=VERSION,
-        boot_nonce=nonce,
-        device_id="virtual-1",
-        name="OrbTouch",
-        virtual=virtual,
-        rows=5,
-        columns=5,
-        pitch_mm=10.0,
-        rate_hz=10.0,
-        heartbeat_ms=100,
-        deadman_ms=300,
+    return messages.Welcome(
+        *(messages.VERSION, nonce, "virtual-1", "OrbTouch", virtual, 5, 5, 10.0, 10.0, 100, 300),
         labels=("null", "press", "pinch", "twist_cw", "twist_ccw"),
-        commands=COMMANDS,
+        commands=messages.COMMANDS,
     )
 
 
@@ -83,22 +59,24 @@ class Loop:
             due_s = start + (self.t_ms + REAL_STEP_MS) / 1000 - time.monotonic()
             self.link.wait(60.0 if self.granted else max(due_s, 0.0))
             for request in self.link.poll():
-                if isinstance(request, Hello):
+                if isinstance(request, messages.Hello):
                     if request.granted or self.granted or not self.met:
                         self.granted, self.frame, self.t_ms = request.granted, 0, 0
                         start = time.monotonic()
                     self.met = True
-                elif isinstance(request, Bye):
+                elif isinstance(request, messages.Bye):
                     self.granted = False
-                elif isinstance(request, Grant):
+                elif isinstance(request, messages.Grant):
                     while self.t_ms + GRANTED_STEP_MS <= request.until_ms:
                         self.step(GRANTED_STEP_MS)
-                    self.link.send(Granted(request.until_ms), request.until_ms)
-                elif isinstance(request, Contacts):
+                    self.link.send(messages.Granted(request.until_ms), request.until_ms)
+                elif isinstance(request, messages.Contacts):
                     pressed = ("down",) if request.contacts else ()
-                    self.link.send(State(pressed), self.t_ms)
-                elif isinstance(request, Perform):
-                    truth = GroundTruth(request.number, request.label, self.t_ms, self.t_ms)
+                    self.link.send(messages.State(pressed), self.t_ms)
+                elif isinstance(request, messages.Perform):
+                    truth = messages.GroundTruth(
+                        request.number, request.label, self.t_ms, self.t_ms
+                    )
                     self.link.send(truth, self.t_ms)
             if not self.granted and time.monotonic() - start >= (self.t_ms + REAL_STEP_MS) / 1000:
                 self.step(REAL_STEP_MS)
@@ -106,10 +84,10 @@ class Loop:
     def step(self, step_ms: int) -> None:
         self.frame += 1
         self.t_ms += step_ms
-        felt = Telemetry(self.frame, PICTURE, SHARES, None, "", True, 10.0)
+        felt = messages.Telemetry(self.frame, PICTURE, SHARES, None, "", True, 10.0)
         self.link.send(felt, self.t_ms)
         if self.frame % 10 == 0:
-            command = Command("drop", "pinch", 0.9, None, self.frame)
+            command = messages.Command("drop", "pinch", 0.9, None, self.frame)
             self.link.send(command, self.t_ms)
 
 
@@ -120,20 +98,22 @@ def script(link: Link, lines: queue.SimpleQueue[str]) -> None:
         t_ms = round((time.monotonic() - start_s) * 1000)
         link.wait(max((frame + 1) * REAL_STEP_MS - t_ms, 0) / 1000)
         for request in link.poll():
-            if isinstance(request, Hello | Bye):
-                greeted, held = isinstance(request, Hello), ""
+            if isinstance(request, messages.Hello | messages.Bye):
+                greeted, held = isinstance(request, messages.Hello), ""
                 if greeted:
                     print("hello", flush=True)
         while greeted and not lines.empty():
             what, _, name = lines.get().partition(" ")
             if what != "let":
-                link.send(Command(name, "press", 0.9, None, frame), t_ms)
+                link.send(messages.Command(name, "press", 0.9, None, frame), t_ms)
             held = name if what == "hold" else ""
-            link.send(State((held,) if held else ()), t_ms)
+            link.send(messages.State((held,) if held else ()), t_ms)
             print("done", flush=True)
         if t_ms >= (frame + 1) * REAL_STEP_MS:
             frame += 1
-            felt = Telemetry(frame, PICTURE, SHARES, None, "press" if held else "", True, 50.0)
+            felt = messages.Telemetry(
+                frame, PICTURE, SHARES, None, "press" if held else "", True, 50.0
+            )
             link.send(felt, t_ms)
 
 

@@ -14,16 +14,9 @@ from typing import Any, Final
 import numpy as np
 
 from controller import npz
-from controller.recordings import reader, writer
-from controller.recordings.recording import (
-    Mark,
-    Provenance,
-    Recording,
-    format_provenance,
-    unlabelled,
-)
+from controller.recordings import reader, recording, writer
 
-ORIGIN: Final = Provenance("d", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "0")
+ORIGIN: Final = recording.Provenance("d", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "0")
 COUNT: Final = 30
 DEFLATE64: Final = 9
 
@@ -37,8 +30,8 @@ class Trap:
 
 def healthy() -> npz.Arrays:
     """The arrays of a recording with nothing wrong."""
-    unsaid = unlabelled(COUNT)
-    whole = Recording(
+    unsaid = recording.unlabelled(COUNT)
+    whole = recording.Recording(
         ORIGIN,
         np.full((COUNT, 5, 5), 40.0, dtype=np.float32),
         t=np.arange(COUNT) / 10,
@@ -49,7 +42,7 @@ def healthy() -> npz.Arrays:
         cue=unsaid["cue"],
         excluded=np.zeros(COUNT, dtype=np.bool_),
         touch=np.full((COUNT, 2), np.nan),
-        marks=(Mark(0.5, "cue", "go"),),
+        marks=(recording.Mark(0.5, "cue", "go"),),
     )
     return npz.unpack(writer.pack(whole), reader.MAX_BYTES)
 
@@ -61,7 +54,7 @@ def but(**arrays: Any) -> bytes:
 
 def says(**fields: Any) -> bytes:
     """A healthy recording that says something else of its origin."""
-    told = {**json.loads(format_provenance(ORIGIN)), **fields}
+    told = {**json.loads(recording.format_provenance(ORIGIN)), **fields}
     return but(meta=np.array(json.dumps(told)))
 
 
@@ -120,7 +113,7 @@ def zeros(shape: tuple[int, ...]) -> bytes:
     header = npy(repr(shape))
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as out:
-        out.writestr("meta.npy", npz_member("meta", np.array(format_provenance(ORIGIN))))
+        out.writestr("meta.npy", npz_member("meta", np.array(recording.format_provenance(ORIGIN))))
         with out.open("frames.npy", "w", force_zip64=True) as stream:
             stream.write(header)
             left = int(np.prod(shape)) * 4

@@ -12,19 +12,9 @@ import zlib
 from collections import Counter
 from dataclasses import dataclass, field
 
-from controller.protocol import codec
+from controller.protocol import codec, link_events
 from controller.protocol.device_session import BACKLOG, DeviceSession
 from controller.protocol.host_session import HostSession
-from controller.protocol.link_events import (
-    Connected,
-    Delivered,
-    Lost,
-    Missed,
-    Received,
-    Refused,
-    Stale,
-    pause_s,
-)
 from controller.protocol.messages import DEADMAN_MS, LATE_MS, Bye, Command, Hello, State, Telemetry
 from controller.protocol.packets import MAX_FRAME
 from controller.protocol.retransmit import MOST, RetransmitQueue, SessionHistory
@@ -51,7 +41,6 @@ class Wire:
         self.chunks.append((max(now_ms + LATENCY_MS, self.free_ms, last_ms), data))
 
     def take(self, now_ms: int) -> list[bytes]:
-        """Return what has arrived."""
         count = sum(due_ms <= now_ms for due_ms, _ in self.chunks)
         arrived = [data for _, data in self.chunks[:count]]
         del self.chunks[:count]
@@ -64,11 +53,7 @@ class Wire:
 
 
 class World:
-    """Both ends, and what really happened.
-
-    serial: the line has no end that anybody could see: only silence tells that it is cut; keyed:
-    frames are sealed; device_ms: the device's clock at the start, the host's is 0.
-    """
+    """Both ends, and what really happened; of a serial line's cut only silence tells."""
 
     def __init__(self, *, serial: bool, keyed: bool, device_ms: int) -> None:
         self.happened: Counter[str] = Counter()
@@ -125,7 +110,6 @@ class World:
         self._device_says(FELT)
 
     def wait(self, pass_ms: int) -> None:
-        """Let time pass."""
         end_ms = self.now_ms + pass_ms
         while self.now_ms < end_ms:
             self.now_ms = min(self.now_ms + TICK_MS, end_ms)
@@ -237,7 +221,6 @@ class World:
 
     @property
     def device_ms(self) -> int:
-        """The device's link clock."""
         return self.now_ms + self._skew_ms
 
     @property
@@ -294,7 +277,7 @@ class World:
         """Try again when the pause is over, as the receiver does."""
         if self.host is not None and self.host.over:
             self._failures = 0 if self.host.welcomed else self._failures + 1
-            self._next_ms = self.now_ms + round(1000 * pause_s(self._failures, 0.5))
+            self._next_ms = self.now_ms + round(1000 * link_events.pause_s(self._failures, 0.5))
             self.host = None
         if self.now_ms < self._next_ms or not (self.plugged or self._serial):
             return
@@ -342,24 +325,25 @@ class World:
             elif isinstance(request, Bye):
                 self.happened["left"] += 1
 
-    def _hear(self, news: list[Received]) -> None:
+    def _hear(self, news: list[link_events.Received]) -> None:
         """Compare what the host is told with what really happened."""
         done = self.past.done - sum(
-            item.count if isinstance(item, Missed) else _is_command(item) for item in news
+            item.count if isinstance(item, link_events.Missed) else _is_command(item)
+            for item in news
         )  # before these news, as long as no other device was met
         for item in news:
-            if isinstance(item, Connected):
+            if isinstance(item, link_events.Connected):
                 if not item.welcome.resumed or self._met != item.welcome.boot_nonce:
                     # On a serial line this may still be the device before it was restarted.
                     self._met, self._counted = item.welcome.boot_nonce, 0
                     self._base = done = item.welcome.done
                     assert done in self._begun[self._met], "what was asked before the host came"
-            elif isinstance(item, Missed):
+            elif isinstance(item, link_events.Missed):
                 self._counted += item.count
                 done += item.count
                 assert done <= len(self._asked[self._met]), "more is missed than was asked for"
                 self.happened["missed"] += item.count
-            elif isinstance(item, Delivered) and isinstance(item.message, Command):
+            elif isinstance(item, link_events.Delivered) and isinstance(item.message, Command):
                 self._counted += 1
                 done += 1
                 frame, asked_ms = self._asked[self._met][done - 1]
@@ -368,7 +352,7 @@ class World:
                 assert age_ms <= LATE_MS, f"obeyed after {age_ms} ms"
                 self.oldest_ms = max(self.oldest_ms, age_ms)
                 self.happened["delivered"] += 1
-            elif isinstance(item, Stale | Lost | Refused):
+            elif isinstance(item, link_events.Stale | link_events.Lost | link_events.Refused):
                 self.happened[type(item).__name__.lower()] += 1
 
     @staticmethod
@@ -377,8 +361,8 @@ class World:
         return chunks[index - 1][0] if index and chunks else 0
 
 
-def _is_command(item: Received) -> bool:
-    return isinstance(item, Delivered) and isinstance(item.message, Command)
+def _is_command(item: link_events.Received) -> bool:
+    return isinstance(item, link_events.Delivered) and isinstance(item.message, Command)
 
 
 def _is_intact(run: bytes) -> bool:

@@ -23,11 +23,7 @@ JOIN = Join("", "a test", False, host_nonce=77, boot_nonce=0, done=0)
 
 
 class HandMadeHost:
-    """The host's end of a byte stream.
-
-    read: waits for bytes, and returns them; b"" at the end; write: takes bytes; key: what to seal
-    with, if the device asks for it.
-    """
+    """The host's end of a byte stream; b"" is its end; the key seals if the device asks for it."""
 
     def __init__(
         self, read: Callable[[], bytes], write: Callable[[bytes], Any], key: bytes = b""

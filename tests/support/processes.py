@@ -7,11 +7,7 @@ from typing import Any
 
 
 def memory_mib(field: str = "VmRSS", pid: int | str = "self") -> float:
-    """Return one of the sizes in /proc/PID/status, MiB.
-
-    Raises LookupError: the process has ended, or has no such size; OSError: there is no such
-    process.
-    """
+    """Return one of the sizes in /proc/PID/status, MiB; LookupError, OSError: there is none."""
     for line in Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines():
         if line.startswith(f"{field}:"):
             return int(line.split()[1]) / 1024
@@ -28,21 +24,16 @@ class LineProcess:
         )
 
     def say(self, line: object) -> None:
-        """Write one line."""
         assert self.process.stdin is not None
         self.process.stdin.write(f"{line}\n")
 
     def line(self) -> str:
-        """Return its next line, waiting for it.
-
-        Raises RuntimeError: it has ended.
-        """
+        """Return its next line, waiting for it; RuntimeError: it has ended."""
         assert self.process.stdout is not None
         if line := self.process.stdout.readline():
             return line.strip()
         raise RuntimeError(f"{self.process.args!r} has ended; see its message above")
 
     def close(self) -> None:
-        """End it."""
         self.process.kill()
         self.process.communicate()

@@ -6,13 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.recordings.recording import (
-    LABELLERS,
-    Provenance,
-    Recording,
-    SimulatedTruth,
-    unlabelled,
-)
+from controller.recordings import recording
 from controller.simulator.faults import Fault
 from controller.simulator.orb import PRESETS, OrbModel
 from controller.simulator.session import TEST_SEEDS, simulate
@@ -21,27 +15,29 @@ from controller.simulator.virtual_orb import VirtualOrb
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 
 
-def origin(rows: int = 5, columns: int = 5, **changes: Any) -> Provenance:
+def origin(rows: int = 5, columns: int = 5, **changes: Any) -> recording.Provenance:
     """Where a recording of a small orb comes from."""
-    usual = Provenance("virtual-1", rows, columns, 10.0, 10.0, LABELS, "", "", "0.1.0")
+    usual = recording.Provenance("virtual-1", rows, columns, 10.0, 10.0, LABELS, "", "", "0.1.0")
     return replace(usual, **changes)
 
 
-def of(frames: Any, about: Provenance | None = None, **columns: Any) -> Recording:
+def of(
+    frames: Any, about: recording.Provenance | None = None, **columns: Any
+) -> recording.Recording:
     """A recording of these frames, ten a second; everything else may be given by name."""
     taken = np.asarray(frames, dtype=np.float32)
     n = len(taken)
     usual = {
-        **unlabelled(n),
+        **recording.unlabelled(n),
         "t": np.arange(1, n + 1) / 10.0,
         "sequence": np.arange(1, n + 1),
         "excluded": np.zeros(n, dtype=np.bool_),
         "touch": np.full((n, 2), np.nan),
     }
-    for name in LABELLERS:
+    for name in recording.LABELLERS:
         if name in columns:
             columns[name] = np.asarray(columns[name], dtype=np.int16)
-    return Recording(about or origin(*taken.shape[1:]), taken, **{**usual, **columns})
+    return recording.Recording(about or origin(*taken.shape[1:]), taken, **{**usual, **columns})
 
 
 def sound(preset: str) -> OrbModel:
@@ -51,7 +47,7 @@ def sound(preset: str) -> OrbModel:
 
 
 @cache
-def played(preset: str = "nominal", seed: int = 0, minutes: float = 2.0) -> Recording:
+def played(preset: str = "nominal", seed: int = 0, minutes: float = 2.0) -> recording.Recording:
     """A session of a hand that does all gestures, with truth and button."""
     session = simulate(TEST_SEEDS.start + seed, minutes, model=sound(preset))
     return of(
@@ -59,12 +55,12 @@ def played(preset: str = "nominal", seed: int = 0, minutes: float = 2.0) -> Reco
         origin(user="01", session="01", preset=preset, seed=TEST_SEEDS.start + seed),
         label=session.label,
         button=session.button,
-        truth=SimulatedTruth(session.touch, session.contact[:, :3], session.events),
+        truth=recording.SimulatedTruth(session.touch, session.contact[:, :3], session.events),
     )
 
 
 @cache
-def broken(*faults: str, preset: str = "nominal", seconds: float = 90.0) -> Recording:
+def broken(*faults: str, preset: str = "nominal", seconds: float = 90.0) -> recording.Recording:
     """A session on an orb with these faults: a gesture every two seconds, here and there."""
     orb = VirtualOrb(7, 10.0, model=sound(preset))
     orb.switch([Fault.parse(fault) for fault in faults])

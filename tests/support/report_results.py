@@ -5,61 +5,41 @@ from dataclasses import replace
 
 from controller.recognition.debounce import DebounceSettings
 from models.reports.page import ReportData
-from models.results.evaluation import (
-    Broken,
-    ClassFigures,
-    Evaluation,
-    Figure,
-    LocationFigures,
-    Point,
-    Result,
-    Row,
-    Tuning,
-)
+from models.results import evaluation as judged
+from models.results import training as learned
 from models.results.evaluation import Calibration as Judged
-from models.results.training import (
-    Calibration,
-    ClassRow,
-    Epoch,
-    GestureResult,
-    HeldOutScore,
-    Lateness,
-    LocationResult,
-    SessionRow,
-    Training,
-)
 
 LABELS = ("null", "press", "pinch")
 
 
-def session(number: int = 1, **more: object) -> SessionRow:
-    late = Lateness(0.1, 0.12, 0.05, 0.15, 40, 30, 60, 1, 8, 0.11, 0.04, 0.09, 0.005)
-    row = SessionRow(
+def session(number: int = 1, **more: object) -> learned.SessionRow:
+    late = learned.Lateness(0.1, 0.12, 0.05, 0.15, 40, 30, 60, 1, 8, 0.11, 0.04, 0.09, 0.005)
+    row = learned.SessionRow(
         f"data/sub-01_ses-{number:02d}_run-01.npz", "01", f"{number:02d}", 180.0, "good", (),
         "button", False, {"press": 20, "pinch": 14}, late,
     )  # fmt: skip
     return replace(row, **more)  # type: ignore[arg-type]
 
 
-def training(**more: object) -> Training:
-    epochs = tuple(Epoch(i, 1 / i, 1 - 0.5 / i, 1.2 / i, 0.95 - 0.4 / i, 1 - 0.4 / i)
+def training(**more: object) -> learned.Training:
+    epochs = tuple(learned.Epoch(i, 1 / i, 1 - 0.5 / i, 1.2 / i, 0.95 - 0.4 / i, 1 - 0.4 / i)
                    for i in range(1, 9))  # fmt: skip
-    gesture = GestureResult(
-        epochs, 7, "", HeldOutScore(0.912, 0.9, 0.92, 0.979, 0.965, 0.992, 1684, 500), 0.99,
+    gesture = learned.GestureResult(
+        epochs, 7, "", learned.HeldOutScore(0.912, 0.9, 0.92, 0.979, 0.965, 0.992, 1684, 500), 0.99,
         ((900, 3, 0), (2, 95, 3), (0, 5, 90)), ((0, 0, 0), (0, 19, 1), (0, 0, 14)),
-        Calibration(0.9, 0.02, 0.01, ((0.55, 0.5, 20), (0.97, 0.98, 900))), 202_445,
+        learned.Calibration(0.9, 0.02, 0.01, ((0.55, 0.5, 20), (0.97, 0.98, 900))), 202_445,
     )  # fmt: skip
-    location = LocationResult(
-        epochs, 8, "", HeldOutScore(0.12, 0.11, 0.13, 0.08, math.nan, math.nan, 300, 50),
+    location = learned.LocationResult(
+        epochs, 8, "", learned.HeldOutScore(0.12, 0.11, 0.13, 0.08, math.nan, math.nan, 300, 50),
         ((1.2, 3.1, 0.1, -0.05), (0.0, 0.0, 0.2, 0.1)), 0.1, 0.13, 58_210,
     )  # fmt: skip
     classes = (
-        ClassRow("null", 0, 540.0, 0.995, 0.99),
-        ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95, ((20.0, 0.2), (40.0, 0.1), (80.0, 0.05)), 40,
-                 "40 more of press would help"),
-        ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0, (), 0, "enough of pinch"),
+        learned.ClassRow("null", 0, 540.0, 0.995, 0.99),
+        learned.ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95, ((20.0, 0.2), (40.0, 0.1),
+                         (80.0, 0.05)), 40, "40 more of press would help"),
+        learned.ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0, (), 0, "enough of pinch"),
     )  # fmt: skip
-    made = Training(
+    made = learned.Training(
         "my.orb", "models train data --out my.orb", "0.1.0", "default", ("rest: followed",), 5, 5,
         10.0, 10.0, "pF", LABELS, "mine", "1 of 3 sessions held out", ("turned: press",),
         (session(1), session(2), session(3, held_out=True)), classes, gesture, location,
@@ -68,36 +48,38 @@ def training(**more: object) -> Training:
     return replace(made, **more)  # type: ignore[arg-type]
 
 
-def tuning() -> Tuning:
+def tuning() -> judged.Tuning:
     points = [
-        Point(
+        judged.Point(
             DebounceSettings(0.6, round(0.5 + i / 10, 4), 0.2), round(0.99 - i / 100, 4), 0.99,
             round(0.3 - i / 20, 4), round(0.3 + i / 50, 4),
         )
         for i in (0, 1, 2, 3)
     ]  # fmt: skip
-    return Tuning("my.orb", 6, 300, 20.0, points[2], points[3], tuple(points), 770, "cost = 1")
+    return judged.Tuning(
+        "my.orb", 6, 300, 20.0, points[2], points[3], tuple(points), 770, "cost = 1"
+    )
 
 
-def figure(value: float) -> Figure:
-    return Figure(value, value - 0.01, value + 0.005)
+def figure(value: float) -> judged.Figure:
+    return judged.Figure(value, value - 0.01, value + 0.005)
 
 
-def evaluation(name: str = "nominal", sessions: int = 4) -> Evaluation:
-    rows = tuple(Row(f"sub-09_ses-{i:02d}_run-01", 1, 50, 0.99, 1.0, 0.95, 0.01, 0.33, 0.1)
+def evaluation(name: str = "nominal", sessions: int = 4) -> judged.Evaluation:
+    rows = tuple(judged.Row(f"sub-09_ses-{i:02d}_run-01", 1, 50, 0.99, 1.0, 0.95, 0.01, 0.33, 0.1)
                  for i in range(sessions))  # fmt: skip
     one = figure(0.98)
-    place = LocationFigures(one, one, one, 0.09, 0.3, ((1.0, 2.0, 0.1, 0.1),))
-    classes = tuple(ClassFigures(label, 60, one, one, one) for label in LABELS[1:])
-    result = Result(
+    place = judged.LocationFigures(one, one, one, 0.09, 0.3, ((1.0, 2.0, 0.1, 0.1),))
+    classes = tuple(judged.ClassFigures(label, 60, one, one, one) for label in LABELS[1:])
+    result = judged.Result(
         name, LABELS, sessions, 2, 120, 24.0, 15.0, one, one, one, one, one, one, figure(0.02), one,
         0.5, one, 0.6, one, one, one, one, ((0, 1, 0), (1, 58, 1), (0, 0, 60)),
         ((0, 0, 0), (0, 60, 0), (0, 0, 60)), classes, Judged(0.008, ((0.97, 0.98, 900),)), place,
         rows, rows[:2],
     )  # fmt: skip
-    dead = [Broken(name, f"dead:{i},{j}", "a taxel", 100, one, one, one, 0.1)
+    dead = [judged.Broken(name, f"dead:{i},{j}", "a taxel", 100, one, one, one, 0.1)
             for i in range(5) for j in range(5)]  # fmt: skip
-    return Evaluation("my.orb", "ab" * 32, {"made": "by hand"}, "models evaluate", LABELS,
+    return judged.Evaluation("my.orb", "ab" * 32, {"made": "by hand"}, "models evaluate", LABELS,
                       {"on": 0.85}, (result,), tuple(dead))  # fmt: skip
 
 

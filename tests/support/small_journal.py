@@ -8,17 +8,8 @@ from controller.recordings.journal import Decoded, Journal
 from controller.recordings.recording import Provenance
 
 ID = "0123456789abcdef" * 2
-ORIGIN = Provenance(
-    device_id="virtual-1",
-    rows=2,
-    columns=3,
-    pitch_mm=10.0,
-    rate_hz=10.0,
-    labels=("null", "press", "pinch"),
-    bundle="ab" * 32,
-    engine="onnxruntime 1.20",
-    software="0.1.0",
-)
+LABELS = ("null", "press", "pinch")
+ORIGIN = Provenance("virtual-1", 2, 3, 10.0, 10.0, LABELS, "ab" * 32, "onnxruntime 1.20", "0.1.0")
 UNLABELLED = (-1, -1, -1, -1)
 FRAME_BYTES = 9 + 41 + 2 * 3 * 4  # of one frame's record
 
@@ -33,7 +24,6 @@ def add(journal: Journal, number: int) -> None:
 
 
 def written(frames: int, recording_id: str = ID) -> Journal:
-    """A journal of some frames."""
     journal = Journal(ORIGIN, {"debounce.mean": np.array([1.0, 0.0, 0.0])}, recording_id)
     for number in range(1, frames + 1):
         add(journal, number)

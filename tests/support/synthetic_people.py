@@ -45,7 +45,6 @@ def arrays(people: int = 4, repeats: int = 3, seed: int = 0) -> dict[str, NDArra
 
 
 def write(path: Path, **asked: Any) -> None:
-    """Write them into a file."""
     made: dict[str, Any] = arrays(**asked)
     np.savez_compressed(path, **made)
 

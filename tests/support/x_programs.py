@@ -20,7 +20,6 @@ DEVICE = Path(__file__).with_name("fake_device.py")
 
 @contextlib.contextmanager
 def server() -> Iterator[Screen]:
-    """Start Xvfb, and end it."""
     reading, writing = os.pipe()
     process = subprocess.Popen(
         ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],

@@ -66,10 +66,7 @@ class MissingError(OSError):
 
 
 def python() -> Path:
-    """Return a program that is Python on the emulated machine, built first if it must be.
-
-    Raises MissingError: a tool is not installed, or a download fails.
-    """
+    """Return a program that is the emulated machine's Python, built first if it must be."""
     home = platformdirs.user_cache_path("orbtouch", appauthor=False) / f"arm64-{SUITE}"
     program = home / "python"
     if not program.exists():

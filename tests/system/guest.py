@@ -77,10 +77,7 @@ class Process:
             self._news.notify_all()
 
     def expect(self, text: str, timeout_s: float = ANSWER_S) -> str:
-        """Return the next line that holds `text`; lines before it are passed over.
-
-        A line whose end has not come yet counts as well.
-        """
+        """Return the next line, ended or not, that holds `text`; lines before are passed over."""
         end_s = time.monotonic() + timeout_s
         with self._news:
             while True:
@@ -97,7 +94,6 @@ class Process:
                 self._news.wait(min(left_s, 0.5))
 
     def say(self, line: str) -> None:
-        """Type a line."""
         assert self.popen.stdin is not None
         self.popen.stdin.write(line + "\n")
         self.popen.stdin.flush()
@@ -176,12 +172,10 @@ class Guest:
         raise CaseError("btvirt's controllers did not come up")
 
     def adapters_off(self) -> None:
-        """Pull both adapters out."""
         self._radio.pop("btvirt").end(signal.SIGKILL)
         self.until(lambda: not _addresses(), "the adapters to vanish", pause_s=0.3)
 
     def bus_on(self) -> None:
-        """Start the system bus."""
         command = ["dbus-daemon", "--system", "--nofork", "--nopidfile", "--print-address"]
         self._radio["bus"] = self.start("dbus", command)
         self._radio["bus"].expect("unix:")
@@ -192,7 +186,6 @@ class Guest:
         self.until(lambda: len(self._known()) >= 2, "bluetoothd to know both", pause_s=0.3)
 
     def bluez_off(self, number: int = signal.SIGTERM) -> None:
-        """End bluetoothd."""
         self._radio.pop("bluez").end(number)
 
     def _known(self) -> list[str]:
@@ -223,7 +216,6 @@ class Guest:
         self.saw(what)
 
     def saw(self, what: str) -> None:
-        """Take down what was seen."""
         print(f"*** {what}", flush=True)
         self.found.append(what)
 

@@ -74,12 +74,7 @@ class ImageError(OSError):
 
 
 def image(suite: str = DEFAULT) -> Path:
-    """Return the folder of vmlinuz, initrd.gz and root.squashfs, 140 MB.
-
-    It is built first if it is not in the cache, in about three minutes.
-
-    Raises ImageError: a tool is missing, there is no such suite, or a step failed.
-    """
+    """Return the folder of vmlinuz, initrd.gz and root.squashfs, 140 MB, built first if need be."""
     _check_tools()
     if suite not in SUITES:
         raise ImageError(f"there is no Debian {suite} here; there are {', '.join(SUITES)}")
@@ -154,11 +149,7 @@ def _install(suite: Suite, into: Path) -> None:
 
 
 def _bootstrap(suite: str, packages: Path, tar: Path) -> None:
-    """Let mmdebstrap install a minimal Debian, from this machine's own sources if they fit.
-
-    The packages go in, too, and are compiled by the guest's Python here: emulated, that would take
-    it a minute.
-    """
+    """Install a minimal Debian and the packages, compiled here: the guest would take a minute."""
     command = [
         "mmdebstrap", "--variant=minbase", f"--include={','.join(PACKAGES.split())}",
         '--aptopt=APT::Install-Recommends "false"',
@@ -234,10 +225,7 @@ def _needed(text: str) -> dict[str, list[str]]:
 
 
 def _closure(needed: dict[str, list[str]], names: list[str]) -> list[str]:
-    """Return the paths of modules and of all that they need, in the order of loading.
-
-    Names that the kernel has built in are in no list, and are left out.
-    """
+    """Return the paths of modules, none built in, and of all that they need, in loading order."""
     paths = {path.rpartition("/")[2].partition(".")[0].replace("-", "_"): path for path in needed}
     order: list[str] = []
     for name in names:

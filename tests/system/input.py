@@ -19,15 +19,7 @@ import time
 from collections.abc import Coroutine
 from typing import Any
 
-from controller.links.bluetooth.bluez import (  # fmt: skip
-    DEVICE,
-    BluetoothError,
-    Bus,
-    Objects,
-    Properties,
-    devices,
-    variant,
-)
+from controller.links.bluetooth import bluez
 
 from .guest import ANSWER_S, CaseError, Guest
 
@@ -44,48 +36,46 @@ class Desktop:
     transport = "le"
 
     def __init__(self, guest: Guest) -> None:
-        """Connect to BlueZ."""
         self.guest = guest
         self.host, self.orb = guest.addresses
         self._loop = asyncio.new_event_loop()
-        self._bus = self._do(Bus.connect())
+        self._bus = self._do(bluez.Bus.connect())
 
     def find(self) -> None:
-        """Look for the orb."""
         self._do(self._bus.set(HOST, ADAPTER, "Powered", "b", True))
-        looks = {"Transport": variant("s", self.transport)}
+        looks = {"Transport": bluez.variant("s", self.transport)}
         self._do(self._bus.call(HOST, ADAPTER, "SetDiscoveryFilter", "a{sv}", looks))
         self._do(self._bus.call(HOST, ADAPTER, "StartDiscovery"))
         self.guest.until(lambda: self.path, "the orb to be found")
-        with contextlib.suppress(BluetoothError):  # it may be about to stop by itself
+        with contextlib.suppress(bluez.BluetoothError):  # it may be about to stop by itself
             self._do(self._bus.call(HOST, ADAPTER, "StopDiscovery"))
 
     def pair(self) -> None:
         """Pair with the orb and trust it."""
-        self._do(self._bus.call(self.path, DEVICE, "Pair", timeout_s=PAIR_S))
-        self._do(self._bus.set(self.path, DEVICE, "Trusted", "b", True))
+        self._do(self._bus.call(self.path, bluez.DEVICE, "Pair", timeout_s=PAIR_S))
+        self._do(self._bus.set(self.path, bluez.DEVICE, "Trusted", "b", True))
 
     def connect(self) -> None:
         """Ask for the orb, if it is not there already."""
-        with contextlib.suppress(BluetoothError):
-            self._do(self._bus.call(self.path, DEVICE, "Connect", timeout_s=PAIR_S))
+        with contextlib.suppress(bluez.BluetoothError):
+            self._do(self._bus.call(self.path, bluez.DEVICE, "Connect", timeout_s=PAIR_S))
 
     def drop(self) -> None:
         """Let the orb's side drop the link, as when it is carried away."""
         path = f"{ORB}/dev_{self.host.replace(':', '_')}"
-        self._do(self._bus.call(path, DEVICE, "Disconnect"))
+        self._do(self._bus.call(path, bluez.DEVICE, "Disconnect"))
 
     @property
     def path(self) -> str:
         """The orb's object, "" if it is not known."""
-        found = devices(self._objects(), HOST)
+        found = bluez.devices(self._objects(), HOST)
         return next((path for path, it in found.items() if it["Address"] == self.orb), "")
 
     @property
-    def known(self) -> Properties:
+    def known(self) -> bluez.Properties:
         """What BlueZ knows of the orb, its battery included."""
         interfaces = self._objects().get(self.path, {})
-        return {**interfaces.get(DEVICE, {}), **interfaces.get("org.bluez.Battery1", {})}
+        return {**interfaces.get(bluez.DEVICE, {}), **interfaces.get("org.bluez.Battery1", {})}
 
     def settled(self) -> bool:
         """Return whether BlueZ has looked at everything that the orb offers."""
@@ -105,24 +95,19 @@ class Desktop:
         return found if {"keyboard", "pad"} <= set(found) else {}
 
     def close(self) -> None:
-        """Leave the bus."""
         self._bus.close()
         self._do(self._bus.lost())
         self._loop.close()
 
-    def _objects(self) -> Objects:
-        """Return all that BlueZ knows.
-
-        In a crowded virtual machine bluetoothd has left one connection without an answer while it
-        answered others; so it is asked again on a new one.
-        """
+    def _objects(self) -> bluez.Objects:
+        """Return all that BlueZ knows; in a crowded machine bluetoothd may not answer at first."""
         for _ in range(_ASKED):
             try:
-                found: Objects = self._do(asyncio.wait_for(self._bus.objects(), _PATIENCE_S))
+                found: bluez.Objects = self._do(asyncio.wait_for(self._bus.objects(), _PATIENCE_S))
                 return found
-            except (BluetoothError, TimeoutError):
+            except (bluez.BluetoothError, TimeoutError):
                 self._bus.close()
-                self._bus = self._do(Bus.connect())
+                self._bus = self._do(bluez.Bus.connect())
         raise CaseError("bluetoothd does not answer")
 
     def _do(self, task: Coroutine[Any, Any, Any]) -> Any:

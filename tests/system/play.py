@@ -32,7 +32,6 @@ def plain(words: str) -> socket.socket:
 
 
 def opened(url: str) -> Transport:
-    """Open one of the ways."""
     if url.startswith("socket:") and not url.startswith("socket://"):
         return _Selected(plain(url.partition(":")[2]), url)
     return open_transport(url)

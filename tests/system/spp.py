@@ -58,11 +58,7 @@ def digits(guest: Guest, process: Process, question: str) -> str:
 
 
 def game(guest: Guest, link: str | None) -> dict[str, Any]:
-    """Play a demo game; return what came of it, without the count of bytes.
-
-    guest: the case's; link: where the orb is; None: `host` starts one of its own. What pyserial
-    knows is played by `host` itself, Python's own socket by its parts.
-    """
+    """Play a demo game, over a link or with an orb of its own; return its verdict without bytes."""
     if link is not None and link.startswith("socket:"):
         process = guest.python(f"{__package__}.play", link, SEED, SECONDS, name="play")
     else:

@@ -49,10 +49,7 @@ def names() -> list[str]:
 
 
 def run(cases: Sequence[str], keep: Path | None = None, suite: str = DEFAULT) -> dict[str, Result]:
-    """Boot once, run the cases one after the other, and return what came of each.
-
-    Raises ImageError: there is no image, or the guest did not come up.
-    """
+    """Boot once, run the cases one after the other, and return what came of each, or ImageError."""
     built = image(suite)
     with tempfile.TemporaryDirectory(prefix="orbtouch-system-") as name:
         out, repo = keep or Path(name) / "out", Path(name) / "repo"
@@ -103,10 +100,7 @@ def _boot(built: Path, repo: Path, out: Path, seconds: float) -> None:
     ]  # fmt: skip
     with (out / "console.log").open("wb") as console:
         machine = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=console,
-            stderr=subprocess.STDOUT,
+            command, stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT
         )
         try:
             machine.wait(timeout=seconds)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pygame
 import pytest
 
+from tests.support.pytest_types import Capture, Patch
 from tetris import cli
 from tetris.__main__ import main
 from tetris.engine.game import Action
@@ -19,7 +20,7 @@ from tetris.history.replay import Outcome, Recorder
 from tetris.history.replay_file import save
 
 
-def test_a_headless_bot_prints_one_json_object(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_headless_bot_prints_one_json_object(capsys: Capture) -> None:
     command = ["--headless", "--bot", "--seed", "3", "--pieces", "80", "--json"]
     assert main(command) == 0
     first = capsys.readouterr().out
@@ -31,22 +32,18 @@ def test_a_headless_bot_prints_one_json_object(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().out == first
 
 
-def test_without_json_the_result_is_a_line_to_read(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_json_the_result_is_a_line_to_read(capsys: Capture) -> None:
     assert main(["--headless", "--bot", "--seed", "3", "--pieces", "5"]) == 0
     assert "5 pieces (seed 3)" in capsys.readouterr().out
 
 
-def test_one_of_a_kind_is_not_many(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_of_a_kind_is_not_many(capsys: Capture) -> None:
     main(["--headless", "--bot", "dellacherie", "--seed", "3", "--pieces", "1"])
     assert capsys.readouterr().out == "38 points, 0 lines, level 1, 1 piece (seed 3)\n"
-    assert [cli._count(number, "line") for number in (0, 1, 1000)] == [
-        "0 lines",
-        "1 line",
-        "1,000 lines",
-    ]
+    assert [cli._count(n, "line") for n in (0, 1, 1000)] == ["0 lines", "1 line", "1,000 lines"]
 
 
-def test_the_version_is_that_of_the_whole_project(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_that_of_the_whole_project(capsys: Capture) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"tetris {metadata.version('orbtouch')}\n"
 
@@ -70,9 +67,7 @@ def test_the_version_is_that_of_the_whole_project(capsys: pytest.CaptureFixture[
         (["--headless", "--bot", "--pieces", "many"], "whole number"),
     ],
 )
-def test_wrong_usage_is_answered_in_a_sentence(
-    argv: list[str], says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_usage_is_answered_in_a_sentence(argv: list[str], says: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit) as stop:
         main(argv)
     assert stop.value.code == 2
@@ -82,32 +77,28 @@ def test_wrong_usage_is_answered_in_a_sentence(
     assert printed.count("\n") == 1
 
 
-def test_a_mode_with_levels_begins_at_the_level(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mode_with_levels_begins_at_the_level(capsys: Capture) -> None:
     bot = ["--headless", "--bot", "dellacherie", "--pieces", "1", "--json", "--level", "5"]
     for mode in ([], ["--mode", "marathon"], ["--mode", "orb"]):
         assert main([*bot, *mode]) == 0
         assert json.loads(capsys.readouterr().out)["level"] == 5
 
 
-def test_a_bot_plays_a_mode_to_its_goal(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bot_plays_a_mode_to_its_goal(capsys: Capture) -> None:
     assert main(["--headless", "--bot", "dellacherie", "--mode", "sprint", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["lines"] >= 40
     assert result["result"] == "goal reached"
 
 
-def test_where_the_clock_counts_a_bot_plays_as_quickly_as_a_quick_hand(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_where_the_clock_counts_a_bot_plays_as_quickly_as_a_quick_hand(capsys: Capture) -> None:
     assert main(["--headless", "--bot", "dellacherie", "--mode", "ultra_2", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["time_s"] == 120
     assert 150 < result["pieces"] < 800
 
 
-def test_a_recorded_game_is_checked_without_a_window(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recorded_game_is_checked_without_a_window(tmp_path: Path, capsys: Capture) -> None:
     path = str(tmp_path / "one.tetris")
     command = ["--headless", "--bot", "dellacherie", "--pieces", "20", "--seed", "5"]
     assert main([*command, "--record", path]) == 0
@@ -116,9 +107,7 @@ def test_a_recorded_game_is_checked_without_a_window(
     assert capsys.readouterr().out == played
 
 
-def test_a_replay_that_claims_more_than_it_plays_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_replay_that_claims_more_than_it_plays_is_told(tmp_path: Path, capsys: Capture) -> None:
     recorder = Recorder(5)
     recorder.update(0.0, [Action.HARD_DROP])
     boast = replace(recorder.replay(), outcome=Outcome(1_000_000, 99, 250, True))
@@ -129,9 +118,7 @@ def test_a_replay_that_claims_more_than_it_plays_is_told(
 
 
 @pytest.mark.parametrize("options", [["--headless"], []])
-def test_a_file_that_is_no_replay_is_refused_in_a_sentence(
-    options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_replay_is_a_sentence(options: list[str], tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "letter.txt"
     path.write_text("Dear player,")
     assert main(["--replay", str(path), *options]) == 2
@@ -139,9 +126,7 @@ def test_a_file_that_is_no_replay_is_refused_in_a_sentence(
     assert printed == f"tetris: {path}: this is no replay of this game\n"
 
 
-def test_a_record_that_cannot_be_written_is_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_record_that_cannot_be_written_is_a_sentence(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "file").write_text("")
     path = tmp_path / "file" / "one.tetris"
     command = ["--headless", "--bot", "dellacherie", "--pieces", "2", "--record", str(path)]
@@ -149,9 +134,7 @@ def test_a_record_that_cannot_be_written_is_a_sentence(
     assert capsys.readouterr().err.startswith(f"tetris: cannot write {path}: ")
 
 
-def test_ctrl_c_ends_a_game_without_a_word(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ctrl_c_ends_a_game_without_a_word(monkeypatch: Patch, capsys: Capture) -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -172,11 +155,9 @@ sys.exit(main(["--bot"]))
 """
 
 
-@pytest.mark.parametrize(
-    "module", ["tetris.cli", "tetris.engine.game", "argparse", "tetris.window"]
-)
-def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(module: str) -> None:
-    command = [sys.executable, "-c", PRESS, module]
+@pytest.mark.parametrize("name", ["tetris.cli", "tetris.engine.game", "argparse", "tetris.window"])
+def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(name: str) -> None:
+    command = [sys.executable, "-c", PRESS, name]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
@@ -215,16 +196,14 @@ def test_a_result_that_nobody_reads_is_one_sentence() -> None:
     assert done.stderr == "tetris: cannot print the result: Broken pipe\n"
 
 
-def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_ends_with_a_first_thing_to_try(capsys: Capture) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["--help"])
     assert stop.value.code == 0
     assert capsys.readouterr().out.rstrip().endswith("Try it: tetris --bot")
 
 
-def test_without_a_display_one_sentence_names_headless(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_display_one_sentence_names_headless(monkeypatch: Patch, capsys: Capture) -> None:
     monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
     monkeypatch.delenv("SDL_VIDEODRIVER", raising=False)
     monkeypatch.delenv("SDL_VIDEO_DRIVER", raising=False)
@@ -235,9 +214,7 @@ def test_without_a_display_one_sentence_names_headless(
     assert message.count("\n") == 1
 
 
-def test_a_window_game_runs_until_it_is_closed(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_window_runs_until_closed(monkeypatch: Patch, capsys: Capture, tmp_path: Path) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("SDL_AUDIODRIVER", "dummy")
     monkeypatch.setattr("platformdirs.user_data_path", lambda *_, **__: tmp_path / "data")

@@ -7,6 +7,7 @@ from pathlib import Path
 import pygame
 import pytest
 
+from tests.support.pytest_types import Patch
 from tests.support.special_files import KINDS, answer, make
 from tests.support.tetris_player import open_app
 from tetris import files
@@ -92,9 +93,7 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("kind", NEVER_ENDING)
-def test_a_list_of_replays_with_a_special_file_says_so_when_it_is_chosen(
-    kind: str, window: pygame.Surface, tmp_path: Path
-) -> None:
+def test_special_file_in_a_list_says_so(kind: str, window: pygame.Surface, tmp_path: Path) -> None:
     folder = tmp_path / "data" / "replays"
     folder.mkdir(parents=True)
     make(kind, folder, "2026-01-01_00-00-00_zen.tetris")
@@ -114,9 +113,7 @@ def test_a_list_of_replays_with_a_special_file_says_so_when_it_is_chosen(
         ("x = " + "[" * 30_000, "put aside"),
     ],
 )
-def test_settings_of_64_kb_are_read_in_a_moment_and_larger_ones_put_aside(
-    text: str, words: str, tmp_path: Path
-) -> None:
+def test_up_to_64_kb_are_read_and_more_put_aside(text: str, words: str, tmp_path: Path) -> None:
     path = tmp_path / settings.FILE_NAME
     path.write_text(text)
     chosen, trouble = settings.load(path)
@@ -140,9 +137,7 @@ def test_a_pipe_for_which_somebody_waits_is_refused_too(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("given", ["", "rel", "./rel", "~/rel"])
-def test_relative_xdg_folders_are_ignored(
-    given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_relative_xdg_folders_are_ignored(given: str, tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("XDG_DATA_HOME", given)
     monkeypatch.setenv("XDG_CONFIG_HOME", given)

@@ -5,18 +5,15 @@ the best boards are pursued. A way is worth what its moves earn and what its las
 worth, by the weights `greedy.BCTS`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from operator import itemgetter
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tetris.bots import greedy
 from tetris.bots.greedy import (
     BCTS,
     HEADROOM_ROWS,
     LOST,
     Plan,
-    Planner,
     loses,
     middle,
     settled,
@@ -145,7 +142,3 @@ class _Search:
 def _entered(bits: int, kind: Kind, config: Config) -> Piece | None:
     """Return a piece that has just come; None where it cannot, and the game is over."""
     return entered(bits, Piece.entering(kind, config.columns, config.rows))
-
-
-BOTS: Final[Mapping[str, Planner]] = MappingProxyType({"dellacherie": greedy.plan, "beam": plan})
-STRONGEST: Final = "beam"

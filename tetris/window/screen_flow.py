@@ -4,7 +4,7 @@ import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
-from tetris.bots.beam_search import BOTS
+from tetris.bots import BOTS
 from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder

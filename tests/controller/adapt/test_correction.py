@@ -102,9 +102,7 @@ def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path
 
 
 @pytest.mark.parametrize("problem", ["", "that touch is too weak to learn from"])
-def test_the_loop_hears_at_once_and_again_when_it_is_learned_or_not(
-    tmp_path: Path, problem: str
-) -> None:
+def test_the_loop_hears_at_once_and_again_at_the_outcome(tmp_path: Path, problem: str) -> None:
     asked = []
 
     def learn(label: str, seen: list[np.ndarray]) -> str:

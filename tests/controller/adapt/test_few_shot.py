@@ -147,9 +147,7 @@ def test_a_person_s_own_gesture_goes_into_their_own_network() -> None:
     assert both.golden.heads["ann"].shape[1] == 6
 
 
-def test_a_bundle_without_material_rehearses_its_golden_windows(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_bundle_without_material_rehearses_its_goldens(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(few_shot, "LEAST_KEPT", 0.0)
     parts = bundles.content(bundles.unpack(DATA))
     del parts[bundles.REHEARSAL]
@@ -173,9 +171,7 @@ def test_what_cannot_be_learned_from_is_refused(given: tuple[Example, ...], comp
         adapt.teach(DATA, given)
 
 
-def test_a_lesson_that_would_cost_the_old_gestures_is_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_lesson_that_costs_the_old_gestures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Presses of another name that count more than all else cannot be told from presses."""
     monkeypatch.setattr(few_shot, "SHARE", 5.0)
     same = [Example("poke", one.images, rotations="all") for one in examples("press", 4)]

@@ -36,9 +36,7 @@ def test_a_bundle_without_people_has_no_word_about_them() -> None:
 
 
 @pytest.mark.parametrize("engine", ["onnxruntime", "numpy"])
-def test_every_engine_asks_the_user_network_and_the_head_of_whom_it_is_told(
-    path: Path, engine: str
-) -> None:
+def test_every_engine_asks_the_user_network_and_the_named_head(path: Path, engine: str) -> None:
     read = bundle.read(path)
     recognizer = Recognizer(read, engine)
     window = np.ones((10, 5, 5), dtype=np.float32)
@@ -103,9 +101,7 @@ def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_pa
         ("pinch", 'pinhc = "hold"', "users.mapping.bob.* 'pinhc' is unknown"),
     ],
 )
-def test_people_that_make_no_sense_are_refused(
-    tmp_path: Path, line: str, instead: str, complaint: str
-) -> None:
+def test_wrong_people_are_refused(tmp_path: Path, line: str, instead: str, complaint: str) -> None:
     table, count = re.subn(rf"^{line} = .*$", instead, enrolled.TABLE, flags=re.MULTILINE)
     assert count == 1
     with pytest.raises(BundleError, match=complaint):

@@ -24,9 +24,6 @@ def chain(*parts: bytes) -> bytes:
     return model(*parts, node("Relu", "z", "y"), ASKED, GIVEN)
 
 
-# --- what is read ---
-
-
 def test_the_shipped_networks_are_chains_of_well_known_operators() -> None:
     gesture = onnx_reader.read(SHIPPED.gesture_onnx)
     assert gesture.shape == (1, SHIPPED.window, SHIPPED.rows, SHIPPED.columns)
@@ -46,8 +43,6 @@ def test_shapes_and_multiplications_are_those_of_the_convolution_arithmetic() ->
     assert sizes.shapes["y"] == (1, 4, 3, 3)
     assert sizes.macs == 4 * 9 * 18
 
-
-# --- what is refused ---
 
 BAD: dict[str, tuple[bytes, str]] = {
     "nothing": (b"", "IR version 0"),
@@ -149,9 +144,7 @@ def test_any_bytes_are_read_or_refused(data: bytes) -> None:
 
 @settings(deadline=None, max_examples=150)
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 8), st.booleans())
-def test_a_damaged_network_is_refused_or_has_bounded_cost(
-    at: float, bit: int, at_the_end: bool
-) -> None:
+def test_a_damaged_network_is_refused_or_bounded(at: float, bit: int, at_the_end: bool) -> None:
     """A bit is flipped, or the file cut; weights are most of it, operators before or behind."""
     whole = bytearray(SHIPPED.gesture_onnx)
     place = int(at * 2000) + (len(whole) - 2000 if at_the_end else 0)

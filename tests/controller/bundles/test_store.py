@@ -68,9 +68,7 @@ DAMAGED = (
 )
 
 
-def test_an_installed_bundle_is_in_use_and_the_one_before_comes_back(
-    tmp_path: Path, shelf: BundleStore
-) -> None:
+def test_an_installed_bundle_is_used_and_rolled_back(tmp_path: Path, shelf: BundleStore) -> None:
     assert shelf.current() == (SHIPPED, "")
     with pytest.raises(BundleError, match="nothing was installed before"):
         shelf.rollback()
@@ -91,9 +89,7 @@ def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path, shelf: Bu
     assert files == {RECORD, *(f"{name}.orb" for name in kept)}
 
 
-def test_corrections_are_taken_back_one_by_one_to_the_bundle_that_was_corrected(
-    tmp_path: Path, shelf: BundleStore
-) -> None:
+def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStore) -> None:
     """Ten corrections of a bundle of one's own; the shelf keeps eight bundles."""
     names = [put(shelf, variant(tmp_path, 1))]
     for number in range(2, 12):
@@ -182,9 +178,7 @@ def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
     assert left <= {f".{RECORD}.01234567"}
 
 
-def test_a_full_disk_changes_nothing(
-    tmp_path: Path, shelf: BundleStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk(tmp_path: Path, shelf: BundleStore, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(path: Path, data: bytes) -> None:
         raise OSError(28, "No space left on device")
 
@@ -204,9 +198,7 @@ def test_the_median_step_is_what_the_clock_says() -> None:
     assert shown == selftest.SelfTestResult("numpy", 7.0, 7.0)
 
 
-def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_engine_that_kills_its_process_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     """As ONNX Runtime does on a processor that it was not built for: status -4, not a word."""
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
@@ -238,9 +230,7 @@ def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
 
 
 @pytest.mark.slow
-def test_install_models_rollback(
-    tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands(tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["install", str(variant(tmp_path, 1))]) == 0
     out = capsys.readouterr().out
     assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 10 Hz" in out

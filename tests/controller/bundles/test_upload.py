@@ -195,9 +195,7 @@ def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path)
         *((BundleError(text), "") for text in ("\x1b[31m", "漢" * 400, "one\ntwo", "\udce9")),
     ],
 )  # fmt: skip
-def test_whatever_goes_wrong_on_the_orb_the_host_is_answered(
-    tmp_path: Path, error: Exception, told: str
-) -> None:
+def test_every_error_on_the_orb_is_answered(tmp_path: Path, error: Exception, told: str) -> None:
     def install(path: Path) -> str:
         raise error
 
@@ -254,9 +252,7 @@ def test_an_orb_that_takes_it_and_never_says_how_it_went_is_given_up(tmp_path: P
         (UploadStatus(PROVING, 9, ""), PROOF_REPEATS),
     ],
 )
-def test_an_orb_with_which_nothing_goes_on_is_given_up(
-    answer: UploadStatus | None, repeats: int
-) -> None:
+def test_an_orb_without_progress_is_given_up(answer: UploadStatus | None, repeats: int) -> None:
     courier, now_s, turns = BundleUpload("new.orb", DATA), 0.0, 0
     courier.turn([Connected(WELCOME)], now_s, lambda message: True)
     while not courier.over and turns < 2000:

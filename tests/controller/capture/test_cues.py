@@ -238,9 +238,7 @@ EVENTS = st.lists(st.sampled_from(["felt", "quiet", "pause", "drop"]), max_size=
 
 
 @given(EVENTS, st.booleans())
-def test_whatever_happens_every_example_is_done_or_still_asked_for(
-    events: list[str], shuffled: bool
-) -> None:
+def test_every_example_is_done_or_still_asked_for(events: list[str], shuffled: bool) -> None:
     asked = [ExampleRequest(label) for label in ("press", "pinch", "press")]
     pace = CueTiming(0.2, 0.5, 0.5, 0.0)
     session = CueSession(asked, pace, np.random.default_rng(1), shuffled=shuffled)
@@ -300,9 +298,7 @@ def test_a_random_order_is_the_seed_s() -> None:
         ({"name": "a\nb"}, "name = 'a\\nb'; expected is a short text"),
     ],
 )
-def test_a_plan_that_is_none_is_refused_in_one_sentence(
-    change: dict[str, Any], sentence: str
-) -> None:
+def test_no_plan_at_all_is_refused_in_one_sentence(change: dict[str, Any], sentence: str) -> None:
     with pytest.raises(UserError) as refused:
         parse_plan({"name": "p", "labels": ["press"], **change}, LABELS)
     assert sentence in str(refused.value)

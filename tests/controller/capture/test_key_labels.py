@@ -18,9 +18,6 @@ from tests.controller.keymap.test_terminal_decoder import pressed, released, typ
 LABELS = 5  # null and four gestures
 
 
-# --- keys that are held ---------------------------------------------------------------------------
-
-
 Feed = list[tuple[str, float]]  # "1" is typed, "+1" pressed, "-1" released, "" time that passes
 
 
@@ -67,9 +64,7 @@ STUTTER = (2.0, 2.5, 2.53, 2.56, 2.76, 2.77, 2.78, 3.1, 3.13, 3.4)
         ([("1", 2.0), ("1", 2.15)], [down(2.0), up(2.0, True), down(2.15)]),
     ],
 )
-def test_events_of_a_keyboard_are_keys_that_go_down_and_up(
-    feed: Feed, changes: list[KeyChange]
-) -> None:
+def test_keyboard_events_are_keys_that_go_down_and_up(feed: Feed, changes: list[KeyChange]) -> None:
     assert fed(feed) == changes
 
 
@@ -102,9 +97,6 @@ def test_every_key_goes_down_as_often_as_up(told: list[tuple[KeyEvent, float]]) 
         downs = [change.down for change in changes if change.key == key]
         # A key may be told of in both ways at once by this noise, so count.
         assert downs.count(True) == downs.count(False)
-
-
-# --- what they mean -------------------------------------------------------------------------------
 
 
 def test_a_digit_gives_its_label_while_it_is_held() -> None:
@@ -159,9 +151,7 @@ def test_space_pauses_and_goes_on() -> None:
     ("again_s", "from_s"),
     [(11.0, 4.0), (12.9, 4.0), (13.5, 10.5)],  # soon: three seconds more; later: the last three
 )
-def test_backspace_drops_the_last_three_seconds_and_again_three_more(
-    again_s: float, from_s: float
-) -> None:
+def test_backspace_drops_three_seconds_and_again_three_more(again_s: float, from_s: float) -> None:
     keys = KeyLabels(LABELS)
     drop, mark = keys.take(KeyChange(BACKSPACE, True, 10.0), 10.1)
     assert drop == LabelCorrection("excluded", 7.0, 10.1, True)

@@ -24,9 +24,6 @@ def up(key: str, ago_s: float = 0.0) -> Timed:
     return ago_s, KeyEvent(key, Action.RELEASED)
 
 
-# --- the button -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("says", "label"),
     [(None, UNKNOWN), ("null", 0), ("pinch", 2), ("", UNKNOWN), ("poke", UNKNOWN)],
@@ -47,9 +44,6 @@ def test_a_button_without_a_label_means_the_cue_until_released() -> None:
         says = "" if 15 <= k < 45 else "null"  # from the first go into the second get ready
         said.append(labeller.label(k / 10, button=says, felt=True).button)
     assert said == [0] * 15 + [1] * 30 + [0] * 15
-
-
-# --- keys -----------------------------------------------------------------------------------------
 
 
 def test_keys_have_a_column_of_their_own_and_excuse_frames() -> None:
@@ -80,9 +74,6 @@ def test_a_key_is_let_go_of_when_the_window_is_left() -> None:
     labeller = Labeller(LABELS)
     labeller.label(1.0, events=[down("1")])
     assert labeller.label(1.1, events=[(0.0, Signal.AWAY)]).key == 0
-
-
-# --- cues -----------------------------------------------------------------------------------------
 
 
 def test_the_cue_has_its_label_at_go_only() -> None:
@@ -131,9 +122,6 @@ def test_a_pause_stops_the_cues_and_is_told() -> None:
     ]
     on = labeller.label(60.1, events=[up(SPACE), down(SPACE)])
     assert (on.fresh, on.cue, on.excluded) == (True, 0, False)
-
-
-# --- the line for people --------------------------------------------------------------------------
 
 
 class Screen(io.StringIO):

@@ -77,9 +77,7 @@ def test_another_day_is_the_same_orb_and_person_with_other_noise_and_mood() -> N
     assert days[0].style.press_depth != days[1].style.press_depth
 
 
-def test_the_orb_that_plays_knows_the_gestures_of_a_vocabulary(
-    mine: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_orb_knows_a_vocabulary(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = grammar().parse_args(
         ["--labels", str(mine / "gestures.toml"), "--link", "listen://127.0.0.1:0"]
     )
@@ -91,9 +89,6 @@ def test_the_orb_that_plays_knows_the_gestures_of_a_vocabulary(
     device.close()
     assert main(["--labels", str(mine / "absent.toml")]) == 2
     assert "cannot read" in capsys.readouterr().err
-
-
-# --- the label button and the cues ----------------------------------------------------------------
 
 
 def played(seed: int) -> tuple[Virtual, list[str | None], list[str]]:

@@ -26,9 +26,6 @@ def started(*words: str, **how: object) -> subprocess.CompletedProcess[str]:
     )
 
 
-# --- which command --------------------------------------------------------------------------------
-
-
 def test_help_lists_every_command_with_its_purpose(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
         main(["--help"])
@@ -52,24 +49,18 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
         ("zzz", f"there is no command 'zzz'; there are {', '.join(filter(None, COMMANDS))}"),
     ],
 )
-def test_a_misspelt_command_gets_one_sentence(
-    words: str, sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_misspelt_command(words: str, sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words.split()) == 2
     assert capsys.readouterr().err == f"controller: {sentence}\n"
 
 
-def test_wrong_usage_is_2_and_missing_hardware_is_1(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_exit_statuses(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["--link", "hid:?keys=absent.toml"]) == 2
     assert main(["--link", "socket://127.0.0.1:1"]) == 1
     monkeypatch.setitem(sys.modules, "lgpio", None)
     assert main(["calibrate", "--sensor", "orb"]) == 1
     assert all(line.startswith("controller: ") for line in capsys.readouterr().err.splitlines())
 
-
-# --- signals --------------------------------------------------------------------------------------
 
 INTERRUPTED_AT = """
 import signal, sys
@@ -88,23 +79,16 @@ sys.exit(main({words!r}))
 @posix
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("module", ["controller.errors", ""])
-def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(
-    command: str, module: str
-) -> None:
+def test_ctrl_c_while_modules_are_imported_ends_it_silently(command: str, module: str) -> None:
     own = "controller.cli." + COMMANDS[command][0].partition(":")[0]
     program = INTERRUPTED_AT.format(module=module or own, words=command.split())
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
-# --- output ---------------------------------------------------------------------------------------
-
-
 @posix
 @pytest.mark.parametrize("words", PRINTING)
-def test_every_command_prints_on_an_ascii_terminal_a_full_disk_and_a_closed_pipe(
-    words: str, tmp_path: Path
-) -> None:
+def test_commands_print_on_ascii_a_full_disk_and_a_closed_pipe(words: str, tmp_path: Path) -> None:
     def printed(name: str, **how: object) -> subprocess.CompletedProcess[str]:
         return started(*words.replace("FILE", str(tmp_path / name)).split(), **how)
 
@@ -134,8 +118,6 @@ def test_recordings_follow_the_umask(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert (tmp_path / "new.npz").stat().st_mode & 0o777 == 0o600
 
 
-# --- what a running controller says of itself -----------------------------------------------------
-
 SOUND = {
     "pid": os.getpid(), "device": "d", "bundle": "b", "engine": "e", "link": "-", "frames": 1,
     "missed": 0, "period_ms": 100.0, "hops": [["all", 1.0, 2.0, 3.0]],
@@ -152,9 +134,7 @@ def damaged() -> Iterator[str]:
             yield json.dumps({**SOUND, key: value})
 
 
-def test_a_damaged_status_is_no_running_controller(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_damaged_status_is_no_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(service, "status_folders", lambda: [tmp_path])
     for text in damaged():
         (tmp_path / "status.json").write_text(text)
@@ -166,9 +146,7 @@ def test_a_damaged_status_is_no_running_controller(
 
 
 @pytest.mark.parametrize("command", ["", "calibrate", "doctor", "teach"])
-def test_a_seed_that_is_none_is_refused_by_every_command_that_reads_a_sensor(
-    command: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_seed_out_of_range_is_refused(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main([*command.split(), "--seed", str(2**32)])
     assert "must be a whole number from 0 to 4294967295" in capsys.readouterr().err

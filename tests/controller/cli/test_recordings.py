@@ -33,9 +33,6 @@ def write(path: Path, recording: Recording) -> Path:
     return path
 
 
-# --- info -----------------------------------------------------------------------------------------
-
-
 def test_info_says_who_when_what_and_draws_it(tmp_path: Path, run: Run) -> None:
     path = write(tmp_path / "one.npz", played())
     status, out, _ = run("info", path)
@@ -68,9 +65,6 @@ def test_what_a_file_says_cannot_move_the_cursor(tmp_path: Path, run: Run) -> No
     assert "marks     note\\x1b[2J 1" in out
 
 
-# --- check ----------------------------------------------------------------------------------------
-
-
 def test_the_exit_status_of_check_is_the_worst_verdict(tmp_path: Path, run: Run) -> None:
     good = write(tmp_path / "good.npz", played())
     assert run("check", good)[0] == 0
@@ -101,9 +95,6 @@ def test_check_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None
     told = json.loads(out)
     assert (status, told["verdict"], told["useless"]) == (1, "doubtful", [[2, 3]])
     assert told["cadence"]["measured_hz"] == pytest.approx(10.0)
-
-
-# --- new files ------------------------------------------------------------------------------------
 
 
 def test_a_recording_is_exported_as_tables(tmp_path: Path, run: Run) -> None:
@@ -145,9 +136,7 @@ def test_a_piece_and_a_correction_are_new_files(tmp_path: Path, run: Run) -> Non
     assert loaded.origin.id != reader.load(piece).origin.id
 
 
-def test_arrays_of_another_sensor_become_recordings_and_a_rerun_goes_on(
-    tmp_path: Path, run: Run
-) -> None:
+def test_arrays_of_another_sensor_become_recordings_once(tmp_path: Path, run: Run) -> None:
     np.savez_compressed(tmp_path / "frames.npz", **screen())  # type: ignore[arg-type]
     (tmp_path / "screen.toml").write_text(CAPFINGERID)
     words = ("import", tmp_path / "frames.npz", tmp_path / "screen.toml", "--out", tmp_path / "set")
@@ -159,9 +148,6 @@ def test_arrays_of_another_sensor_become_recordings_and_a_rerun_goes_on(
     _, out, _ = run(*words)
     assert out == f"{first} is there already\n{second}: 5 frames, 0.3 s\n"
     assert len(list((tmp_path / "set").iterdir())) == 2
-
-
-# --- recover --------------------------------------------------------------------------------------
 
 
 def test_where_no_journal_is_left_recover_says_so(tmp_path: Path, run: Run) -> None:
@@ -176,9 +162,6 @@ def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run)
     assert status == 1
     assert err.startswith(f"controller: the journal {journal} ")
     assert journal.exists()
-
-
-# --- mistakes -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -19,17 +19,7 @@ from controller.bundles.inference import engines
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
-from controller.protocol.messages import (
-    Command,
-    Grant,
-    Granted,
-    GroundTruth,
-    Message,
-    NumberedCommand,
-    Perform,
-    Refuse,
-    Welcome,
-)
+from controller.protocol import messages as wire
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
@@ -50,7 +40,7 @@ PATIENCE_S = float(os.environ.get("ORBTOUCH_PATIENCE_S", "30"))  # an emulated p
 _T0_ROW = 100  # of the recording made here: well after the rest image was taken
 
 
-def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[Command]:
+def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[wire.Command]:
     """Record a session in which the virtual orb's hand shows every gesture; return its commands."""
     shipped = bundle.read(BUNDLE)
     sensor = sensors.load("virtual", rate_hz, seed=3)
@@ -67,11 +57,11 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     for _ in range(round(seconds * rate_hz)):
         device.advance(rate_hz)
     device.close()
-    return [message for message in link.sent if isinstance(message, Command)]
+    return [message for message in link.sent if isinstance(message, wire.Command)]
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Command]]:
+def played(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[wire.Command]]:
     """A recording, and the commands that the live run gave."""
     path = tmp_path_factory.mktemp("played") / "session.npz"
     return path, session(path)
@@ -81,7 +71,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Command
 
 
 def test_a_replay_prints_the_commands_of_the_live_run_twice_the_same(
-    played: tuple[Path, list[Command]], capsys: pytest.CaptureFixture[str]
+    played: tuple[Path, list[wire.Command]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, live = played
     assert main(["--replay", str(path)]) == 0
@@ -97,7 +87,7 @@ def test_a_replay_prints_the_commands_of_the_live_run_twice_the_same(
 
 
 def test_a_recording_cut_from_the_middle_replays_from_its_state(
-    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    played: tuple[Path, list[wire.Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source = reader.load(played[0])
     shipped = bundle.read(BUNDLE)
@@ -115,7 +105,7 @@ def test_a_recording_cut_from_the_middle_replays_from_its_state(
 
 
 def test_another_mapping_gives_other_commands(
-    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    played: tuple[Path, list[wire.Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     mine = tmp_path / "mine.toml"
     mine.write_text('press = "hold"')
@@ -179,9 +169,7 @@ def test_without_an_orb_the_message_says_what_to_do(capsys: pytest.CaptureFixtur
     assert "try --sensor emulated" in complaint(capsys, "--sensor", "orb", status=1)
 
 
-def test_a_recording_of_another_rate_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_of_other_rate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "fast.npz"
     session(path, rate_hz=12.5, seconds=2.0)
     assert "12.50 Hz, the bundle at 10.00 Hz" in complaint(capsys, "--replay", path)
@@ -204,9 +192,7 @@ def test_wrong_usage_is_answered_with_what_would_be_right(
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_a_hangup_ends_what_runs_in_a_terminal_and_renews_what_does_not(
-    terminal: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_hangup_ends_or_renews_a_run(terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("stdin", "stdout", "stderr"):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: terminal)
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup a hangup means nothing
@@ -219,9 +205,7 @@ def test_a_hangup_ends_what_runs_in_a_terminal_and_renews_what_does_not(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_to_end_while_it_is_still_loading_ends_it_without_a_word(
-    number: signal.Signals,
-) -> None:
+def test_a_signal_to_end_while_it_is_loading_ends_it_silently(number: signal.Signals) -> None:
     program = f"""
 import signal, sys
 from controller.bundles import bundle
@@ -277,9 +261,9 @@ class Process:
             self.end.close()
 
 
-def hear(host: HandMadeHost, last: type[Message]) -> list[Message]:
+def hear(host: HandMadeHost, last: type[wire.Message]) -> list[wire.Message]:
     """Return what comes, until a message of this kind is among it."""
-    heard: list[Message] = []
+    heard: list[wire.Message] = []
     while not heard or not isinstance(heard[-1], last):
         message = host.message()
         assert message is not None
@@ -309,17 +293,19 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
     path = tmp_path / "granted.npz"
     process = start("--link", "listen://127.0.0.1:0", "--seed", "4", "--record", path, token="t")
     host = process.connect()
-    assert isinstance(host.greet(dataclasses.replace(JOIN, token="t")), Welcome)
-    heard: list[Message] = []
+    assert isinstance(host.greet(dataclasses.replace(JOIN, token="t")), wire.Welcome)
+    heard: list[wire.Message] = []
     for number, place in enumerate(((0.5, 3.0), (3.5, 3.0), (2.0, 0.3)), 1):
-        host.say(Grant(3000 * number))
-        host.say(Perform(number, "press", *place))
-        heard += hear(host, Granted)
-    host.say(Grant(12_000))
-    heard += hear(host, Granted)
+        host.say(wire.Grant(3000 * number))
+        host.say(wire.Perform(number, "press", *place))
+        heard += hear(host, wire.Granted)
+    host.say(wire.Grant(12_000))
+    heard += hear(host, wire.Granted)
     assert process.stop()[0] == 0
-    assert [m.number for m in heard if isinstance(m, GroundTruth)] == [1, 2, 3]
-    commands = [(m.name, m.frame / 10) for m in heard if isinstance(m, Command | NumberedCommand)]
+    assert [m.number for m in heard if isinstance(m, wire.GroundTruth)] == [1, 2, 3]
+    commands = [
+        (m.name, m.frame / 10) for m in heard if isinstance(m, wire.Command | wire.NumberedCommand)
+    ]
     assert [name for name, _ in commands] == ["left", "right", "down"]
     assert main(["--replay", str(path)]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -328,7 +314,7 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
 
 def test_an_orb_with_a_token_refuses_strangers(start: Start) -> None:
     process = start("--link", "listen://127.0.0.1:0", token="secret")
-    assert isinstance(process.connect().greet(JOIN), Refuse)
+    assert isinstance(process.connect().greet(JOIN), wire.Refuse)
     assert process.stop(signal.SIGINT)[0] == 0
 
 
@@ -355,9 +341,7 @@ def test_a_reader_that_went_away_is_no_reason_for_a_traceback(arguments: list[st
     assert "Exception" not in done.stderr
 
 
-def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_recording(
-    start: Start, tmp_path: Path
-) -> None:
+def test_a_virtual_orb_plays_and_ctrl_c_seals_the_recording(start: Start, tmp_path: Path) -> None:
     path = tmp_path / "live.npz"
     process = start("--sensor", "virtual", "--link", "-", "--record", path)
     first = process.line()
@@ -369,9 +353,7 @@ def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_record
     assert reader.load(path).commands[0].command == first["command"]
 
 
-def test_a_session_of_cues_ends_by_itself_and_is_named_after_who_and_when(
-    start: Start, tmp_path: Path
-) -> None:
+def test_a_session_of_cues_ends_and_is_named_by_who_and_when(start: Start, tmp_path: Path) -> None:
     plan = tmp_path / "plan.toml"
     plan.write_text("""
         labels = ["pinch"]
@@ -399,9 +381,7 @@ def test_a_session_of_cues_ends_by_itself_and_is_named_after_who_and_when(
     assert (recorded.cue[performed] == 2).mean() > 0.8  # the hand reacts within the cue
 
 
-def test_a_killed_session_is_recovered_when_the_next_one_begins(
-    start: Start, tmp_path: Path
-) -> None:
+def test_a_killed_session_is_recovered_when_the_next_begins(start: Start, tmp_path: Path) -> None:
     killed = start("--sensor", "virtual", "--record", tmp_path / "one.npz")
     killed.line()  # a gesture, so there are some seconds
     killed.kill()

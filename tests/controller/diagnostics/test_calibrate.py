@@ -59,9 +59,7 @@ def test_a_firm_finger_is_refused_although_the_sensor_is_new(place: tuple[int, i
 
 
 @pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
-def test_a_finger_that_lies_there_all_the_time_is_refused_where_the_sensor_is_known(
-    place: tuple[int, int],
-) -> None:
+def test_a_lasting_finger_is_refused_where_the_sensor_is_known(place: tuple[int, int]) -> None:
     light = 1.0 - 0.5 * (1.0 - finger(*place))
     frames, last = (idle() * light).astype(np.float32), REST_PF.astype(np.float32)
     rows, rest, _ = calibrate(frames, 10.0, last)
@@ -91,9 +89,6 @@ def test_a_sensor_of_which_too_much_is_lost_is_refused() -> None:
     rows, rest, _ = calibrate(cut, 10.0)
     assert rest is None
     assert rows[0].advice == "Run: controller doctor"
-
-
-# --- on the disk ----------------------------------------------------------------------------------
 
 
 def kept(folder: Path, device_id: str = "orb-1") -> Path:
@@ -127,16 +122,11 @@ TEXTS = ["", "{", "[]", "null", '{"version": 1}', "[" * 5000]
 
 
 @pytest.mark.parametrize("change", [*CHANGES, *TEXTS])
-def test_a_file_that_is_no_calibration_counts_for_nothing(
-    tmp_path: Path, change: str | dict[str, object]
-) -> None:
+def test_a_wrong_calibration_is_ignored(tmp_path: Path, change: str | dict[str, object]) -> None:
     file = kept(tmp_path)
     plain = json.loads(file.read_text())
     file.write_text(change if isinstance(change, str) else json.dumps(plain | change))
     assert calibration_store.load("orb-1", tmp_path) is None
-
-
-# --- the command ----------------------------------------------------------------------------------
 
 
 def test_the_command_keeps_a_calibration_and_the_controller_uses_it(

@@ -35,9 +35,6 @@ def test_a_table_says_what_was_found_and_below_it_what_to_do() -> None:
     assert not faulty(rows[:1])
 
 
-# --- the computer ---------------------------------------------------------------------------------
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to die of")
 @pytest.mark.parametrize(
     ("script", "found", "code"),
@@ -46,9 +43,7 @@ def test_a_table_says_what_was_found_and_below_it_what_to_do() -> None:
         ("echo no module >&2; exit 1", "no module", "runtime_fails"),
     ],
 )
-def test_an_engine_that_crashes_takes_nobody_along(
-    script: str, found: str, code: str, tmp_path: Path
-) -> None:
+def test_a_crash_of_an_engine_is_told(script: str, found: str, code: str, tmp_path: Path) -> None:
     python = tmp_path / "python"
     python.write_text(f"#!/bin/sh\n{script}\n")
     python.chmod(0o700)
@@ -71,8 +66,7 @@ def test_a_disk_without_room_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("late_s", "verdict"),
-    [(0.0002, Verdict.GOOD), (0.02, Verdict.DOUBTFUL), (0.06, Verdict.FAULT)],
+    ("late_s", "verdict"), [(0.0002, Verdict.GOOD), (0.02, Verdict.DOUBTFUL), (0.06, Verdict.FAULT)]
 )
 def test_a_clock_that_wakes_late_is_told(late_s: float, verdict: Verdict) -> None:
     now = [0.0]
@@ -89,9 +83,6 @@ def test_a_link_is_opened_and_closed() -> None:
     assert (row.verdict, row.code) == (Verdict.FAULT, "link")
 
 
-# --- air ------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("kpa", "pumping", "problem", "code"),
     [
@@ -103,9 +94,7 @@ def test_a_link_is_opened_and_closed() -> None:
         ([-0.7] * 20, False, "refused", "no_pressure_sensor"),
     ],
 )
-def test_what_the_pressure_says_of_pump_and_hose(
-    kpa: Sequence[float], pumping: bool, problem: str, code: str
-) -> None:
+def test_pump_and_hose(kpa: Sequence[float], pumping: bool, problem: str, code: str) -> None:
     samples = [PressureReading(i / 2, float(value), pumping) for i, value in enumerate(kpa)]
     assert skin_checks.air(samples, problem).code == code
 
@@ -113,9 +102,6 @@ def test_what_the_pressure_says_of_pump_and_hose(
 def test_a_pump_that_starts_again_and_again_tells_of_a_leak() -> None:
     samples = [PressureReading(i / 2, 2.2, i % 4 == 1) for i in range(20)]
     assert skin_checks.air(samples, "").code == "air_leak"
-
-
-# --- presses --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -189,9 +175,6 @@ def test_whoever_does_not_want_to_press_need_not() -> None:
 
     answers = (lambda words: "\n", lambda words: "s\n", gone)
     assert [Finger(ask).press((0, 0)) for ask in answers] == [True, False, False]
-
-
-# --- the command ----------------------------------------------------------------------------------
 
 
 def doctor(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dict[str, str]]:

@@ -4,29 +4,17 @@ from pathlib import Path
 
 import pytest
 
+from controller.keymap import keymap
 from controller.keymap.key_names import DANGEROUS, KEYS, PAD, danger, typed
-from controller.keymap.keymap import (
-    GAMEPAD,
-    KEYBOARD,
-    Arm,
-    KeyMap,
-    KeyMapError,
-    Mode,
-    Outputs,
-    Press,
-    Switch,
-    Text,
-    load,
-)
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.protocol.messages import COMMANDS
 from tests.support import ROOT
 
 
-def mapping(tmp_path: Path, text: str, outputs: Outputs = KEYBOARD) -> KeyMap:
+def mapping(tmp_path: Path, text: str, outputs: keymap.Outputs = keymap.KEYBOARD) -> keymap.KeyMap:
     file = tmp_path / "keys.toml"
     file.write_text(text)
-    return load(file, outputs)
+    return keymap.load(file, outputs)
 
 
 def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
@@ -49,13 +37,13 @@ def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
     )
     game, slides = found.profiles["game"], found.profiles["slides"]
     assert found.first == "game"
-    assert game["left"] == Press(("left",))
-    assert game["down"] == Press(("down",), Mode.HOLD)
-    assert game["drop"] == Press(("space",), Mode.REPEAT, 0.04, 0.2)
-    assert game["hold"] == Press(("ctrl", "shift", "t"), Mode.TOGGLE)
-    assert slides["drop"] == Text((("shift", "h"), ("i",), ("shift", "1")))
-    assert game["menu"] == slides["menu"] == Arm()
-    assert game["pause"] == Switch("slides")
+    assert game["left"] == keymap.Press(("left",))
+    assert game["down"] == keymap.Press(("down",), keymap.Mode.HOLD)
+    assert game["drop"] == keymap.Press(("space",), keymap.Mode.REPEAT, 0.04, 0.2)
+    assert game["hold"] == keymap.Press(("ctrl", "shift", "t"), keymap.Mode.TOGGLE)
+    assert slides["drop"] == keymap.Text((("shift", "h"), ("i",), ("shift", "1")))
+    assert game["menu"] == slides["menu"] == keymap.Arm()
+    assert game["pause"] == keymap.Switch("slides")
     assert found.keys == {"left", "down", "space", "ctrl", "shift", "t", "h", "i", "1"}
 
 
@@ -71,37 +59,33 @@ def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Pat
         hold = { profile = "game" }
         """,
     )
-    assert found.long == {"drop": Arm(), "hold": Switch("game")}
+    assert found.long == {"drop": keymap.Arm(), "hold": keymap.Switch("game")}
     assert found.long_s == 2.0
     assert found.keys == {"space"}
 
 
 SHIPPED = [
-    ("keyboard", KEYBOARD),
-    ("gamepad", GAMEPAD),
+    ("keyboard", keymap.KEYBOARD),
+    ("gamepad", keymap.GAMEPAD),
     ("keyboard", OUTPUTS),
     ("gamepad", OUTPUTS),
 ]
 
 
 @pytest.mark.parametrize(("name", "outputs"), SHIPPED)
-def test_shipped_mappings_press_something_else_for_every_command(
-    name: str, outputs: Outputs
-) -> None:
-    [entries] = load(Path(name), outputs).profiles.values()
+def test_shipped_mappings_press_a_key_for_each_command(name: str, outputs: keymap.Outputs) -> None:
+    [entries] = keymap.load(Path(name), outputs).profiles.values()
     presses = {str(entries[command]) for command in COMMANDS}
     assert len(presses) == len(COMMANDS)
 
 
 @pytest.mark.parametrize(("name", "outputs"), SHIPPED[:2])
-def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(
-    name: str, outputs: Outputs
-) -> None:
+def test_shipped_mapping_is_armed_by_every_orb(name: str, outputs: keymap.Outputs) -> None:
     from controller.bundles import bundle
 
-    shipped = load(Path(name), outputs)
+    shipped = keymap.load(Path(name), outputs)
     [command] = shipped.long
-    assert shipped.long == {command: Arm()}
+    assert shipped.long == {command: keymap.Arm()}
     assert command in bundle.read(bundle.default_path()).mapping.commands
 
 
@@ -113,9 +97,9 @@ def test_pad_has_buttons_a_hat_and_sticks(tmp_path: Path) -> None:
         left = "stick_left"
         drop = { pad = "lb+a", mode = "hold" }
         """,
-        GAMEPAD,
+        keymap.GAMEPAD,
     )
-    assert found.profiles["pad"]["drop"] == Press(("pad_lb", "pad_a"), Mode.HOLD)
+    assert found.profiles["pad"]["drop"] == keymap.Press(("pad_lb", "pad_a"), keymap.Mode.HOLD)
     assert found.keys == {"pad_lb", "pad_a", "pad_stick_left"}
 
 
@@ -169,10 +153,8 @@ GAME = "[profile.game]\n"
         ("[profile.game\n", ", line 1", "expected"),
     ],
 )
-def test_mistake_is_one_sentence_with_the_line_and_the_entry(
-    tmp_path: Path, text: str, line: str, said: str
-) -> None:
-    with pytest.raises(KeyMapError) as refused:
+def test_mistake_is_told_with_its_place(tmp_path: Path, text: str, line: str, said: str) -> None:
+    with pytest.raises(keymap.KeyMapError) as refused:
         mapping(tmp_path, text)
     told = str(refused.value)
     assert told.startswith(f"{tmp_path / 'keys.toml'}{line}: ")
@@ -181,24 +163,24 @@ def test_mistake_is_one_sentence_with_the_line_and_the_entry(
 
 
 def test_file_that_is_missing_or_no_text_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(KeyMapError, match="cannot read"):
-        load(tmp_path / "none.toml", KEYBOARD)
+    with pytest.raises(keymap.KeyMapError, match="cannot read"):
+        keymap.load(tmp_path / "none.toml", keymap.KEYBOARD)
     (tmp_path / "keys.toml").write_bytes(b"\xff")
-    with pytest.raises(KeyMapError, match="it is not text in UTF-8"):
-        load(tmp_path / "keys.toml", KEYBOARD)
+    with pytest.raises(keymap.KeyMapError, match="it is not text in UTF-8"):
+        keymap.load(tmp_path / "keys.toml", keymap.KEYBOARD)
     (tmp_path / "keys.toml").write_bytes(b"#" * 70_000)
-    with pytest.raises(KeyMapError, match="more than 65536 bytes"):
-        load(tmp_path / "keys.toml", KEYBOARD)
+    with pytest.raises(keymap.KeyMapError, match="more than 65536 bytes"):
+        keymap.load(tmp_path / "keys.toml", keymap.KEYBOARD)
 
 
 def test_keyboard_s_entries_do_not_fit_a_pad(tmp_path: Path) -> None:
-    with pytest.raises(KeyMapError, match="needs --target keyboard"):
-        mapping(tmp_path, GAME + 'left = {key = "a"}', GAMEPAD)
+    with pytest.raises(keymap.KeyMapError, match="needs --target keyboard"):
+        mapping(tmp_path, GAME + 'left = {key = "a"}', keymap.GAMEPAD)
 
 
 def test_dangerous_chord_that_is_allowed_can_be_pressed(tmp_path: Path) -> None:
     found = mapping(tmp_path, 'allow = ["alt+f4"]\n' + GAME + 'left = "alt+f4"')
-    assert found.profiles["game"]["left"] == Press(("alt", "f4"))
+    assert found.profiles["game"]["left"] == keymap.Press(("alt", "f4"))
 
 
 @pytest.mark.parametrize("chord", DANGEROUS)
@@ -234,5 +216,5 @@ def test_mappings_in_the_documentation_can_be_read(tmp_path: Path) -> None:
     blocks = [block.split("```")[0] for block in text.split("```toml\n")[1:]]
     assert blocks
     for block in blocks:
-        outputs = GAMEPAD if "--target gamepad" in block else KEYBOARD
+        outputs = keymap.GAMEPAD if "--target gamepad" in block else keymap.KEYBOARD
         assert mapping(tmp_path, block, outputs).keys

@@ -54,9 +54,7 @@ UNKNOWN = b"Q\t\r\xc3\xa4\x1b[A\x1bOP\x1b[15~\x1b[5;2~\x1b[<0;3;4M\x1b[99~\xff"
         (b"\x1b[O\x1b[I", [Signal.AWAY]),
     ],
 )
-def test_bytes_of_a_terminal_are_keys_and_signals(
-    sent: bytes, events: list[KeyEvent | Signal]
-) -> None:
+def test_terminal_bytes_are_keys_and_signals(sent: bytes, events: list[KeyEvent | Signal]) -> None:
     assert strokes(sent) == events
 
 

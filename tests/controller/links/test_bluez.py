@@ -59,9 +59,7 @@ def is_greeted(link: RfcommLink) -> None:
     until(lambda: any(isinstance(request, Hello) for request in link.poll()))
 
 
-def test_the_service_has_our_uuid_is_serial_and_wants_pairing(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_the_service_has_our_uuid_and_demands_pairing(fake: FakeBluez, link: RfcommLink) -> None:
     ((path, uuid, options),) = fake.calls("RegisterProfile")
     assert (path, uuid) == (SERIAL_PATH, SERVICE_UUID)
     assert options["RequireAuthentication"]
@@ -72,9 +70,7 @@ def test_the_service_has_our_uuid_is_serial_and_wants_pairing(
     assert link.url.startswith("rfcomm://00:01:02:03:04:05:")
 
 
-def test_a_bonded_host_plays_over_the_socket_that_bluez_hands_over(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_a_bonded_host_plays_over_the_socket_of_bluez(fake: FakeBluez, link: RfcommLink) -> None:
     with host_of(fake, link) as host:
         assert isinstance(host.greet(), Welcome)
         assert host.message() == State(())
@@ -85,9 +81,7 @@ def test_a_bonded_host_plays_over_the_socket_that_bluez_hands_over(
         assert heard.name == "drop"
 
 
-def test_a_host_that_is_not_bonded_is_refused_and_hears_nothing(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_an_unbonded_host_is_refused_and_hears_nothing(fake: FakeBluez, link: RfcommLink) -> None:
     fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "66:55:44:33:22:11", "stranger")
     near, far = socket.socketpair()
     with near, far:
@@ -128,9 +122,7 @@ def test_a_host_hears_bye_when_the_orb_is_switched_off(fake: FakeBluez) -> None:
         closing.join()
 
 
-def test_it_is_registered_anew_after_bluetoothd_has_restarted(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_it_is_registered_anew_after_bluetoothd_restarts(fake: FakeBluez, link: RfcommLink) -> None:
     fake.stop()
     until(lambda: link.state != "ready")
     fake.start()
@@ -179,9 +171,7 @@ def test_outside_the_window_nobody_may_pair(fake: FakeBluez, link: RfcommLink) -
     assert confirmation(fake, link) == "org.bluez.Error.Rejected"
 
 
-def test_the_window_opens_for_a_time_and_somebody_may_pair(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_the_window_opens_for_a_time_and_a_host_may_pair(fake: FakeBluez, link: RfcommLink) -> None:
     link.pair(90)
     until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
     assert fake.get("/org/bluez/hci0", ADAPTER, "DiscoverableTimeout") == 90
@@ -190,9 +180,7 @@ def test_the_window_opens_for_a_time_and_somebody_may_pair(
     assert confirmation(fake, link) == ""
 
 
-def test_a_host_that_pairs_while_the_window_is_open_is_trusted(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_a_host_that_pairs_in_the_window_is_trusted(fake: FakeBluez, link: RfcommLink) -> None:
     link.pair(90)
     until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
     fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")

@@ -113,9 +113,7 @@ async def test_an_orb_for_one_host_sends_the_others_away(link: HidLink, bluez: F
     await come(bluez, link)
 
 
-def test_the_host_that_had_the_orb_last_is_remembered(
-    play: Callable[..., None], tmp_path: Path
-) -> None:
+def test_the_last_host_of_the_orb_is_remembered(play: Callable[..., None], tmp_path: Path) -> None:
     async def scene(link: HidLink, bluez: FakeBluez) -> None:
         await come(bluez, link)
 
@@ -123,9 +121,7 @@ def test_the_host_that_had_the_orb_last_is_remembered(
     assert hosts.recall(tmp_path / "hid-hosts.json") == StoredHosts((LAPTOP,), LAPTOP)
 
 
-def test_a_bluetoothd_that_is_restarted_finds_the_orb_again(
-    play: Callable[..., None], address: str
-) -> None:
+def test_a_restarted_bluetoothd_finds_the_orb(play: Callable[..., None], address: str) -> None:
     async def scene(link: HidLink, bluez: FakeBluez) -> None:
         await come(bluez, link)
         await bluez.stop()

@@ -81,9 +81,7 @@ async def test_the_report_map_is_in_the_service_record(host: ClassicHost, orb: C
 
 
 @over_classic
-async def test_gestures_arrive_over_the_interrupt_channel(
-    host: ClassicHost, orb: ClassicOrb
-) -> None:
+async def test_gestures_arrive_over_the_interrupt_pipe(host: ClassicHost, orb: ClassicOrb) -> None:
     await open_channels(host, orb)
     assert await come(host, 2) == list(RELEASED)
     press(orb, "rotate_cw")

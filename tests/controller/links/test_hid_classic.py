@@ -267,9 +267,7 @@ async def test_a_host_that_takes_no_reports_is_let_go(it: Table) -> None:
         (errno.ENODEV, "cannot wait on the HID channels"),
     ],
 )
-def test_channels_that_cannot_be_had_are_told_in_one_sentence(
-    number: int, said: str, play: Play
-) -> None:
+def test_channels_that_fail_are_told_in_one_sentence(number: int, said: str, play: Play) -> None:
     async def scene(it: Table) -> None:
         await it.part.end()
         it.radio.refuse = {CONTROL: number}
@@ -292,9 +290,7 @@ async def test_a_record_that_another_program_has_is_told_in_one_sentence(it: Tab
         await it.part.begin(it.bus, ADAPTER)
 
 
-def test_a_python_without_bluetooth_sockets_is_told_what_to_do(
-    play: Play, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_python_without_bluetooth_gets_advice(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_BLUETOOTH", raising=False)
 
     async def scene(it: Table) -> None:

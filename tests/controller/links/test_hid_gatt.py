@@ -192,9 +192,7 @@ async def test_what_a_host_may_not_write_is_refused(it: Table) -> None:
 
 
 @scene()
-async def test_a_host_that_comes_back_hears_that_nothing_is_down(
-    it: Table,
-) -> None:
+async def test_a_host_that_comes_back_hears_that_nothing_is_down(it: Table) -> None:
     await it.play(LAPTOP)
     for _ in range(5):
         it.press("down")

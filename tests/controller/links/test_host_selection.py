@@ -94,9 +94,7 @@ def test_an_orb_for_one_host_takes_no_other_ever() -> None:
         )
     )
 )
-def test_at_any_moment_one_host_at_most_is_not_sent_away(
-    script: list[tuple[str, str, float]],
-) -> None:
+def test_at_most_one_host_at_a_time_is_not_sent_away(script: list[tuple[str, str, float]]) -> None:
     hosts, now_s, there = HostSelection(TWO), 0.0, set[str]()
     for what, address, pause_s in script:
         now_s += pause_s

@@ -25,32 +25,21 @@ from controller.links.byte_link import REQUESTS
 from controller.links.listen import PEERS, ListenLink
 from controller.links.serial_port import PortLink
 from controller.links.stdout import StdoutLink
+from controller.protocol import messages as wire
 from controller.protocol import retransmit
 from controller.protocol.device_session import WRONG_KEY
-from controller.protocol.messages import (
-    Bye,
-    Command,
-    Contacts,
-    Message,
-    Perform,
-    PositionUncertainty,
-    Refuse,
-    State,
-    Telemetry,
-    Welcome,
-)
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HELLO, JOIN, HandMadeHost, plain
 from tests.support.waiting import until
 
-PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
-FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
+PRESS = wire.Command("left", "press", 0.123456, (1.23456, 2.0), 9)
+FRAME = wire.Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
 DEADLINE_S = 10.0
 Connect = Callable[[], HandMadeHost]
 Open = Callable[..., HandMadeHost]
 
 
-def request(link: Link) -> list[Message]:
+def request(link: Link) -> list[wire.Message]:
     """Return the next requests; fail after the deadline."""
     link.wait(DEADLINE_S)
     return link.poll()
@@ -85,6 +74,15 @@ def connect(link: ListenLink, to: Open) -> Connect:
     return lambda: to(link)
 
 
+@pytest.fixture
+def host(link: ListenLink, connect: Connect) -> HandMadeHost:
+    """A host that the loop has heard of."""
+    host = connect()
+    host.greet()
+    assert request(link) == [HELLO]
+    return host
+
+
 # --- the standard output ---
 
 
@@ -94,7 +92,7 @@ def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
     assert link.connected
     link.send(PRESS, 1_200)
     link.send(FRAME, 1_300)
-    link.send(Command("drop", "pinch", 1.0, None, 13), 1_400)
+    link.send(wire.Command("drop", "pinch", 1.0, None, 13), 1_400)
     assert link.poll() == []
     link.close()
     assert out.getvalue() == (
@@ -108,9 +106,9 @@ def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
 def test_a_command_carries_the_uncertainty_of_its_own_frame() -> None:
     out = io.StringIO()
     link = StdoutLink(out)
-    link.send(PositionUncertainty(PRESS.frame - 1, 0.3), 1_100)
+    link.send(wire.PositionUncertainty(PRESS.frame - 1, 0.3), 1_100)
     link.send(PRESS, 1_200)
-    link.send(PositionUncertainty(PRESS.frame, 0.12345), 1_200)
+    link.send(wire.PositionUncertainty(PRESS.frame, 0.12345), 1_200)
     link.send(PRESS, 1_200)
     link.close()
     lines = [json.loads(line) for line in out.getvalue().splitlines()]
@@ -138,7 +136,7 @@ def test_a_slow_reader_of_the_standard_output_delays_nobody() -> None:
     out = Slow()
     link = StdoutLink(out)
     for frame in range(1_000):
-        link.send(Command("left", "press", 1.0, None, frame), frame)
+        link.send(wire.Command("left", "press", 1.0, None, frame), frame)
     assert out.getvalue() == ""
     allowed.set()
     link.close()
@@ -201,69 +199,60 @@ def test_a_host_is_welcomed_and_heard(link: ListenLink, connect: Connect) -> Non
     host = connect()
     assert not link.connected
     assert host.greet() == welcome()
-    assert host.message() == State(())
+    assert host.message() == wire.State(())
     assert request(link) == [HELLO]
     assert link.connected
-    host.say(Contacts(()))
-    assert request(link) == [Contacts(())]
+    host.say(wire.Contacts(()))
+    assert request(link) == [wire.Contacts(())]
     link.send(PRESS, 1_200)
     packet = host.packet()
     assert packet.t_ms == 1_200
-    assert isinstance(packet.message, Command)
+    assert isinstance(packet.message, wire.Command)
     assert packet.message.name == "left"
 
 
 def test_nothing_is_sent_before_the_loop_has_the_hello(link: ListenLink, connect: Connect) -> None:
     host = connect()
     host.greet()
-    assert host.message() == State(())
+    assert host.message() == wire.State(())
     link.send(FRAME, 1_000)  # a frame of the time before: the host must not see it
     assert request(link) == [HELLO]
-    link.send(State(("down",)), 0)
-    assert host.message() == State(("down",))
+    link.send(wire.State(("down",)), 0)
+    assert host.message() == wire.State(("down",))
     assert link.dropped == 1
 
 
-def test_a_second_host_is_refused_without_harm_to_the_first(
-    link: ListenLink, connect: Connect
-) -> None:
+def test_a_second_host_is_refused_without_harm(link: ListenLink, connect: Connect) -> None:
     first, second = connect(), connect()
     first.greet()
     answer = second.greet(dataclasses.replace(JOIN, host_nonce=78))
-    assert answer == Refuse("already connected to another host; close that one first")
+    assert answer == wire.Refuse("already connected to another host; close that one first")
     assert request(link) == [HELLO]
-    second.say(Contacts(()))
-    first.say(Perform(1, "press", 0.0, 0.0))
-    assert request(link) == [Perform(1, "press", 0.0, 0.0)]
+    second.say(wire.Contacts(()))
+    first.say(wire.Perform(1, "press", 0.0, 0.0))
+    assert request(link) == [wire.Perform(1, "press", 0.0, 0.0)]
 
 
-def test_when_the_host_has_gone_bye_comes_and_the_next_is_welcome(
-    link: ListenLink, connect: Connect
-) -> None:
-    host = connect()
-    host.greet()
+def test_the_next_host_is_welcome(link: ListenLink, connect: Connect, host: HandMadeHost) -> None:
     number = host.session
-    assert request(link) == [HELLO]
     host.close()
     [bye] = request(link)
-    assert isinstance(bye, Bye)
+    assert isinstance(bye, wire.Bye)
     assert not link.connected
     link.send(PRESS, 0)
     host = connect()
     host.greet()
     assert host.session == number + 1
-    assert host.message() == State(())
+    assert host.message() == wire.State(())
     assert request(link) == [HELLO]
-    link.send(State(("down",)), 0)
-    assert host.message() == State(("down",))  # and not the press of the time between
+    link.send(wire.State(("down",)), 0)
+    assert host.message() == wire.State(("down",))  # and not the press of the time between
 
 
-def test_a_silent_or_babbling_peer_is_let_go_and_blocks_none(
-    link: ListenLink, connect: Connect
-) -> None:
+def test_a_silent_or_babbling_peer_is_let_go(link: ListenLink, connect: Connect) -> None:
     mute, babbling, host = connect(), connect(), connect()
     babbling.write(b"GET / HTTP/1.1\r\n\r\n\0" * 1000)
-    assert isinstance(host.greet(dataclasses.replace(JOIN, granted=True)), Welcome)
+    assert isinstance(host.greet(dataclasses.replace(JOIN, granted=True)), wire.Welcome)
     for peer in (mute, babbling):
         with pytest.raises((EOFError, ConnectionResetError)):
             peer.packet()
@@ -276,7 +265,7 @@ def test_only_so_many_may_knock_at_a_time(link: ListenLink, connect: Connect) ->
     until(lambda: len(link._peers) == PEERS)
     with pytest.raises((EOFError, ConnectionResetError)):
         connect().packet()
-    assert isinstance(peers[-1].greet(), Welcome)
+    assert isinstance(peers[-1].greet(), wire.Welcome)
 
 
 def test_a_host_that_floods_is_cut_off(link: ListenLink, connect: Connect) -> None:
@@ -285,21 +274,17 @@ def test_a_host_that_floods_is_cut_off(link: ListenLink, connect: Connect) -> No
 
     def flood() -> None:
         while True:
-            host.say(Contacts(()))
+            host.say(wire.Contacts(()))
 
     with pytest.raises(ConnectionError):
         flood()
     requests = request(link)
     assert requests[0] == HELLO
-    assert isinstance(requests[-1], Bye)
+    assert isinstance(requests[-1], wire.Bye)
     assert len(requests) < REQUESTS + 2_000
 
 
-def test_a_host_that_does_not_read_never_makes_the_loop_wait(
-    link: ListenLink, connect: Connect
-) -> None:
-    connect().greet()
-    assert request(link) == [HELLO]
+def test_a_host_that_never_reads_delays_no_loop(link: ListenLink, host: HandMadeHost) -> None:
     while not link.dropped:  # the system's own buffers fill first
         for _ in range(1_000):
             link.send(FRAME, 0)
@@ -307,19 +292,14 @@ def test_a_host_that_does_not_read_never_makes_the_loop_wait(
     assert len(link._host.session.output) < 20_000
 
 
-def test_closing_says_bye_after_everything_that_was_sent(
-    connect: Connect, link: ListenLink
-) -> None:
-    host = connect()
-    host.greet()
-    assert request(link) == [HELLO]
+def test_closing_says_bye_after_all_that_was_sent(link: ListenLink, host: HandMadeHost) -> None:
     for _ in range(100):
         link.send(FRAME, 0)
     closing = threading.Thread(target=link.close)
     closing.start()
-    assert host.message() == State(())
+    assert host.message() == wire.State(())
     assert [host.message() for _ in range(100)] == [FRAME] * 100
-    assert host.message() == Bye("the orb was switched off")
+    assert host.message() == wire.Bye("the orb was switched off")
     closing.join()
     with pytest.raises(EOFError):
         host.packet()
@@ -358,19 +338,17 @@ def test_a_host_is_heard_over_a_port() -> None:
     line.host.write(b"left over from somebody else")
     assert line.host.greet() == welcome()
     assert request(link) == [HELLO]
-    line.host.say(Contacts(()))
-    assert request(link) == [Contacts(())]
+    line.host.say(wire.Contacts(()))
+    assert request(link) == [wire.Contacts(())]
     link.send(PRESS, 0)
-    assert line.host.message() == State(())
-    assert isinstance(line.host.message(), Command)
+    assert line.host.message() == wire.State(())
+    assert isinstance(line.host.message(), wire.Command)
     link.close()
-    assert line.host.message() == Bye("the orb was switched off")
+    assert line.host.message() == wire.Bye("the orb was switched off")
     line.close()
 
 
-def test_a_port_that_vanishes_ends_the_session_and_is_opened_again(
-    tmp_path: Any,
-) -> None:
+def test_a_port_that_vanishes_ends_the_session_and_is_opened_again(tmp_path: Any) -> None:
     name = tmp_path / "tty"
     line = Pty()
     name.symlink_to(line.path)
@@ -380,7 +358,7 @@ def test_a_port_that_vanishes_ends_the_session_and_is_opened_again(
     name.unlink()
     line.close()  # pulled out
     [bye] = request(link)
-    assert isinstance(bye, Bye)
+    assert isinstance(bye, wire.Bye)
     line = Pty()
     name.symlink_to(line.path)  # plugged in again
     assert isinstance(link, PortLink)
@@ -446,15 +424,15 @@ def listening(url: str = "listen://127.0.0.1:0", **access: Any) -> ListenLink:
 def test_a_host_needs_the_right_key(to: Open, caplog: pytest.LogCaptureFixture) -> None:
     link = listening(key=KEY)
     for wrong in (bytes(32), b""):
-        assert to(link, wrong).greet() == Refuse(WRONG_KEY)
+        assert to(link, wrong).greet() == wire.Refuse(WRONG_KEY)
     assert link.poll() == []
     host = to(link, KEY)
     assert host.greet() == welcome()
     assert request(link) == [HELLO]
     link.send(PRESS, 0)
-    assert host.message() == State(())
+    assert host.message() == wire.State(())
     command = plain(host.message())
-    assert isinstance(command, Command)
+    assert isinstance(command, wire.Command)
     assert command.name == "left"
     link.close()
     assert caplog.text.count(f"a host was refused: {WRONG_KEY}") == 1  # not for every knock
@@ -478,7 +456,7 @@ def test_other_machines_need_a_key_or_an_explicit_option(
     link.close()
 
 
-def test_a_host_that_reconnects_replaces_its_half_open_line(
+def test_a_reconnecting_host_replaces_its_line(
     link: ListenLink, connect: Connect, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
@@ -488,49 +466,44 @@ def test_a_host_that_reconnects_replaces_its_half_open_line(
     link.send(PRESS, 0)  # it never gets there: nobody reads that line any more
     join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
     assert again.greet(join) == dataclasses.replace(welcome(), resumed=True)
-    assert again.message() == State(())
-    assert isinstance(plain(again.message()), Command)
+    assert again.message() == wire.State(())
+    assert isinstance(plain(again.message()), wire.Command)
     assert request(link) == [HELLO]
     assert link.connected
     until(lambda: len(link._peers) == 1)
-    again.say(Contacts(()))
-    assert request(link) == [Contacts(())]
+    again.say(wire.Contacts(()))
+    assert request(link) == [wire.Contacts(())]
 
 
-def test_a_command_given_meanwhile_comes_when_the_host_is_back(
-    link: ListenLink, to: Open, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_await_a_host(link: ListenLink, to: Open, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
     first = to(link)
     first.greet()
     assert request(link) == [HELLO]
-    first.say(Bye("back in a moment"))
-    assert request(link) == [Bye("back in a moment")]
+    first.say(wire.Bye("back in a moment"))
+    assert request(link) == [wire.Bye("back in a moment")]
     link.send(PRESS, 0)
     join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
     again = to(link)
     again.greet(join)
-    assert again.message() == State(())
-    assert isinstance(plain(again.message()), Command)
-    again.say(Bye(""))
-    heard: list[Message] = []
-    while Bye("") not in heard:
+    assert again.message() == wire.State(())
+    assert isinstance(plain(again.message()), wire.Command)
+    again.say(wire.Bye(""))
+    heard: list[wire.Message] = []
+    while wire.Bye("") not in heard:
         heard += request(link)
     link.send(PRESS, 0)
     stranger = to(link)
     stranger.greet(dataclasses.replace(join, host_nonce=78))
-    assert stranger.message() == State(())
+    assert stranger.message() == wire.State(())
     assert link.outbox.posted == ()
 
 
-def test_a_host_may_greet_again_on_an_old_line(link: ListenLink, to: Open) -> None:
-    host = to(link)
-    host.greet()
-    assert request(link) == [HELLO]
+def test_a_host_may_greet_again_on_an_old_line(link: ListenLink, host: HandMadeHost) -> None:
     [peer] = link._peers
     peer.since_ms = -60_000  # when it connected; but it has a session
     until(lambda: peer.since_ms >= 0)
-    assert host.message() == State(())
+    assert host.message() == wire.State(())
     assert host.greet() == welcome()
     requests = request(link)
     assert [*requests, *([] if HELLO in requests else request(link))][1:] == [HELLO]

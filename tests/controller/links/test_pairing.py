@@ -28,9 +28,7 @@ ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
 
 
-def test_the_orb_waits_for_a_time_and_says_who_has_paired(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_orb_says_who_paired(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     def stranger() -> None:
         until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
         fake.call("/", MOCK, "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
@@ -47,9 +45,7 @@ def test_the_orb_waits_for_a_time_and_says_who_has_paired(
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Discoverable")  # shut behind it
 
 
-def test_the_orb_gives_up_when_nobody_comes(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_orb_gives_up_in_time(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     assert pair.main(["--yes", "--seconds", "1"]) == 1
     assert "no host paired" in capsys.readouterr().out
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
@@ -63,9 +59,7 @@ def test_a_window_has_a_sensible_length(seconds: str, capsys: pytest.CaptureFixt
     assert "must be a whole number from 1 to 600" in capsys.readouterr().err
 
 
-def test_pairing_without_bluetoothd_says_how_to_start_it(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bluetoothd_must_be_running(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     fake.stop()
     assert controller(["pair", "--yes"]) == 1
     assert "systemctl enable --now bluetooth" in capsys.readouterr().err
@@ -105,9 +99,7 @@ def test_a_bonded_orb_needs_no_address_and_may_not_wait_yet(
     assert "start it there: controller --link rfcomm:" in told
 
 
-def test_the_host_finds_no_orb_where_there_is_none(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_host_finds_no_absent_orb(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     assert host_pair.main(["--yes", "--seconds", "1"]) == 1
     assert "found no orb within 1 s" in capsys.readouterr().err
 
@@ -121,9 +113,7 @@ def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
     assert discovery.paired() == []
 
 
-def test_status_names_adapters_and_hosts(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_status_has_adapters_and_hosts(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
     service.status(["--json"])
     (adapter,) = json.loads(capsys.readouterr().out)["bluetooth"]["adapters"]
     assert adapter["name"] == "hci0"

@@ -7,22 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.links.bluetooth.hid.reports import (
-    BUTTON_NUMBERS,
-    GAMEPAD,
-    KEY_USAGES,
-    KEYBOARD,
-    PAD_NAMES,
-    PNP_ID,
-    RELEASED,
-    REPORT_MAP,
-    VENDOR,
-    gamepad,
-    keyboard,
-)
+from controller.links.bluetooth.hid import reports
 from tests.reference import hid
 
-HOST = hid.parse(REPORT_MAP)
+HOST = hid.parse(reports.REPORT_MAP)
 KEYS, LEDS, BUTTONS, DESKTOP = 0x07 << 16, 0x08 << 16, 0x09 << 16, 0x01 << 16
 X, Y, HAT = DESKTOP | 0x30, DESKTOP | 0x31, DESKTOP | 0x39
 FIRST_MODIFIER = KEYS | 0xE0
@@ -36,28 +24,28 @@ def down(report_id: int, data: bytes) -> set[int]:
 
 def pad(*names: str) -> dict[int, int | None]:
     """Return what a host reads from the gamepad's report."""
-    return HOST.decode(hid.INPUT, GAMEPAD, gamepad(names).data)
+    return HOST.decode(hid.INPUT, reports.GAMEPAD, reports.gamepad(names).data)
 
 
 def test_a_host_finds_one_keyboard_and_one_gamepad() -> None:
     applications = {one.state.id: one.application for one in HOST.fields}
-    assert applications == {KEYBOARD: DESKTOP | 0x06, GAMEPAD: DESKTOP | 0x05}
-    assert HOST.ids(hid.OUTPUT) == {KEYBOARD}
-    assert HOST.bits(hid.INPUT, KEYBOARD) == 64  # as the boot protocol's
-    assert HOST.bits(hid.OUTPUT, KEYBOARD) == 8
-    assert HOST.bits(hid.INPUT, GAMEPAD) == 40
+    assert applications == {reports.KEYBOARD: DESKTOP | 0x06, reports.GAMEPAD: DESKTOP | 0x05}
+    assert HOST.ids(hid.OUTPUT) == {reports.KEYBOARD}
+    assert HOST.bits(hid.INPUT, reports.KEYBOARD) == 64  # as the boot protocol's
+    assert HOST.bits(hid.OUTPUT, reports.KEYBOARD) == 8
+    assert HOST.bits(hid.INPUT, reports.GAMEPAD) == 40
 
 
 def test_the_lights_of_the_keyboard_are_five() -> None:
-    lights = HOST.decode(hid.OUTPUT, KEYBOARD, b"\x02")
+    lights = HOST.decode(hid.OUTPUT, reports.KEYBOARD, b"\x02")
     assert lights == {LEDS | 1: 0, LEDS | 2: 1, LEDS | 3: 0, LEDS | 4: 0, LEDS | 5: 0}
 
 
 def test_nothing_is_down_in_the_reports_that_release_everything() -> None:
-    for report in RELEASED:
+    for report in reports.RELEASED:
         assert down(report.id, report.data) == set()
     assert pad() == {**{BUTTONS | n: 0 for n in range(1, 17)}, HAT: None, X: 0, Y: 0}
-    assert {report.id for report in RELEASED} == HOST.ids(hid.INPUT)
+    assert {report.id for report in reports.RELEASED} == HOST.ids(hid.INPUT)
 
 
 # SDL's scan codes are HID usages (SDL_scancode.h says so), and pygame has them by name.
@@ -68,31 +56,31 @@ SCAN_CODES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", KEY_USAGES)
+@pytest.mark.parametrize("name", reports.KEY_USAGES)
 def test_every_key_has_the_number_that_sdl_knows(name: str) -> None:
     spelled = SCAN_CODES.get(name, name.upper())
     expected = getattr(pygame, f"KSCAN_{spelled}", None)
     if expected is None:
         expected = {"volumeup": 128, "volumedown": 129, "mute": 127}[name]  # SDL_scancode.h
-    assert KEY_USAGES[name] == expected
+    assert reports.KEY_USAGES[name] == expected
 
 
 @settings(deadline=None)
-@given(st.lists(st.sampled_from(sorted(KEY_USAGES)), max_size=14, unique=True))
+@given(st.lists(st.sampled_from(sorted(reports.KEY_USAGES)), max_size=14, unique=True))
 def test_a_host_reads_the_keys_that_are_down(names: list[str]) -> None:
-    usages = {KEYS | KEY_USAGES[name] for name in names}
+    usages = {KEYS | reports.KEY_USAGES[name] for name in names}
     modifiers = {usage for usage in usages if usage >= FIRST_MODIFIER}
     told = usages if len(usages - modifiers) <= 6 else modifiers | {KEYS | 1}  # ErrorRollOver
-    assert down(KEYBOARD, keyboard(names).data) == told
+    assert down(reports.KEYBOARD, reports.keyboard(names).data) == told
 
 
 @settings(deadline=None)
-@given(st.sets(st.sampled_from(PAD_NAMES)))
+@given(st.sets(st.sampled_from(reports.PAD_NAMES)))
 def test_a_host_reads_what_is_down_on_the_pad(names: set[str]) -> None:
-    report = gamepad(names)
-    buttons = {BUTTONS | number for name, number in BUTTON_NUMBERS.items() if name in names}
-    assert down(GAMEPAD, report.data) == buttons
-    values = HOST.decode(hid.INPUT, GAMEPAD, report.data)
+    report = reports.gamepad(names)
+    buttons = {BUTTONS | number for name, number in reports.BUTTON_NUMBERS.items() if name in names}
+    assert down(reports.GAMEPAD, report.data) == buttons
+    values = HOST.decode(hid.INPUT, reports.GAMEPAD, report.data)
     for axis, less, more in ((X, "stick_left", "stick_right"), (Y, "stick_up", "stick_down")):
         assert values[axis] == 127 * ((more in names) - (less in names))
 
@@ -114,11 +102,13 @@ def test_the_hat_points_clockwise_from_up(names: tuple[str, ...], degrees: int |
 
 
 def test_the_keyboards_report_is_the_one_of_the_boot_protocol() -> None:
-    assert keyboard(("ctrl", "rshift", "left", "a")).data == bytes([0x21, 0, 0x50, 4, 0, 0, 0, 0])
+    assert reports.keyboard(("ctrl", "rshift", "left", "a")).data == bytes(
+        [0x21, 0, 0x50, 4, 0, 0, 0, 0]
+    )
 
 
 def test_the_version_follows_from_the_report_map() -> None:
-    source, vendor, product = PNP_ID[0], PNP_ID[1:3], PNP_ID[3:5]
-    assert (source, int.from_bytes(vendor, "little")) == (2, VENDOR)
+    source, vendor, product = reports.PNP_ID[0], reports.PNP_ID[1:3], reports.PNP_ID[3:5]
+    assert (source, int.from_bytes(vendor, "little")) == (2, reports.VENDOR)
     assert int.from_bytes(product, "little") == 1
-    assert PNP_ID[5:][::-1] == hashlib.sha256(REPORT_MAP).digest()[:2]
+    assert reports.PNP_ID[5:][::-1] == hashlib.sha256(reports.REPORT_MAP).digest()[:2]

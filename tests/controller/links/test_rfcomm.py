@@ -156,9 +156,7 @@ def test_a_host_that_closes_has_gone_for_the_orb(link: RfcommLink, receiver: Rec
     asked(link, Bye)
 
 
-def test_a_link_that_bluez_disconnects_is_lost_and_connected_again(
-    link: RfcommLink, receiver: Receiver
-) -> None:
+def test_a_link_that_bluez_ends_is_connected_again(link: RfcommLink, receiver: Receiver) -> None:
     asked(link, Hello)
     link._leave("/laptop")
     heard(receiver, Lost)
@@ -196,9 +194,7 @@ def test_the_channel_of_a_service_is_found_through_the_air(wired: Any) -> None:
     assert host_rfcomm.look_up(ORB) == CHANNEL
 
 
-def test_a_service_that_is_not_offered_has_no_channel(
-    wired: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_service_not_offered_has_no_channel(wired: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     other = "00001108-0000-1000-8000-00805f9b34fb"
     monkeypatch.setattr(host_rfcomm, "SERVICE_UUID", other)
     assert host_rfcomm.look_up(ORB) is None
@@ -216,9 +212,7 @@ def test_a_channel_where_nobody_listens_is_told_in_one_sentence(wired: Any) -> N
         open_transport(f"rfcomm://{ORB}:9")
 
 
-def test_pyserial_opens_the_orb_by_its_url(
-    link: RfcommLink, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pyserial_opens_the_orb_by_url(link: RfcommLink, monkeypatch: pytest.MonkeyPatch) -> None:
     packages = ["serial.urlhandler", "host.connection"]
     monkeypatch.setattr(serial, "protocol_handler_packages", packages)
     with serial.serial_for_url(f"rfcomm://{ORB}", timeout=0) as port:

@@ -4,28 +4,23 @@ import hmac
 
 import pytest
 
+from controller.protocol import messages as wire
 from controller.protocol.auth import SIZE, FrameAuthenticator, seals
 from controller.protocol.device_session import WRONG_KEY, DeviceSession
 from controller.protocol.host_session import HostSession
 from controller.protocol.link_events import Connected, Delivered, Lost, Received, Refused
-from controller.protocol.messages import (
-    VERSION,
-    Bye,
-    Command,
-    Contacts,
-    Hello,
-    Message,
-    Offer,
-    Refuse,
-    Telemetry,
-)
 from controller.protocol.packets import Decoder, encode
 from tests.support.fake_device import welcome
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 NONCE = bytes(range(16))
-DROP = Command("drop", "pinch", 0.5, None, 1)
-FELT = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
+NEEDS_KEY = "the orb needs a key; add --key FILE, with the file that it was started with"
+HAS_NO_KEY = (
+    "the orb has no key, so it cannot be authenticated; start it with the same --key FILE, "
+    "or leave --key out here"
+)
+DROP = wire.Command("drop", "pinch", 0.5, None, 1)
+FELT = wire.Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
 
 
 class Meeting:
@@ -35,7 +30,7 @@ class Meeting:
         self.device = DeviceSession(welcome(), key=device)
         self.host = HostSession("orb", 100, 0, key=host, nonce=nonce)
         self.from_device, self.from_host = b"", b""
-        self.requests: list[Message] = []
+        self.requests: list[wire.Message] = []
         self.news: list[Received] = []
         self.exchange()
 
@@ -61,9 +56,9 @@ def test_two_who_share_a_key_talk_as_ever() -> None:
     assert Connected(welcome()) in both.news
     both.device.send(DROP, 0, 0)
     assert both.exchange() == [Delivered(DROP, 0)]
-    assert both.host.send(Contacts(()), 0)
+    assert both.host.send(wire.Contacts(()), 0)
     both.exchange()
-    assert both.requests[-1] == Contacts(())
+    assert both.requests[-1] == wire.Contacts(())
     assert both.device.outbox.posted == ()
 
 
@@ -78,47 +73,41 @@ def test_a_tag_is_what_the_specification_says() -> None:
     assert theirs.tag(b"body", 101) != expected  # the other direction has another key
 
 
-def test_a_wrong_key_is_one_sentence_on_both_ends() -> None:
-    both = Meeting(KEY, OTHER)
-    assert both.news == [Refused(f"orb: {WRONG_KEY}")]
-    assert both.device.refused == WRONG_KEY
+@pytest.mark.parametrize(
+    ("device", "host", "told", "noted"),
+    [
+        (KEY, OTHER, WRONG_KEY, WRONG_KEY),
+        (KEY, b"", NEEDS_KEY, WRONG_KEY),
+        (b"", KEY, HAS_NO_KEY, "the host needs a key, and the orb has none"),
+    ],
+)
+def test_without_a_common_key_both_ends_say_so(
+    device: bytes, host: bytes, told: str, noted: str
+) -> None:
+    both = Meeting(device, host)
+    assert both.news == [Refused(f"orb: {told}")]
+    assert both.device.refused == noted
     assert both.requests == []
     assert not both.device.live
-
-
-def test_a_host_without_the_key_is_told_to_name_it() -> None:
-    both = Meeting(KEY, b"")
-    [refused] = both.news
-    assert isinstance(refused, Refused)
-    assert refused.reason.startswith("orb: the orb needs a key; add --key FILE")
-    assert both.device.refused == WRONG_KEY
-    assert both.requests == []
-
-
-def test_a_host_with_a_key_does_not_talk_to_an_orb_that_asks_for_none() -> None:
-    both = Meeting(b"", KEY)
-    [refused] = both.news
-    assert isinstance(refused, Refused)
-    assert refused.reason.startswith("orb: the orb has no key")
-    assert both.device.refused == "the host needs a key, and the orb has none"
-    assert both.requests == []
 
 
 def test_before_it_has_proved_the_key_a_host_learns_the_version_and_no_more() -> None:
     both = Meeting(KEY, OTHER)
     offer, refuse = (packet.message for packet in Decoder().feed(both.from_device))
-    assert isinstance(offer, Offer)
-    assert (offer.version, len(offer.nonce), offer.keyed) == (VERSION, 16, True)
-    assert isinstance(refuse, Refuse)
+    assert isinstance(offer, wire.Offer)
+    assert (offer.version, len(offer.nonce), offer.keyed) == (wire.VERSION, 16, True)
+    assert isinstance(refuse, wire.Refuse)
     hello = Decoder().feed(both.from_host)[0].message
-    assert hello == Hello(VERSION, VERSION, NONCE.hex(), "", False)  # and neither does the device
+    assert hello == wire.Hello(
+        wire.VERSION, wire.VERSION, NONCE.hex(), "", False
+    )  # and neither does the device
     for word in (b"virtual-1", b"OrbTouch", b"press"):
         assert word not in both.from_device
 
 
 def test_an_orb_that_does_not_know_the_key_is_not_believed() -> None:
     host = HostSession("orb", 100, 0, key=KEY, nonce=NONCE)
-    offer = encode(Offer(VERSION, bytes(16), True), session=9, sequence=100, t_ms=0)
+    offer = encode(wire.Offer(wire.VERSION, bytes(16), True), session=9, sequence=100, t_ms=0)
     assert host.receive(offer, 0) == []
     sealed = FrameAuthenticator(OTHER, 100)
     for answer in (
@@ -144,7 +133,7 @@ def test_frames_without_a_tag_or_with_a_wrong_one_are_not_taken_and_prove_no_lif
     for seal in (None, FrameAuthenticator(OTHER, 100)):
         forged = encode(FELT, session=number, sequence=sequence, t_ms=0, seal=seal)
         assert both.host.receive(forged, 10) == []
-        forged = encode(Contacts(()), session=number, sequence=sequence, t_ms=0, seal=seal)
+        forged = encode(wire.Contacts(()), session=number, sequence=sequence, t_ms=0, seal=seal)
         assert both.device.receive(forged, 10) == []
     [stale] = both.host.receive(b"", 300)
     assert type(stale).__name__ == "Stale"
@@ -154,7 +143,7 @@ def test_what_one_session_said_is_nothing_to_the_next_nor_to_the_other_end() -> 
     first, second = Meeting(KEY, KEY), Meeting(KEY, KEY, nonce=bytes(16))
     assert first.device.number == second.device.number
     requests = second.device.receive(first.from_host, 0)  # Hello, and a Join of yesterday
-    assert requests == [Bye("the host started again")]
+    assert requests == [wire.Bye("the host started again")]
     assert second.device.state == "offered"  # it waits for a Join that fits this session
     second = Meeting(KEY, KEY, nonce=bytes(16))
     first.device.send(DROP, 0, 0)

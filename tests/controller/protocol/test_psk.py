@@ -2,6 +2,7 @@
 
 import os
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from controller.protocol import psk
 from controller.protocol.psk import KeyFileError
 from host.__main__ import main as host
 
+Program = Callable[[list[str]], int]
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows has other permissions")
 
 
@@ -21,9 +23,7 @@ def written(path: Path, content: str | bytes, mode: int = 0o600) -> Path:
     return path
 
 
-def test_a_key_is_drawn_into_a_file_that_only_its_owner_reads(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_its_owner_reads_a_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "orb.key"
     assert controller(["key", str(path)]) == 0
     assert capsys.readouterr().out == f"{path}\n"
@@ -74,39 +74,29 @@ def test_a_missing_key_and_a_folder_are_told_apart(tmp_path: Path) -> None:
         psk.make(tmp_path / "none" / "orb.key")
 
 
+LISTEN = ["--link", "listen://127.0.0.1:0", "--key", "none.key"]
+ELSEWHERE = ["--link", "socket://127.0.0.1:1", "--key", "none.key"]
+HEADLESS = ["--headless", "--seconds", "1"]
+
+
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("program", "words", "sentence"),
     [
-        (["--link", "socket://127.0.0.1:1", "--key", "none.key"], "cannot read the key none.key"),
-        (["--key", "none.key"], "--key is for an orb elsewhere"),
+        (host, [*ELSEWHERE, *HEADLESS], "cannot read the key none.key"),
+        (host, ["--key", "none.key", *HEADLESS], "--key is for an orb elsewhere"),
+        (controller, LISTEN, "cannot read the key none.key"),
+        (controller, ["--key", "none.key"], "--key and --unprotected are for hosts"),
+        (controller, ["--unprotected"], "--key and --unprotected are for hosts"),
+        (controller, [*LISTEN, "--unprotected"], "leave out --key or --unprotected"),
+        (controller, ["--link", "listen://0.0.0.0:0"], "add --key FILE, or --unprotected"),
     ],
 )
-def test_the_host_says_what_is_wrong_with_a_key(
-    words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+def test_both_ends_say_what_is_wrong_with_a_key(
+    program: Program, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     try:
-        status: object = host([*words, "--headless", "--seconds", "1"])
+        status: object = program(words)
     except SystemExit as error:
         status = error.code
     assert status == 2
-    assert sentence in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["--link", "listen://127.0.0.1:0", "--key", "none.key"], "cannot read the key none.key"),
-        (["--key", "none.key"], "--key and --unprotected are for hosts"),
-        (["--unprotected"], "--key and --unprotected are for hosts"),
-        (
-            ["--link", "listen://127.0.0.1:0", "--key", "none.key", "--unprotected"],
-            "leave out --key or --unprotected",
-        ),
-        (["--link", "listen://0.0.0.0:0"], "add --key FILE, or --unprotected"),
-    ],
-)
-def test_the_controller_says_what_is_wrong_with_a_key(
-    words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert controller(words) == 2
     assert sentence in capsys.readouterr().err

@@ -105,6 +105,16 @@ class Pair:
             news += self.exchange()
         return news
 
+    def meet_again(self, *, nonce: int = 7) -> list[Received]:
+        """Connect anew; a device with another nonce has been switched off and on."""
+        past, box = self.host.past, self.device.outbox
+        if nonce != 7:
+            box = RetransmitQueue()
+        self.device.end("cut")
+        self.device = DeviceSession(welcome(nonce=nonce), outbox=box, number=50)
+        self.host = HostSession("orb", 9, self.now_ms, past=past)
+        return self.exchange()
+
 
 def greeted() -> DeviceSession:
     """Return a live session of a device; the host's next sequence number is 3."""
@@ -113,11 +123,21 @@ def greeted() -> DeviceSession:
     return session
 
 
-def met() -> Pair:
+def met(*, granted: bool = False) -> Pair:
     """Return a device and a host in a live session."""
-    pair = Pair()
+    pair = Pair(granted=granted)
     pair.exchange()
     return pair
+
+
+@pytest.fixture
+def session() -> DeviceSession:
+    return DeviceSession(welcome())
+
+
+@pytest.fixture
+def pair() -> Pair:
+    return met()
 
 
 def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_held() -> None:
@@ -131,9 +151,7 @@ def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_he
 
 
 @pytest.mark.parametrize(("sequence", "following"), [(500, 501), (65_535, 0)])
-def test_a_host_that_is_turned_away_gets_the_packet_that_follows_the_offer(
-    sequence: int, following: int
-) -> None:
+def test_a_host_turned_away_gets_the_packet_after_the_offer(sequence: int, following: int) -> None:
     session = DeviceSession(welcome(), token="secret", draw=bytes)
     greet(session, sequence=sequence)
     offer, refuse = said(session)
@@ -141,8 +159,7 @@ def test_a_host_that_is_turned_away_gets_the_packet_that_follows_the_offer(
     assert isinstance(refuse.message, Refuse)
 
 
-def test_a_host_may_come_long_after_the_orb_was_switched_on() -> None:
-    session = DeviceSession(welcome())
+def test_a_host_may_come_long_after_the_orb_was_switched_on(session: DeviceSession) -> None:
     greet(session, sequence=1, now_ms=3_600_000)
     assert session.tick(3_600_050) == []
     assert session.live
@@ -164,8 +181,7 @@ def test_an_orb_is_heard_every_tenth_of_a_second_and_echoes_the_host_s_newest_cl
         assert beat == Heartbeat(now_ms, *echo, done=0, pressed=())
 
 
-def test_nothing_is_accepted_before_hello() -> None:
-    session = DeviceSession(welcome())
+def test_nothing_is_accepted_before_hello(session: DeviceSession) -> None:
     assert heard(session, Contacts(()), sequence=1, now_ms=0) == []
     assert heard(session, Grant(100), sequence=2, now_ms=0) == []
     assert bytes(session.output) == b""
@@ -187,9 +203,7 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
         ((1, 1), "the orb has protocol version 2, the host version 1; update the host"),
     ],
 )  # fmt: skip
-def test_a_host_of_other_versions_is_told_both_and_what_to_update(
-    versions: tuple[int, int], sentence: str
-) -> None:
+def test_a_host_of_other_versions_is_told_both(versions: tuple[int, int], sentence: str) -> None:
     session = DeviceSession(welcome())
     hello = Hello(*versions, "", "a test", False)
     assert heard(session, hello, sequence=7, now_ms=0) == []
@@ -199,8 +213,7 @@ def test_a_host_of_other_versions_is_told_both_and_what_to_update(
     assert not session.live
 
 
-def test_a_host_of_versions_around_ours_is_welcome() -> None:
-    session = DeviceSession(welcome())
+def test_a_host_of_versions_around_ours_is_welcome(session: DeviceSession) -> None:
     heard(session, Hello(0, 15, "", "", False), sequence=7, now_ms=0)
     assert heard(session, JOIN, sequence=8, now_ms=0) == [Hello(0, 15, "", "a test", False)]
 
@@ -214,29 +227,24 @@ def test_a_host_without_the_token_is_refused(token: str) -> None:
     assert greet(session, sequence=9, join=join) == [dataclasses.replace(HELLO, token="secret")]
 
 
-def test_only_a_virtual_device_lets_its_time_be_granted() -> None:
+def test_only_a_virtual_device_takes_granted_time_fingers_and_hands() -> None:
     session = DeviceSession(welcome(virtual=False))
     assert greet(session, sequence=7, join=dataclasses.replace(JOIN, granted=True)) == []
     assert isinstance(said(session)[-1].message, Refuse)
+    greet(session, sequence=10)
+    assert session.live
+    assert heard(session, Contacts(()), sequence=12, now_ms=0) == []
+    assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=13, now_ms=0) == []
 
 
-def test_a_real_orb_has_no_use_for_fingers_and_hands_of_the_host() -> None:
-    session = DeviceSession(welcome(virtual=False))
-    greet(session, sequence=6)
-    assert heard(session, Contacts(()), sequence=8, now_ms=0) == []
-    assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=9, now_ms=0) == []
-
-
-def test_grants_count_only_where_time_is_granted() -> None:
-    session = DeviceSession(welcome())
+def test_grants_count_only_where_time_is_granted(session: DeviceSession) -> None:
     greet(session, sequence=6)
     assert heard(session, Grant(100), sequence=8, now_ms=0) == []
     greet(session, sequence=9, join=dataclasses.replace(JOIN, granted=True))
     assert heard(session, Grant(100), sequence=11, now_ms=0) == [Grant(100)]
 
 
-def test_a_request_is_taken_once() -> None:
-    session = DeviceSession(welcome())
+def test_a_request_is_taken_once(session: DeviceSession) -> None:
     greet(session, sequence=65_534)
     press = Perform(1, "press", 0.0, 0.0)
     assert heard(session, press, sequence=0, now_ms=0) == [press]
@@ -271,8 +279,7 @@ def test_a_host_that_is_silent_for_two_seconds_is_forgotten() -> None:
     assert bytes(session.output) == b""
 
 
-def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes() -> None:
-    session = DeviceSession(welcome())
+def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes(session: DeviceSession) -> None:
     greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=True))
     said(session)
     assert session.tick(1_000_000) == []
@@ -280,8 +287,7 @@ def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes() -> None:
     assert bytes(session.output) == b""
 
 
-def test_a_second_host_is_told_that_the_orb_is_taken() -> None:
-    session = DeviceSession(welcome())
+def test_a_second_host_is_told_that_the_orb_is_taken(session: DeviceSession) -> None:
     session.taken_by = 1234
     assert greet(session, sequence=1) == []
     reason = "already connected to another host; close that one first"
@@ -291,9 +297,7 @@ def test_a_second_host_is_told_that_the_orb_is_taken() -> None:
 
 
 @pytest.mark.parametrize(("granted", "most"), [(False, BACKLOG), (True, GRANTED_BACKLOG)])
-def test_what_comes_on_top_of_a_full_backlog_is_dropped_and_counted(
-    granted: bool, most: int
-) -> None:
+def test_what_exceeds_a_full_backlog_is_dropped_and_counted(granted: bool, most: int) -> None:
     session = DeviceSession(welcome())
     greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=granted))
     session.output[:] = bytes(most)
@@ -337,8 +341,7 @@ def test_host_and_device_greet_each_other_and_stay_alive() -> None:
     assert pair.requests == [Hello(VERSION, VERSION, "secret", "host", False)]
 
 
-def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence() -> None:
-    pair = met()
+def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence(pair: Pair) -> None:
     frames = []
     for frame in range(1_000):  # the first sequence is 65000
         pair.device.send(dataclasses.replace(DROP, frame=frame), 0, pair.now_ms)
@@ -352,9 +355,7 @@ def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence() -> 
 
 
 @pytest.mark.parametrize("asked_ms", [1, 300, 65_535])
-def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_it_is_lost(
-    asked_ms: int,
-) -> None:
+def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_lost(asked_ms: int) -> None:
     pair = Pair(deadman_ms=asked_ms)  # whatever the orb asks for
     pair.exchange()
     start_ms = pair.now_ms
@@ -365,8 +366,7 @@ def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_it_is_lost
     assert pair.host.tick(start_ms + 2000) == []
 
 
-def test_a_stale_link_revives_but_a_command_out_of_the_stall_is_too_late() -> None:
-    pair = met()
+def test_a_stale_link_revives_but_a_command_out_of_the_stall_is_too_late(pair: Pair) -> None:
     pair.now_ms += 400
     pair.device.send(DROP, 0, pair.now_ms)
     pair.device.send(FRAME, 0, pair.now_ms)
@@ -376,23 +376,20 @@ def test_a_stale_link_revives_but_a_command_out_of_the_stall_is_too_late() -> No
     assert pair.exchange() == [Delivered(DROP, 0)]
 
 
-def test_what_arrives_after_a_second_of_silence_cannot_save_the_connection() -> None:
-    pair = met()
+def test_what_arrives_after_a_second_of_silence_cannot_save_the_connection(pair: Pair) -> None:
     pair.now_ms += 1000
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.exchange() == [Lost("orb: nothing came for 1 s")]
     assert not pair.host.send(Contacts(()), pair.now_ms)
 
 
-def test_bye_of_the_device_is_a_loss() -> None:
-    pair = met()
+def test_bye_of_the_device_is_a_loss(pair: Pair) -> None:
     pair.device.send(Bye("the orb was switched off"), 0, pair.now_ms)
     assert pair.exchange() == [Lost("orb: the orb was switched off")]
 
 
 def test_granted_time_has_no_heartbeats_and_waits_two_seconds_for_an_answer() -> None:
-    pair = Pair(granted=True)
-    pair.exchange()
+    pair = met(granted=True)
     assert pair.let(5_000) == []
     assert pair.host.send(Grant(100), pair.now_ms)
     assert pair.exchange() == []
@@ -406,8 +403,7 @@ def test_granted_time_has_no_heartbeats_and_waits_two_seconds_for_an_answer() ->
 
 
 def test_a_device_that_works_on_a_long_grant_is_alive_as_long_as_it_sends() -> None:
-    pair = Pair(granted=True)
-    pair.exchange()
+    pair = met(granted=True)
     pair.host.send(Grant(60_000), pair.now_ms)
     for _ in range(10):
         assert pair.let(1_500) == []
@@ -478,8 +474,7 @@ def test_a_host_says_how_long_it_can_wait() -> None:
 def test_a_host_waits_for_an_orb_or_for_the_answer_to_a_grant_and_never_less_than_nothing() -> None:
     host = HostSession("orb", 1, 0)
     assert [host.wait_ms(now_ms) for now_ms in (0, 1_990, 2_010)] == [2_000, 10, 0]
-    pair = Pair(granted=True)
-    pair.exchange()
+    pair = met(granted=True)
     assert pair.host.wait_ms(pair.now_ms + 5_000) == 1_000  # a Grant may follow at any time
     pair.host.send(Grant(100), pair.now_ms)
     waits = [pair.host.wait_ms(pair.now_ms + later_ms) for later_ms in (0, 1_990, 2_010)]
@@ -489,8 +484,7 @@ def test_a_host_waits_for_an_orb_or_for_the_answer_to_a_grant_and_never_less_tha
 # --- acknowledgement, resume, and what is missed ---
 
 
-def test_a_command_is_acknowledged_at_once_and_forgotten() -> None:
-    pair = met()
+def test_a_command_is_acknowledged_at_once_and_forgotten(pair: Pair) -> None:
     pair.device.send(DROP, 0, pair.now_ms)
     assert [posted.number for posted in pair.device.outbox.posted] == [1]
     assert pair.exchange() == [Delivered(DROP, 0)]  # no time has passed
@@ -498,8 +492,7 @@ def test_a_command_is_acknowledged_at_once_and_forgotten() -> None:
     assert pair.let(1_000) == []
 
 
-def test_a_command_that_got_lost_is_sent_again_and_those_behind_it_wait_for_it() -> None:
-    pair = met()
+def test_a_command_that_got_lost_is_sent_again_and_those_behind_it_wait_for_it(pair: Pair) -> None:
     pair.device.send(DROP, 0, pair.now_ms)
     pair.device.output.clear()  # a bad moment of the wire
     left = dataclasses.replace(DROP, name="left")
@@ -509,8 +502,7 @@ def test_a_command_that_got_lost_is_sent_again_and_those_behind_it_wait_for_it()
     assert pair.let(1_000) == []
 
 
-def test_a_command_that_never_gets_through_is_missed_and_both_ends_know() -> None:
-    pair = met()
+def test_a_command_that_never_gets_through_is_missed_and_both_ends_know(pair: Pair) -> None:
     pair.let(200)
     pair.device.send(DROP, 0, pair.now_ms)
     for _ in range(30):  # only heartbeats get through
@@ -536,23 +528,7 @@ def test_a_command_of_250_ms_is_obeyed_and_an_older_one_is_not() -> None:
         assert pair.host.receive(bytes(pair.device.output), pair.now_ms + age_ms) == [news]
 
 
-class Again(Pair):
-    """A pair whose line is cut, and which meets again."""
-
-    def meet_again(self, *, nonce: int = 7) -> list[Received]:
-        """Connect anew; a device with another nonce has been switched off and on."""
-        past, box = self.host.past, self.device.outbox
-        if nonce != 7:
-            box = RetransmitQueue()
-        self.device.end("cut")
-        self.device = DeviceSession(welcome(nonce=nonce), outbox=box, number=50)
-        self.host = HostSession("orb", 9, self.now_ms, past=past)
-        return self.exchange()
-
-
-def test_young_commands_come_after_a_cut_and_old_ones_are_told_to_be_missed() -> None:
-    pair = Again()
-    pair.exchange()
+def test_young_commands_come_after_a_cut_and_old_ones_are_told_to_be_missed(pair: Pair) -> None:
     for name in ("left", "right"):
         pair.device.send(dataclasses.replace(DROP, name=name), 0, pair.now_ms)
         pair.now_ms += 200
@@ -568,9 +544,7 @@ def test_young_commands_come_after_a_cut_and_old_ones_are_told_to_be_missed() ->
     assert (pair.host.past.missed, pair.device.outbox.lost) == (1, 1)
 
 
-def test_what_was_delivered_but_not_acknowledged_does_not_come_twice() -> None:
-    pair = Again()
-    pair.exchange()
+def test_what_was_delivered_but_not_acknowledged_does_not_come_twice(pair: Pair) -> None:
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.host.receive(bytes(pair.device.output), pair.now_ms) == [Delivered(DROP, 0)]
     pair.host.output.clear()  # the acknowledgement is cut off
@@ -578,9 +552,7 @@ def test_what_was_delivered_but_not_acknowledged_does_not_come_twice() -> None:
     assert pair.device.outbox.posted == ()
 
 
-def test_a_command_given_while_nobody_was_there_waits_for_the_same_host_only() -> None:
-    pair = Again()
-    pair.exchange()
+def test_a_command_given_while_nobody_was_there_waits_for_the_same_host_only(pair: Pair) -> None:
     pair.device.end("cut")
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.meet_again()[-1] == Delivered(DROP, 0)
@@ -591,9 +563,7 @@ def test_a_command_given_while_nobody_was_there_waits_for_the_same_host_only() -
     assert pair.device.outbox.lost == 1
 
 
-def test_after_a_restart_of_the_device_nothing_is_resumed() -> None:
-    pair = Again()
-    pair.exchange()
+def test_after_a_restart_of_the_device_nothing_is_resumed(pair: Pair) -> None:
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.meet_again(nonce=8) == [Connected(welcome(nonce=8)), Delivered(State(()), 0)]
     pair.device.send(DROP, 0, pair.now_ms)
@@ -601,8 +571,7 @@ def test_after_a_restart_of_the_device_nothing_is_resumed() -> None:
     assert pair.host.past == SessionHistory(1, boot_nonce=8, done=1, missed=0)
 
 
-def test_the_heartbeat_repeats_what_is_held_and_mends_a_lost_release() -> None:
-    pair = met()
+def test_the_heartbeat_repeats_what_is_held_and_mends_a_lost_release(pair: Pair) -> None:
     pair.device.send(State(("down",)), 0, pair.now_ms)
     assert pair.exchange() == [Delivered(State(("down",)), 0)]
     pair.device.send(State(()), 0, pair.now_ms)
@@ -613,8 +582,7 @@ def test_the_heartbeat_repeats_what_is_held_and_mends_a_lost_release() -> None:
     assert pair.let(1_000) == []  # and is not told again and again
 
 
-def test_what_is_held_is_let_go_after_300_ms_and_told_again_if_it_is_held_still() -> None:
-    pair = met()
+def test_what_is_held_is_let_go_after_300_ms_and_told_again_if_it_is_held_still(pair: Pair) -> None:
     pair.device.send(State(("down",)), 0, pair.now_ms)
     pair.exchange()
     pair.now_ms += 300
@@ -624,8 +592,7 @@ def test_what_is_held_is_let_go_after_300_ms_and_told_again_if_it_is_held_still(
     assert [item.message for item in news if isinstance(item, Delivered)] == [State(("down",))]
 
 
-def test_round_trip_and_offset_are_measured_at_both_ends() -> None:
-    pair = met()
+def test_round_trip_and_offset_are_measured_at_both_ends(pair: Pair) -> None:
     pair.device.send(FRAME, 71_000, pair.now_ms)
     pair.let(500)
     assert (pair.host.clock.rtt_ms, pair.device.clock.rtt_ms) == (0, 0)
@@ -672,8 +639,7 @@ def test_a_host_that_greets_for_ever_costs_no_memory_and_is_given_up() -> None:
     assert session.state == "waiting"
 
 
-def test_a_hello_that_the_line_doubles_does_not_end_the_session() -> None:
-    session = DeviceSession(welcome())
+def test_a_hello_that_the_line_doubles_does_not_end_the_session(session: DeviceSession) -> None:
     hello = Hello(VERSION, VERSION, "a number", "", False)
     heard(session, hello, sequence=1, now_ms=0)
     heard(session, JOIN, sequence=2, now_ms=0)
@@ -681,8 +647,7 @@ def test_a_hello_that_the_line_doubles_does_not_end_the_session() -> None:
     assert session.live
 
 
-def test_an_orb_that_lies_about_its_commands_invents_none_and_costs_no_memory() -> None:
-    pair = met()
+def test_an_orb_that_lies_about_its_commands_invents_none_and_costs_no_memory(pair: Pair) -> None:
     news: list[Received] = []
     lies: tuple[Message, ...] = (
         numbered(DROP, 2**32 - 1, done=0),  # far ahead
@@ -696,8 +661,7 @@ def test_an_orb_that_lies_about_its_commands_invents_none_and_costs_no_memory() 
     assert news == [Missed(2**32 - 1)]
 
 
-def test_a_host_that_lies_about_what_it_has_loses_nothing() -> None:
-    pair = met()
+def test_a_host_that_lies_about_what_it_has_loses_nothing(pair: Pair) -> None:
     pair.device.send(DROP, 0, pair.now_ms)
     lie = dataclasses.replace(ALIVE, done=2**32 - 1, missed=2**32 - 1)
     heard(pair.device, lie, sequence=65_100, now_ms=pair.now_ms)
@@ -740,8 +704,7 @@ def test_the_handshake_tells_how_far_the_clocks_are_apart_so_that_no_command_is_
     assert host.receive(bytes(device.output), 1_300) == [Missed(1)]
 
 
-def test_granted_time_begins_without_what_was_before_it() -> None:
-    session = DeviceSession(welcome())
+def test_granted_time_begins_without_what_was_before_it(session: DeviceSession) -> None:
     join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
     greet(session, sequence=1, join=join)
     session.send(DROP, 0, 0)

@@ -76,9 +76,7 @@ def test_from_everywhere_a_lost_peer_leads_back_to_the_start() -> None:
 
 
 @pytest.mark.parametrize(("module", "table"), [(device_session, DEVICE), (host_session, HOST)])
-def test_the_sessions_change_their_state_through_the_table_only(
-    module: object, table: Table
-) -> None:
+def test_sessions_change_their_state_through_the_table_only(module: object, table: Table) -> None:
     source = Path(str(module.__file__)).read_text(encoding="utf-8")  # type: ignore[attr-defined]
     words = set()
     for node in ast.walk(ast.parse(source)):

@@ -35,9 +35,7 @@ def test_a_taxel_is_filled_in_from_those_around_it() -> None:
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(5, 5), (3, 7), (1, 4)])
-def test_what_all_others_say_is_what_each_taxel_would_be_filled_with(
-    rows: int, columns: int
-) -> None:
+def test_each_taxel_would_be_filled_with_what_all_others_say(rows: int, columns: int) -> None:
     filler = TaxelInterpolator(rows, columns)
     change = np.random.default_rng(2).normal(0.0, 0.1, (rows, columns))
     around = filler.around(change)

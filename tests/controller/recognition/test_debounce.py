@@ -42,9 +42,7 @@ TOUCH, REST = [PRESS] * 6, [NULL] * 6
         (TOUCH + [PINCH] * 10, [(3, "press")]),  # changing its mind during a touch
     ],
 )
-def test_a_touch_of_four_sure_frames_fires_once_and_rest_re_arms(
-    stream: list[int], expected: list[tuple[int, str]]
-) -> None:
+def test_four_sure_frames_fire_once(stream: list[int], expected: list[tuple[int, str]]) -> None:
     assert fired(stream) == expected
 
 

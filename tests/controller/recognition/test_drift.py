@@ -23,9 +23,7 @@ def pressed(x_mm: float = 0.0, y_mm: float = 0.0) -> Change:
 
 
 @pytest.mark.parametrize("place", [(0.0, 0.0), (20.0, 20.0), (-10.0, 5.0), (0.0, -20.0)])
-def test_a_press_looks_like_a_touch_and_its_end_like_one_that_was_lifted(
-    place: tuple[float, float],
-) -> None:
+def test_a_press_looks_like_a_touch_and_its_end_like_a_lift(place: tuple[float, float]) -> None:
     change = pressed(*place)
     assert drift.shape(change) == "touch"
     assert drift.shape(1.0 / (1.0 + change) - 1.0) == "lifted"

@@ -55,12 +55,8 @@ def test_streams_are_pooled_count_by_count() -> None:
     assert pooled == Score(18, 26, 31, 42, 52, 63, [0.5, 0.25])
 
 
-@given(
-    st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12),
-)
-def test_every_answer_is_counted_once_and_every_event_is_hit_or_missed(
-    answers: list[tuple[float, str]],
-) -> None:
+@given(st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12))
+def test_answers_count_once_and_events_are_hit_or_missed(answers: list[tuple[float, str]]) -> None:
     score = judge(EVENTS, [Answer(t, kind) for t, kind in sorted(answers)])
     assert score.hits + score.wrong + score.false_alarms + score.duplicates == len(answers)
     assert score.hits + score.missed == score.intended == len(EVENTS)

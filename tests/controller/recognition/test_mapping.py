@@ -82,9 +82,7 @@ def test_the_six_commands_are_always_announced_and_others_when_used() -> None:
         ('pinch = "hold"\n\n\npress = [', "line 4: "),
     ],
 )
-def test_a_mistake_in_the_file_is_told_with_its_line_and_what_belongs_there(
-    tmp_path: Path, text: str, complaint: str
-) -> None:
+def test_a_mistake_is_told_with_its_line(tmp_path: Path, text: str, complaint: str) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(UserError, match=complaint):

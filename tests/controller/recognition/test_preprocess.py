@@ -232,9 +232,7 @@ def test_one_hands_press_is_not_absorbed_while_the_other_hand_taps() -> None:
     assert felt(stage, *[tap, pressed(0.5)] * 15)[-1].deviation > 0.05
 
 
-def test_a_lasting_touch_is_judged_once_every_thirty_seconds(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_lasting_touch_is_judged_every_thirty_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     shape, asked = drift.shape, []
 
     def judge(change: NDArray[np.float64]) -> drift.Shape:
@@ -322,9 +320,7 @@ def followed(stage: Preprocessor, change: float, frames: int) -> list[float]:
         (0.85, 3, [0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4]),  # begun under a finger: as one frame
     ],
 )
-def test_a_calibration_counts_like_some_frames(
-    finger: float, frames: int, shares: list[float]
-) -> None:
+def test_a_calibration_weighs_as_frames(finger: float, frames: int, shares: list[float]) -> None:
     stage, image = known(), np.ones((5, 5))
     image[1:4, 1:4] = finger
     for _ in range(frames):

@@ -47,9 +47,7 @@ def test_a_sound_sensor_lacks_nothing() -> None:
         (np.s_[1, 2], 1.5, "taxel row 1, column 2: drifted by +49 %; the film may be cracking"),
     ],
 )
-def test_falling_pressure_is_told_apart_from_an_electrode_and_from_the_film(
-    taxels: Any, factor: float, told: str
-) -> None:
+def test_falling_pressure_is_told_from_other_faults(taxels: Any, factor: float, told: str) -> None:
     end, session = np.ones((5, 5)), Session()
     end[taxels] = factor
     session.feel(idle(5.0))
@@ -80,8 +78,6 @@ def test_sentences_fit_on_the_wire() -> None:
     assert max(map(len, found)) <= LETTERS
     assert all(line.isascii() and line.isprintable() for line in found)
 
-
-# --- the limits, frame by frame ---
 
 FELT = Prepared(np.ones((5, 5), np.float32), True, 0.0, True)
 OFF = np.eye(5, dtype=np.bool_)[2][:, None] & np.ones((5, 5), np.bool_)  # all of row 2
@@ -157,9 +153,7 @@ def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple
         (np.s_[4, 0], -0.301, "taxel row 4, column 0: drifted by -26 %; the film may be cracking"),
     ],
 )
-def test_a_drift_against_the_calibration_is_told_from_the_first_second(
-    taxels: Any, log: float, told: str
-) -> None:
+def test_a_drift_from_the_calibration_is_told_at_once(taxels: Any, log: float, told: str) -> None:
     change = np.zeros((5, 5))
     change[taxels] = log
     assert drifted(np.exp(change)) == ((told,) if told else ())

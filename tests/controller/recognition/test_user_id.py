@@ -106,14 +106,11 @@ def test_a_temperature_makes_evidence_weaker() -> None:
 @settings(deadline=None)
 @given(
     st.lists(
-        st.none() | st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3).map(np.array),
-        max_size=60,
+        st.none() | st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3).map(np.array), max_size=60
     ),
     st.integers(0, 60),
 )
-def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(
-    frames: list[np.ndarray | None], cut: int
-) -> None:
+def test_a_session_goes_on_exactly_after_a_cut(frames: list[np.ndarray | None], cut: int) -> None:
     whole, first, second = (UserIdentifier(TWO, 2.0) for _ in range(3))
     for frame in frames:
         whole.step(frame)

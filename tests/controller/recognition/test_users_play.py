@@ -44,9 +44,7 @@ def felt(*words: str) -> list[Frame]:
     return [virtual.read(k / 10) for k in range(1, 25)]
 
 
-def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_virtual_orb_has_the_hand_of_user_and_day(capsys: pytest.CaptureFixture[str]) -> None:
     day = "sub-ada_ses-6_run-01"  # `teach` names it so
     taught = sensors.load("virtual", 10.0, user="ada", day=day)
     assert isinstance(taught, Virtual)
@@ -133,9 +131,7 @@ def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> N
     assert "hold" in two.users.commands(two.mapping)
 
 
-def test_a_mapping_file_has_rules_for_single_people(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rules_of_users(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "home.toml"
     file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
     options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
@@ -154,7 +150,7 @@ def test_a_mapping_file_has_rules_for_single_people(
         assert why in capsys.readouterr().err
 
 
-def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:
+def test_a_session_goes_on_exactly_after_a_cut(path: Path) -> None:
     two = bundle.read(path)
     frames = [REST] * 20 + RIGHT * 2 + LEFT
     whole = played(Pipeline(two.settings, Certain(), two.mapping), frames)
@@ -209,9 +205,7 @@ def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
 
 
 @pytest.mark.slow
-def test_a_replay_says_who_touched_as_the_live_run_did(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_replays_name_users(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     two = bundle.read(path)
     sensor = sensors.load("virtual", 10.0, seed=3)
     pipeline = Pipeline(two.settings, Recognizer(two), two.mapping)
@@ -237,9 +231,7 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     assert any("command" in line for line in lines)
 
 
-def test_somebody_who_is_not_enrolled_cannot_be_played_as(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_enrolled_users_can_be_played(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--bundle", str(path), "--user", "eve"]) == 2
     assert "enrolled are ann, bob; add --record" in capsys.readouterr().err
     assert main(["--user", "eve"]) == 2

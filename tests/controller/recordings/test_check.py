@@ -21,9 +21,6 @@ def complaints(recording: Recording) -> list[str]:
     return [f.text for f in report(recording).findings if f.level is not Level.GOOD]
 
 
-# --- what is sound --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_sound_orb_gives_a_good_recording(preset: str, seed: int) -> None:
@@ -39,9 +36,6 @@ def test_seconds_and_events_are_counted_per_class_and_labeller() -> None:
     for label in recording.origin.labels[1:]:
         assert true.events[label] == sum(event.kind == label for event in recording.truth.events)
     assert sum(true.seconds.values()) == pytest.approx(120.0)
-
-
-# --- taxels ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -96,9 +90,6 @@ def test_other_sensors_are_judged_in_their_own_unit() -> None:
     assert complaints(recording) == []  # the rim is not stuck: nobody has touched it
 
 
-# --- time -----------------------------------------------------------------------------------------
-
-
 def test_missing_frames_are_counted_where_their_numbers_are_missing() -> None:
     keep = np.arange(1200) % 12 != 7
     whole = played()
@@ -137,9 +128,6 @@ def test_a_cadence_that_is_off_is_told(times: np.ndarray, sentence: str) -> None
     assert any(sentence in line for line in lines), lines
 
 
-# --- labels ---------------------------------------------------------------------------------------
-
-
 def test_a_cue_may_begin_before_the_touch_and_end_after_it() -> None:
     whole = played()
     wide = np.zeros_like(whole.label)
@@ -173,9 +161,6 @@ def test_excluded_frames_count_for_nothing() -> None:
     assert report(nothing).level is Level.FAILED
 
 
-# --- what stands twice ----------------------------------------------------------------------------
-
-
 def test_frames_that_a_driver_gave_twice_are_told() -> None:
     frames = np.repeat(played().frames[::2], 2, axis=0)
     assert any("repeat the one before them" in line for line in complaints(of(frames)))
@@ -195,9 +180,6 @@ def test_an_untouched_counter_is_no_duplicate_of_another() -> None:
     for _ in range(2):
         register.add(of(np.zeros((100, 3, 3))))
     assert register.shared() == {}
-
-
-# --- odd sensors ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

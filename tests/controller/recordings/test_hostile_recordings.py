@@ -56,9 +56,7 @@ def became(folder: Path) -> dict[str, dict[str, Any]]:
 
 @linux
 @pytest.mark.parametrize("name", FILES)
-def test_a_hostile_file_is_refused_in_bounded_memory_and_time(
-    name: str, became: dict[str, dict[str, Any]]
-) -> None:
+def test_a_hostile_file_is_refused_cheaply(name: str, became: dict[str, dict[str, Any]]) -> None:
     *surveyed, loaded = became[name]["said"]
     assert re.search(FILES[name][1], loaded)
     for sentence in (loaded, *surveyed):  # a survey reads less, so it may find nothing wrong
@@ -127,9 +125,7 @@ def test_any_array_header_is_refused_or_an_array(text: str) -> None:
     assert arrays["frames"].nbytes == 100
 
 
-def test_what_a_recording_says_never_acts_on_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_recordings_are_printed_escaped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "x.npz"
     path.write_bytes(says(schema="\x1b]0;title\x07\u202e"))
     assert main(["--replay", str(path)]) == 2

@@ -118,9 +118,7 @@ def test_the_same_arrays_have_the_same_ids_and_others_have_others() -> None:
         ('frames = "x"\nrows = = 2', "wrong.toml, line 2: invalid value"),
     ],
 )
-def test_a_wrong_description_is_refused_with_its_key_or_line(
-    tmp_path: Path, text: str, complaint: str
-) -> None:
+def test_a_wrong_description_is_told_with_place(tmp_path: Path, text: str, complaint: str) -> None:
     path = tmp_path / "wrong.toml"
     path.write_text(text)
     with pytest.raises(UserError, match=complaint):
@@ -143,9 +141,7 @@ def test_a_wrong_description_is_refused_with_its_key_or_line(
         ({"task_names": np.array(["a", "b", "c", "d"])}, "null = 'PAUSE' is none of the labels"),
     ],
 )
-def test_arrays_that_are_not_as_described_are_refused_with_what(
-    arrays: dict[str, Any], complaint: str
-) -> None:
+def test_arrays_unlike_the_description_are_refused(arrays: dict[str, Any], complaint: str) -> None:
     with pytest.raises(RecordingError, match=complaint):
         imported(CAPFINGERID, **arrays)
 

@@ -222,9 +222,7 @@ def test_after_a_flipped_bit_nothing_is_read(data: st.DataObject) -> None:
 
 @settings(deadline=None)
 @given(st.permutations(range(8)), st.integers(0, BLOCK))
-def test_blocks_that_changed_places_are_never_taken_for_frames(
-    order: list[int], phase: int
-) -> None:
+def test_blocks_that_changed_places_are_no_frames(order: list[int], phase: int) -> None:
     journal = written(500)
     data, start = bytes(journal.data), len(written(0).data) + phase
     blocks = [data[start + k * BLOCK : start + (k + 1) * BLOCK] for k in range(8)]

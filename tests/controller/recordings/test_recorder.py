@@ -76,9 +76,7 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     assert loaded.rest is not None
 
 
-def test_the_journal_is_on_the_disk_before_the_first_frame(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_journal_precedes_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[Path] = []
     monkeypatch.setattr(journal_file, "sync_folder", synced.append)
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
@@ -134,9 +132,7 @@ os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 # --- a disk with trouble --------------------------------------------------------------------------
 
 
-def test_a_full_disk_is_reported_once_and_written_later(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_full_disk_is_reported_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO, "controller")
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
@@ -169,9 +165,7 @@ def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
     assert (tmp_path / "one.journal").read_bytes() == bytes(range(100))
 
 
-def test_a_disk_too_slow_to_keep_the_promise_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_disk_that_is_too_slow_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = iter(range(0, 10_000, 3))  # every look at the clock is 3 s after the one before
     monkeypatch.setattr(recorder, "monotonic", lambda: float(next(ticks)))
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
@@ -307,9 +301,7 @@ def test_a_session_that_cannot_be_sealed_is_kept_elsewhere(
     assert not file.removed
 
 
-def test_where_no_place_is_left_the_message_names_the_journal(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_space_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -323,9 +315,7 @@ def test_where_no_place_is_left_the_message_names_the_journal(
     assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
-def test_a_disk_that_hangs_is_not_waited_for_at_the_end(
-    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_end_is_soon(tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)

@@ -92,9 +92,7 @@ def test_a_journal_without_a_frame_is_removed(tmp_path: Path) -> None:
         (bytes(written(30).data[4:]), "has no whole header; it is kept"),
     ],
 )
-def test_a_journal_that_cannot_be_read_is_refused_and_kept(
-    tmp_path: Path, content: bytes, complaint: str
-) -> None:
+def test_an_unreadable_journal_is_kept(tmp_path: Path, content: bytes, complaint: str) -> None:
     path = tmp_path / "one.journal"
     path.write_bytes(content)
     with pytest.raises(RecordingError, match=rf"the journal .*one\.journal {complaint}"):
@@ -144,9 +142,6 @@ def test_what_the_disk_reads_before_a_bad_block_is_recovered() -> None:
     assert len(numbers(decode(read))) > 200
 
 
-# --- crashes of the recovery itself ---------------------------------------------------------------
-
-
 class PowerCutError(BaseException):
     """The computer is off: nothing that would tidy up can run."""
 
@@ -157,9 +152,7 @@ CALLS: list[tuple[Any, str]] = [
 
 
 @contextmanager
-def power_cut_before(
-    call: int, monkeypatch: pytest.MonkeyPatch, happened: list[str]
-) -> Iterator[None]:
+def cut_before(call: int, monkeypatch: pytest.MonkeyPatch, happened: list[str]) -> Iterator[None]:
     """Cut the power before the n-th call that changes the disk; note the calls before it."""
 
     def guard(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
@@ -203,7 +196,7 @@ def test_a_power_cut_anywhere_loses_nothing(
             session.sync()  # all is on the disk, so the thread has nothing more to do
         else:
             journal = left(folder, damaged=damaged)
-        with power_cut_before(call, monkeypatch, []):
+        with cut_before(call, monkeypatch, []):
             finished = bool(session.close() if session else recover(journal))
         if session:
             session._file.close()  # as the end of a process does
@@ -223,20 +216,16 @@ def test_a_power_cut_anywhere_loses_nothing(
     assert call > 5  # there was something to interrupt
 
 
-def test_the_journal_goes_only_after_its_recording_is_on_the_disk(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_journal_goes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     happened: list[str] = []
-    with power_cut_before(99, monkeypatch, happened):
+    with cut_before(99, monkeypatch, happened):
         recover(left(tmp_path))
     # Written aside and synced, named, the other name removed, names synced; then the journal.
     calls = [call for call in happened if call in ("fsync", "link", "unlink")]
     assert calls == ["fsync", "link", "unlink", "fsync", "unlink", "fsync"]
 
 
-def test_a_journal_that_is_sealed_meanwhile_is_left_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sealed_journal_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def replace(file: object) -> None:
         journal.unlink()
         journal.write_text("the next one of this name")

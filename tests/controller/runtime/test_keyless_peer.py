@@ -9,17 +9,7 @@ import pytest
 
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.links.base import HUSH_S, LogLimit
-from controller.protocol.messages import (
-    DECLINED,
-    Bye,
-    Contact,
-    Correction,
-    Grant,
-    Granted,
-    Message,
-    Perform,
-    UploadStatus,
-)
+from controller.protocol import messages as wire
 from controller.recordings import reader
 from controller.runtime import loop
 from controller.runtime.bundle_updates import BundleUpdater
@@ -42,11 +32,9 @@ def frames(orb: VirtualOrb, first: int, end: int) -> np.ndarray:
         (2.0, 2.0, math.inf, 7.0),
     ],
 )  # fmt: skip
-def test_no_contact_leaves_anything_behind_once_it_is_lifted(
-    contact: tuple[float, float, float, float],
-) -> None:
+def test_no_contact_leaves_traces_once_lifted(contact: tuple[float, float, float, float]) -> None:
     orb, untouched = VirtualOrb(1), VirtualOrb(1)
-    orb.touch([Contact(1, *contact), Contact(2, HUGE, HUGE, HUGE, HUGE)], 0.1)
+    orb.touch([wire.Contact(1, *contact), wire.Contact(2, HUGE, HUGE, HUGE, HUGE)], 0.1)
     assert np.isfinite(frames(orb, 1, 11)).all()
     orb.touch((), 1.1)
     frames(orb, 11, 200)
@@ -56,8 +44,8 @@ def test_no_contact_leaves_anything_behind_once_it_is_lifted(
 
 def test_a_finger_beyond_the_edge_is_felt_at_the_edge() -> None:
     far, edge = VirtualOrb(1), VirtualOrb(1)
-    far.touch([Contact(1, 1e6, 2.0, 9.0, 7.0)], 0.1)
-    edge.touch([Contact(1, 2.0 + 0.96 * 3.8, 2.0, 9.0, 7.0)], 0.1)
+    far.touch([wire.Contact(1, 1e6, 2.0, 9.0, 7.0)], 0.1)
+    edge.touch([wire.Contact(1, 2.0 + 0.96 * 3.8, 2.0, 9.0, 7.0)], 0.1)
     np.testing.assert_allclose(frames(far, 1, 9), frames(edge, 1, 9), rtol=1e-6)
 
 
@@ -87,8 +75,8 @@ def test_fingers_that_nobody_scans_take_no_more_memory() -> None:
 
 
 def test_a_flood_of_wrong_labels_is_logged_now_and_then(caplog: pytest.LogCaptureFixture) -> None:
-    flood: list[tuple[float, Message]] = [(0.0, HELLO)]
-    flood += [(0.5, Perform(number, "juggle", 2.0, 2.0)) for number in range(500)]
+    flood: list[tuple[float, wire.Message]] = [(0.0, HELLO)]
+    flood += [(0.5, wire.Perform(number, "juggle", 2.0, 2.0)) for number in range(500)]
     with caplog.at_level(logging.WARNING):
         Bench(*flood).run(1.0)
     assert caplog.messages == ["performance 0 ignored: the hand cannot juggle"]
@@ -106,20 +94,20 @@ def test_grants_of_a_host_that_has_gone_are_not_carried_out() -> None:
     class Hasty(World):
         """A host that asks for hours, and goes as soon as the first is there."""
 
-        def send(self, message: Message, t_ms: int) -> None:
+        def send(self, message: wire.Message, t_ms: int) -> None:
             super().send(message, t_ms)
-            self.connected = self.connected and not isinstance(message, Granted)
+            self.connected = self.connected and not isinstance(message, wire.Granted)
 
-    grants = [(0.0, Grant(loop.GRANT_LIMIT_MS * k)) for k in range(1, 1000)]
+    grants = [(0.0, wire.Grant(loop.GRANT_LIMIT_MS * k)) for k in range(1, 1000)]
     bench = Bench(await_host=True)
-    bench.world = world = Hasty((0.0, GRANTING), *grants, (0.0, Bye("gone")))
+    bench.world = world = Hasty((0.0, GRANTING), *grants, (0.0, wire.Bye("gone")))
     bench.loop._link = world
     bench.loop.run(world.after(1.0))
-    assert len(bench.messages(Granted)) == 1
+    assert len(bench.messages(wire.Granted)) == 1
     assert len(bench.sensors[0].reads) == 10 * loop.GRANT_LIMIT_MS // 1000
 
 
-def recorded(tmp_path: Path, *requests: tuple[float, Message], seconds: float) -> list[Path]:
+def recorded(tmp_path: Path, *requests: tuple[float, wire.Message], seconds: float) -> list[Path]:
     """What is in a folder after a run in which each session has a file of its own."""
     bench = Bench(*requests, await_host=True)
     opened, sessions = bench.open, iter(range(1, 1000))
@@ -134,12 +122,10 @@ def recorded(tmp_path: Path, *requests: tuple[float, Message], seconds: float) -
     return sorted(tmp_path.iterdir())
 
 
-def test_sessions_of_a_moment_leave_no_recordings(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    short = [(k / 10, m) for k in range(9) for m in (GRANTING, Grant(40), Grant(900))]
+def test_short_sessions_leave_no_files(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    short = [(k / 10, m) for k in range(9) for m in (GRANTING, wire.Grant(40), wire.Grant(900))]
     with caplog.at_level(logging.INFO):
-        kept = recorded(tmp_path, *short, (1.0, GRANTING), (1.0, Grant(1200)), seconds=2.0)
+        kept = recorded(tmp_path, *short, (1.0, GRANTING), (1.0, wire.Grant(1200)), seconds=2.0)
     assert [path.name for path in kept] == ["10.npz"]
     assert len(reader.load(kept[0]).t) == 12
     assert caplog.messages[0] == "nothing was recorded: there was less than a second to keep"
@@ -148,10 +134,10 @@ def test_sessions_of_a_moment_leave_no_recordings(
 
 def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "one.npz"
-    bench = Bench(*[(1.5, Correction("press"))] * 50, record=path)
+    bench = Bench(*[(1.5, wire.Correction("press"))] * 50, record=path)
     bench.loop._updater = BundleUpdater(
         UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
     )
     bench.run(3.0)
-    assert bench.messages(UploadStatus) == [UploadStatus(DECLINED, 0, "no key")] * 50
+    assert bench.messages(wire.UploadStatus) == [wire.UploadStatus(wire.DECLINED, 0, "no key")] * 50
     assert not reader.load(path).marks

@@ -48,9 +48,7 @@ def test_garbage_is_swept_between_frames_only() -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="this system has no SCHED_FIFO")
-def test_real_time_is_asked_for_this_thread_and_done_without_where_not_allowed(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_real_time_is_asked_for_but_not_needed(caplog: pytest.LogCaptureFixture) -> None:
     asked: list[tuple[int, int]] = []
     assert process.real_time(lambda number, policy, _: asked.append((number, policy)))
     assert asked == [(0, os.SCHED_FIFO)]
@@ -62,9 +60,7 @@ def test_real_time_is_asked_for_this_thread_and_done_without_where_not_allowed(
     assert "allow it with `ulimit -r 10`" in caplog.text
 
 
-def test_a_frame_counts_when_it_has_ended_all_hops_and_reports_come_once_a_second(
-    tmp_path: Path,
-) -> None:
+def test_frames_count_after_all_hops_and_reports_come_once_a_second(tmp_path: Path) -> None:
     reports: list[LatencyReport] = []
     status = tmp_path / "status.json"
     reporter = LatencyReporter(0.1, reports.append, status=status, clock_ns=lambda: 5_000_000)

@@ -24,8 +24,6 @@ from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
-# --- paced by the clock ---------------------------------------------------------------------------
-
 
 @pytest.mark.slow
 def test_frame_k_is_scanned_at_k_tenths_of_a_second_for_hours() -> None:
@@ -102,9 +100,6 @@ def test_a_virtual_orb_waits_for_its_host_and_ends_without_one() -> None:
     assert not alone.sensors
 
 
-# --- granted by the host --------------------------------------------------------------------------
-
-
 def granted(*requests: Message) -> Bench:
     """A session in which all requests are there at once."""
     bench = Bench(*((0.0, m) for m in (GRANTING, *requests)), await_host=True)
@@ -164,9 +159,6 @@ def test_granted_time_and_paced_time_give_the_same_frames_and_commands() -> None
         assert one == other
 
 
-# --- a recording ----------------------------------------------------------------------------------
-
-
 def test_a_recording_keeps_its_times_loses_no_frame_and_ends() -> None:
     world = World()
     sensor = Slab(world, busy_s=0.15)  # even where frames come faster than they can be sent
@@ -178,9 +170,6 @@ def test_a_recording_keeps_its_times_loses_no_frame_and_ends() -> None:
     assert [round(clock, 3) for _, clock in sensor.reads] == [0.0, 0.15, 0.3, 2.5]
     assert [t_ms for m, t_ms in world.sent if isinstance(m, Telemetry)] == [2500, 2600, 2800, 5000]
     assert sensor.closed
-
-
-# --- one frame ------------------------------------------------------------------------------------
 
 
 def test_telemetry_shows_what_the_membrane_feels_as_bytes() -> None:

@@ -29,9 +29,7 @@ class Loose(Bench):
         return device
 
 
-def test_the_loop_waits_for_a_sensor_that_is_away_and_says_so_once(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_the_loop_waits_for_an_absent_sensor(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO, "controller"):
         bench = Loose().run(8.05)
     told = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]

@@ -51,9 +51,7 @@ def test_it_says_ready_its_state_once_in_one_line_and_stopping(systemd: socket.s
     ]  # fmt: skip
 
 
-def test_it_beats_three_times_in_each_interval_however_often_it_is_called(
-    systemd: socket.socket,
-) -> None:
+def test_it_beats_three_times_an_interval_however_often_called(systemd: socket.socket) -> None:
     now_s = 0.0
     heart = WatchdogHeartbeat(environment(systemd, WATCHDOG_USEC="9000000"), lambda: now_s)
     for tenth in range(91):
@@ -176,9 +174,7 @@ def objects(**changes: object) -> dict[str, dict[str, dict[str, object]]]:
         ({"Discoverable": True, "DiscoverableTimeout": 120}, "no_bond"),
     ],
 )
-def test_each_trouble_with_an_adapter_has_a_row_and_advice(
-    changes: dict[str, object], code: str
-) -> None:
+def test_each_adapter_problem_has_a_row_and_advice(changes: dict[str, object], code: str) -> None:
     found = {row.code: row for row in bluetooth.judge(objects(**changes)) if row.code}
     assert {code, "no_bond"} <= found.keys() <= {code, "no_bond", "no_service"}
     assert found[code].advice

@@ -63,9 +63,7 @@ def pi(monkeypatch: pytest.MonkeyPatch) -> Spidev:
     return fake
 
 
-def test_an_orb_on_a_computers_own_pins_and_bus_is_read(
-    pi: Spidev, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_orb_on_a_computers_pins_is_read(pi: Spidev, monkeypatch: pytest.MonkeyPatch) -> None:
     circuit = pi.bench.circuit
     monkeypatch.setattr(time, "perf_counter", lambda: circuit.now_s)
     sensor = sensors.load("orb", 10.0)
@@ -100,9 +98,7 @@ def test_no_permission_and_no_bus_are_one_sentence_each(pi: Spidev) -> None:
 
 
 @pytest.mark.parametrize("module", ["spidev", "lgpio"])
-def test_a_missing_library_is_one_sentence(
-    pi: Spidev, monkeypatch: pytest.MonkeyPatch, module: str
-) -> None:
+def test_missing_library_is_told(pi: Spidev, monkeypatch: pytest.MonkeyPatch, module: str) -> None:
     monkeypatch.undo()
     monkeypatch.setitem(sys.modules, module, None)
     monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
@@ -119,9 +115,7 @@ def test_a_missing_library_is_one_sentence(
         ("slow_clock=40", r"a scan takes \d+ ms and 10 Hz leave 100"),
     ],
 )
-def test_what_is_wrong_at_the_start_is_told_at_the_start(
-    fault: str, told: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_faults_at_start_are_told(fault: str, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
     bench = EmulatedBoard(seed=3, faults=[WiringFault.parse(fault)])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
     with pytest.raises(HardwareError, match=told):

@@ -60,9 +60,7 @@ def test_every_fault_can_be_switched_on_and_off_again() -> None:
     ],
 )
 @pytest.mark.parametrize("noise_lsb", [1.0, 42.0])  # the presets'
-def test_what_is_unplugged_is_away_blinks_and_comes_back(
-    fault: str, told: str, noise_lsb: float
-) -> None:
+def test_what_is_unplugged_blinks_and_comes_back(fault: str, told: str, noise_lsb: float) -> None:
     bench = EmulatedBoard(seed=3, model=BoardModel(noise_lsb=noise_lsb))
     driver = Driver(bench.board)
     before = driver.frame(0.0)
@@ -169,9 +167,7 @@ def test_a_fault_of_the_skin_and_one_of_the_wiring_can_be_asked_for_together() -
     assert (np.delete(frame, (1, 3), axis=0) > 20.0).all()
 
 
-def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_pins_collected_as_garbage_leave_the_circuit_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Collection may come at any moment, when NumPy must not run (see `CircuitPin.close`)."""
     driver = Driver(EmulatedBoard(seed=1).board)
     driver.frame()

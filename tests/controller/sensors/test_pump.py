@@ -51,9 +51,7 @@ def test_a_sensor_that_cannot_be_right_stops_it(kpa: float) -> None:
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(0.01, 0.2), st.floats(-1.0, 5.0)), max_size=120))
-def test_no_pressure_makes_it_run_too_long_or_against_its_limit(
-    steps: list[tuple[float, float]],
-) -> None:
+def test_no_pressure_makes_it_run_too_long_or_too_high(steps: list[tuple[float, float]]) -> None:
     pump, now, since = Pump(WIRING), 0.0, None
     for wait_s, kpa in steps:
         now += wait_s

@@ -7,12 +7,7 @@ import pytest
 
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import RIM, SLOTS, perform
-from controller.simulator.user_style import (
-    LEFT_HANDED,
-    draw_mood,
-    draw_style,
-    person,
-)
+from controller.simulator.user_style import LEFT_HANDED, draw_mood, draw_style, person
 from controller.simulator.virtual_orb import VirtualOrb
 
 RNG = np.random.default_rng

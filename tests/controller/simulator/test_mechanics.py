@@ -111,9 +111,7 @@ def test_the_dome_is_the_papers_unless_the_grid_needs_a_larger_one() -> None:
 @pytest.mark.parametrize(
     ("rows", "columns", "pitch_mm"), [(5, 5, 10.0), (10, 10, 5.0), (20, 20, 10.0), (7, 12, 4.0)]
 )
-def test_a_press_dents_the_taxel_under_it_on_any_grid(
-    rows: int, columns: int, pitch_mm: float
-) -> None:
+def test_a_press_dents_its_taxel_on_any_grid(rows: int, columns: int, pitch_mm: float) -> None:
     row, column = 1, columns - 2
     skin = mechanics(rows, columns, pitch_mm)
     point, depth = np.zeros((8, SLOTS), dtype=np.complex128), np.zeros((8, SLOTS))

@@ -62,9 +62,7 @@ def test_more_pressure_inflates_more_up_to_the_limit_point() -> None:
 
 
 @pytest.mark.parametrize("pressure_pa", [-5.0, 0.0, 2480.0, 1e5, float("nan")])
-def test_a_pressure_that_no_dome_holds_is_refused_with_the_most_that_it_can(
-    pressure_pa: float,
-) -> None:
+def test_a_pressure_that_no_dome_holds_is_refused_with_the_most_it_can(pressure_pa: float) -> None:
     with pytest.raises(ValueError, match=r"not between 0 and 2473 Pa, the most that a membrane"):
         membrane.inflate_to(pressure_pa)
 

@@ -157,9 +157,7 @@ def test_a_press_is_within_the_bound_at_every_taxel(depth_mm: float, place: comp
     ],
     ids=["pinch", "twist"],
 )
-def test_several_fingers_that_drag_the_skin_are_what_one_would_expect(
-    z: ArrayLike, toward: list[complex] | None
-) -> None:
+def test_several_fingers_drag_as_expected(z: ArrayLike, toward: list[complex] | None) -> None:
     solver, steps, turns = dome(), 14, 6
     nodes, _, normal = solver.touch(list(np.asarray(z)))
     place = solver.mesh.node[nodes] @ np.array([1.0, 1j])

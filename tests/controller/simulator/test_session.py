@@ -91,9 +91,7 @@ def test_a_session_plays_whatever_gestures_it_is_asked_for() -> None:
     ("rows", "columns", "pitch_mm", "rate_hz"),
     [(5, 5, 10.0, 200.0), (10, 10, 4.4, 30.0), (4, 7, 6.0, 25.0), (20, 20, 2.1, 10.0)],
 )
-def test_grid_and_rate_are_a_sessions_own(
-    rows: int, columns: int, pitch_mm: float, rate_hz: float
-) -> None:
+def test_any_grid_and_rate(rows: int, columns: int, pitch_mm: float, rate_hz: float) -> None:
     model = replace(NOMINAL, rows=rows, columns=columns, pitch_mm=pitch_mm)
     session = simulate(2, 0.5, model=model, rate_hz=rate_hz)
     assert session.frames.shape == (round(30 * rate_hz), rows, columns)

@@ -26,9 +26,7 @@ def add(out: Path, *words: str) -> int:
     return main([*fast, "--add", *words])
 
 
-def test_a_squeeze_is_asked_for_three_times_and_learned(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_squeeze_is_asked_and_learned(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert add(tmp_path, "squeeze", "--command", "hold", "--repetitions", "3") == 0
     told = capsys.readouterr()
     made = tmp_path / "squeeze.orb"
@@ -55,9 +53,7 @@ def test_a_vocabulary_says_how_a_gesture_is_done_and_what_it_asks_for(tmp_path: 
     assert bundle.read(tmp_path / "knock-2.orb").labels == learned.labels
 
 
-def test_a_gesture_that_is_declared_otherwise_goes_elsewhere(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_declarations_go_elsewhere(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert add(tmp_path, "squeeze", "--rotations", "all", "--repetitions", "1") == 0
     assert add(tmp_path, "squeeze", "--repetitions", "1") == 2
     error = capsys.readouterr().err.splitlines()[-1]
@@ -65,9 +61,7 @@ def test_a_gesture_that_is_declared_otherwise_goes_elsewhere(
     assert "choose another --out" in error
 
 
-def test_a_user_s_own_pinch_goes_into_a_network_of_theirs(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_users_own_pinch_is_learned(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert add(tmp_path, "pinch", "--user", "ada", "--repetitions", "1") == 0
     assert "ada is understood anyway" in capsys.readouterr().err
     learned = bundle.read(tmp_path / "pinch-ada.orb")

@@ -39,12 +39,7 @@ def mine(tmp_path: Path) -> Path:
     return path
 
 
-# --- the vocabulary -------------------------------------------------------------------------------
-
-
-def test_a_vocabulary_is_laid_beside_its_recordings_with_the_files_it_names(
-    mine: Path, tmp_path: Path
-) -> None:
+def test_a_vocabulary_and_its_files_lie_beside_the_recordings(mine: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     laid = dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
     assert laid.files == (out / "knock.toml",)
@@ -102,9 +97,6 @@ def test_the_vocabulary_in_the_documentation_is_one() -> None:
     assert words.mapping.command("knock", None) == "hold"
 
 
-# --- what there is --------------------------------------------------------------------------------
-
-
 def test_examples_are_counted_from_what_the_cues_said(tmp_path: Path) -> None:
     said = (
         "wait", "get ready press", "go press at 1,2", "rest press",
@@ -114,9 +106,7 @@ def test_examples_are_counted_from_what_the_cues_said(tmp_path: Path) -> None:
     assert dataset_folder.count((*marks, Mark(9.0, "key", "go on"))) == {"press": 1, "knock": 1}
 
 
-def test_a_folder_s_recordings_are_told_by_age_and_what_cannot_be_read_is_left_out(
-    tmp_path: Path,
-) -> None:
+def test_recordings_are_told_by_age_and_unreadable_ones_left_out(tmp_path: Path) -> None:
     for name, day in (("b", "2026-01-02"), ("a", "2026-01-03")):
         about = recorded.origin(started=day, user="ada", session=name, protocol="gestures")
         one = replace(recorded.of(np.ones((9, 5, 5)), about), marks=(Mark(1.0, "cue", "go press"),))
@@ -127,9 +117,6 @@ def test_a_folder_s_recordings_are_told_by_age_and_what_cannot_be_read_is_left_o
         ("b.npz", "b", {"press": 1}),
         ("a.npz", "a", {"press": 1}),
     ]
-
-
-# --- afterwards -----------------------------------------------------------------------------------
 
 
 def taken(*sessions: str, protocol: str = "gestures") -> list[ExistingRecording]:
@@ -229,9 +216,7 @@ def test_who_agrees_gets_a_bundle_and_others_are_told_how(
 @pytest.mark.parametrize(
     ("answer", "agreed"), [("y", True), (" YES", True), ("", False), ("no", False), (None, False)]
 )
-def test_only_yes_is_a_yes(
-    answer: str | None, agreed: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_yes_is_yes(answer: str | None, agreed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     def typed() -> str:
         if answer is None:
             raise EOFError

@@ -40,9 +40,6 @@ def step(t_s: float, gesture: str | None = None, touched: bool = True) -> Step:
     return Step(1, t_s, z, True, not touched, probabilities, None, gesture, "", None)
 
 
-# --- examples -------------------------------------------------------------------------------------
-
-
 def test_every_gesture_is_asked_for_as_often_and_so_are_touches_that_are_none() -> None:
     asks = protocols.asks("gestures", FIVE, (5, 5), 3, rng())
     assert Counter(ask.label for ask in asks) == dict.fromkeys(FIVE.labels, 3)
@@ -81,9 +78,6 @@ def test_a_vocabulary_without_places_has_none_to_ask_for() -> None:
 def test_nobody_is_asked_for_ten_thousand_examples() -> None:
     with pytest.raises(TeachError, match="choose fewer --repetitions"):
         protocols.asks("gestures", FIVE, (5, 5), 9999, rng())
-
-
-# --- counts ---------------------------------------------------------------------------------------
 
 
 def cued(*labels: str) -> Labeller:
@@ -132,9 +126,6 @@ def test_an_example_that_does_not_count_is_nowhere_counted() -> None:
     play(cued("pinch"), tally, 8.0, {1.5: "pinch"}, felt=False)
     assert tally.have("pinch") == 0
     assert tally.understood("pinch") == (0, 0)
-
-
-# --- the page -------------------------------------------------------------------------------------
 
 
 def page(tally: ExampleCounts, **options: bool) -> ProgressPage:

@@ -26,12 +26,7 @@ def spans(column: np.ndarray, number: int) -> int:
     return int((np.diff((column == number).astype(int), prepend=0) == 1).sum())
 
 
-# --- sessions -------------------------------------------------------------------------------------
-
-
-def test_a_scripted_hand_is_taught_five_gestures_and_a_new_one(
-    mine: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_scripted_hand_is_taught_gestures(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
     who = ("--out", str(mine), "--user", "ada", "--session", "1", "--repetitions", "2")
     assert main([*FAST, *who]) == 0
     printed = capsys.readouterr()
@@ -90,9 +85,7 @@ def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
     assert vocabulary.read(out / "gestures.toml").entries == vocabulary.shipped().entries
 
 
-def test_users_take_turns_each_with_a_hand_of_their_own(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_users_take_turns_with_own_hand(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "all"
     who = ("--protocol", "users", "--user", "ada,ben", "--session", "1", "--repetitions", "1")
     assert main([*FAST, "--out", str(out), *who]) == 0
@@ -105,9 +98,7 @@ def test_users_take_turns_each_with_a_hand_of_their_own(
     assert one.origin.device_id == other.origin.device_id
 
 
-def test_without_a_model_for_the_sensor_it_is_taught_all_the_same(
-    mine: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_teaching_needs_no_model_of_sensor(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
     who = ("--out", str(mine), "--session", "1", "--repetitions", "1", "--rate", "20")
     assert main([*FAST, *who]) == 0
     assert "there is no model for this sensor yet" in capsys.readouterr().err
@@ -115,9 +106,6 @@ def test_without_a_model_for_the_sensor_it_is_taught_all_the_same(
     assert (taught.origin.rate_hz, taught.origin.bundle) == (20.0, "")
     assert not taught.commands
     assert spans(taught.label, 5) == 1
-
-
-# --- mistakes -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -143,17 +131,13 @@ def test_a_mistake_is_one_sentence(
     assert complaint in line
 
 
-def test_a_named_model_must_fit_the_sensor(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_named_model_must_fit_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = [*FAST, "--out", str(tmp_path), "--rate", "20", "--bundle", str(bundle.default_path())]
     assert main(argv) == 2
     assert "is for 10 Hz, the sensor has 20 Hz; leave out --bundle" in capsys.readouterr().err
 
 
-def test_the_virtual_hand_must_know_what_it_is_asked_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_hand_must_know_cues(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     wave = tmp_path / "wave.toml"
     wave.write_text('[[gesture]]\nlabel = "wave"\n')
     assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
@@ -161,8 +145,6 @@ def test_the_virtual_hand_must_know_what_it_is_asked_for(
     wave.write_text('[[gesture]]\nlabel = "brush"\n')  # which ships, but is no gesture
     assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
 
-
-# --- in a terminal --------------------------------------------------------------------------------
 
 if sys.platform != "win32":
     import fcntl

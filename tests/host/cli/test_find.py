@@ -23,6 +23,7 @@ from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
 from host.discovery import Answer, DevicePort, Port
 from tests.support.fake_device import welcome
+from tests.support.pytest_types import Capture, Patch
 from tests.support.serial_cable import Cable
 
 
@@ -52,7 +53,7 @@ class Desk:
 
 
 @pytest.fixture
-def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> DeviceStore:
+def memory(tmp_path: Path, monkeypatch: Patch) -> DeviceStore:
     """The devices known here, on a system that lists no ports."""
     path = tmp_path / "devices.toml"
     monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
@@ -100,9 +101,7 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
     cable.close()
 
 
-def test_orb_that_asks_for_a_key_is_found_with_it(
-    desk: Desk, memory: DeviceStore, tmp_path: Path
-) -> None:
+def test_orb_with_a_key_is_found_with_it(desk: Desk, memory: DeviceStore, tmp_path: Path) -> None:
     file = tmp_path / "orb.key"
     psk.make(file)
     port = desk.plug("orb-1", key=psk.read(file))
@@ -161,7 +160,7 @@ def test_device_without_an_identity_is_none(desk: Desk) -> None:
     assert "says no identity" in answer.why
 
 
-def test_a_stuck_port_hangs_nobody(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stuck_port_hangs_nobody(desk: Desk, monkeypatch: Patch) -> None:
     over, ask = threading.Event(), discovery.ask
     port = desk.plug("orb-1")
 
@@ -179,9 +178,7 @@ def test_a_stuck_port_hangs_nobody(desk: Desk, monkeypatch: pytest.MonkeyPatch) 
     assert "/dev/stuck hangs" in hangs.why
 
 
-def test_devices_are_listed_by_identity_when_their_ports_shuffle(
-    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_devices_are_listed_by_identity_not_port(memory: DeviceStore, capsys: Capture) -> None:
     names = ["orb-1", "orb-2", "orb-3"]
     for order in (names, names[::-1], ["orb-2", "orb-3", "orb-1"]):
         with contextlib.ExitStack() as stack:
@@ -194,9 +191,7 @@ def test_devices_are_listed_by_identity_when_their_ports_shuffle(
             assert {k.device_id: k.port for k in DeviceStore().devices} == places
 
 
-def test_device_is_found_again_on_another_port(
-    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_device_is_found_on_a_new_port(desk: Desk, memory: DeviceStore, monkeypatch: Patch) -> None:
     old, new = desk.plug("orb-2"), desk.plug("orb-1", "Blue")
     memory.remember("orb-1", name="Blue", port=old, seen="1")
     monkeypatch.setattr(discovery, "listed", lambda everything: [old, new])
@@ -206,18 +201,14 @@ def test_device_is_found_again_on_another_port(
     assert {k.device_id: k.port for k in DeviceStore().devices} == {"orb-1": new, "orb-2": old}
 
 
-def test_device_that_is_where_it_was_is_found_without_opening_another_port(
-    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_device_where_it_was_opens_one(desk: Desk, memory: DeviceStore, monkeypatch: Patch) -> None:
     monkeypatch.setattr(discovery, "listed", lambda everything: pytest.fail("it was listed"))
     port = desk.plug("orb-1")
     memory.remember("orb-1", port=port)
     assert DevicePort("orb-1", memory).url == port
 
 
-def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
-    desk: Desk, memory: DeviceStore
-) -> None:
+def test_port_that_vanished_is_looked_for_when_reopened(desk: Desk, memory: DeviceStore) -> None:
     new = desk.plug("orb-1")
     memory.remember("orb-1", port=new)
     seeker = DevicePort("orb-1", memory)
@@ -227,9 +218,7 @@ def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
     assert transport.name == new
 
 
-def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chosen(
-    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_double_identity_is_not_chosen(desk: Desk, memory: DeviceStore, monkeypatch: Patch) -> None:
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
     answers = discovery.ask_all([Port(real), Port(liar)])
     assert len(find.rows(answers, [])) == 2
@@ -241,9 +230,7 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
         DevicePort("orb-1", memory)
 
 
-def test_device_that_turns_out_to_be_another_one_ends_the_program(
-    desk: Desk, memory: DeviceStore
-) -> None:
+def test_device_that_turns_out_to_be_another_ends_it(desk: Desk, memory: DeviceStore) -> None:
     memory.remember("orb-1", port=desk.plug("orb-1"))
     seeker = DevicePort("orb-1", memory)
     seeker.on_received([Connected(orb_welcome("orb-1"))])
@@ -256,9 +243,7 @@ def test_device_that_is_nowhere_is_one_sentence(memory: DeviceStore) -> None:
         DevicePort("orb-1", memory)
 
 
-def test_only_remembered_identified_and_bonded_ports_are_asked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_remembered_named_or_bonded_are_asked(tmp_path: Path, monkeypatch: Patch) -> None:
     memory = DeviceStore(tmp_path / "devices.toml")
     memory.remember("orb-1", port="/dev/ttyUSB7", seen="1")
     system = [
@@ -286,27 +271,21 @@ def test_system_lists_its_ports() -> None:
     assert isinstance(discovery.listed(everything=True), list)
 
 
-def test_nothing_to_ask_says_what_to_do(
-    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_to_ask_says_what_to_do(memory: DeviceStore, capsys: Capture) -> None:
     assert find.main([]) == 1
     told = capsys.readouterr()
     assert told.out == ""
     assert "host find --all" in told.err
 
 
-def test_key_that_cannot_be_read_is_told_before_anybody_is_asked(
-    memory: DeviceStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unreadable_key_is_told_first(memory: DeviceStore, tmp_path: Path, capsys: Capture) -> None:
     assert find.main(["--key", str(tmp_path / "no.key")]) == 2
     told = capsys.readouterr()
     assert (told.out, told.err.count("\n")) == ("", 1)
     assert "no.key: no such file or directory" in told.err
 
 
-def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
-    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_absent_device_is_listed_with_its_last_time(memory: DeviceStore, capsys: Capture) -> None:
     memory.remember("orb-1", name="Blue", port="/dev/gone", seen="2026-11-20T18:02:00Z")
     assert find.main([]) == 1
     told = capsys.readouterr()
@@ -314,9 +293,7 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
     assert "cannot open /dev/gone: there is no such port" in told.err
 
 
-def test_what_a_terminal_would_obey_is_listed_as_an_escape(
-    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_a_terminal_would_obey_is_escaped(memory: DeviceStore, capsys: Capture) -> None:
     memory.remember("orb-1\x1b[2J", name="\u202e\nBlue", port="/dev/\x07", seen="\x1b[31mnow")
     assert find.main([]) == 1
     told = capsys.readouterr()
@@ -324,7 +301,7 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     assert (told.out + told.err).replace("\n", "").isprintable()
 
 
-def test_device_can_be_forgotten(memory: DeviceStore, capsys: pytest.CaptureFixture[str]) -> None:
+def test_device_can_be_forgotten(memory: DeviceStore, capsys: Capture) -> None:
     memory.remember("orb-1", name="Blue", port="A")
     assert find.main(["--forget", "Blue"]) == 0
     assert DeviceStore().devices == []

@@ -19,7 +19,9 @@ from host.connection.bundle_upload import BundleUpload
 from host.connection.receiver import Connected, Delivered
 from tests.support import hostile_bundles
 from tests.support.fake_device import welcome
+from tests.support.pytest_types import Capture
 
+Orb = tuple[str, Path, "subprocess.Popen[str]"]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the orb is ended by a signal")
 
 
@@ -32,7 +34,7 @@ def variant(path: Path) -> str:
 
 
 @pytest.fixture
-def orb(tmp_path: Path) -> Iterator[tuple[str, Path, "subprocess.Popen[str]"]]:
+def orb(tmp_path: Path) -> Iterator[Orb]:
     """A virtual orb with a key, and a shelf of its own: its URL, the key, and its process."""
     key = tmp_path / "key"
     assert controller(["key", str(key)]) == 0
@@ -50,11 +52,7 @@ def orb(tmp_path: Path) -> Iterator[tuple[str, Path, "subprocess.Popen[str]"]]:
 
 
 @pytest.mark.slow
-def test_an_orb_takes_a_bundle_over_its_link_and_goes_on_with_it(
-    orb: tuple[str, Path, "subprocess.Popen[str]"],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_an_orb_takes_a_bundle_and_goes_on(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, process = orb
     name = variant(tmp_path / "new.orb")
     link = ["--link", url, "--key", str(key)]
@@ -66,11 +64,7 @@ def test_an_orb_takes_a_bundle_over_its_link_and_goes_on_with_it(
     assert host(["install", str(other), *link]) == 0
 
 
-def test_a_bundle_that_would_cost_the_orb_gigabytes_is_declined(
-    orb: tuple[str, Path, "subprocess.Popen[str]"],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_bundle_of_gigabytes_is_declined(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, process = orb
     parts = bundles.content(bundles.unpack(bundles.default_path().read_bytes()))
     path = tmp_path / "bomb.orb"
@@ -80,11 +74,7 @@ def test_a_bundle_that_would_cost_the_orb_gigabytes_is_declined(
     assert process.poll() is None
 
 
-def test_what_is_no_bundle_is_declined_with_the_reason(
-    orb: tuple[str, Path, "subprocess.Popen[str]"],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_is_no_bundle_is_declined(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, _ = orb
     path = tmp_path / "song.orb"
     path.write_bytes(b"la la la" * 1000)
@@ -92,14 +82,12 @@ def test_what_is_no_bundle_is_declined_with_the_reason(
     assert "is damaged, or something else" in capsys.readouterr().err
 
 
-def test_a_file_that_is_not_there_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_not_there_is_wrong_usage(capsys: Capture) -> None:
     assert host(["install", "nothing.orb", "--link", "socket://127.0.0.1:1"]) == 2
     assert "nothing.orb cannot be read" in capsys.readouterr().err
 
 
-def test_a_bundle_that_is_sent_during_a_game_is_announced(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_bundle_that_is_sent_during_a_game_is_announced(capsys: Capture) -> None:
     sent: list[Message] = []
     take = install.delivery(BundleUpload("new.orb", b"la" * 9), sent.append, announce=True)
     take([Connected(welcome())])

@@ -11,6 +11,7 @@ import pytest
 from controller import __version__
 from host.__main__ import main
 from tests.support import special_files
+from tests.support.pytest_types import Capture, Patch
 
 UNSEEN = {
     name: value
@@ -19,7 +20,7 @@ UNSEEN = {
 }
 
 
-def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_ends_with_a_first_thing_to_try(capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["--help"])
     assert ended.value.code == 0
@@ -30,7 +31,7 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
     assert told.rstrip().endswith("host --demo")
 
 
-def test_version_is_that_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_is_that_of_the_program(capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["--version"])
     assert ended.value.code == 0
@@ -47,14 +48,12 @@ def test_version_is_that_of_the_program(capsys: pytest.CaptureFixture[str]) -> N
         (["--tap", "midi"], "there is no tap 'midi'; there are: lsl, osc (docs/taps.md)"),
     ],
 )
-def test_name_that_means_nothing_is_one_sentence(
-    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unknown_name_is_a_sentence(arguments: list[str], sentence: str, capsys: Capture) -> None:
     assert main(arguments) == 2
     assert capsys.readouterr().err == f"host: {sentence}\n"
 
 
-def test_mapping_may_be_named_by_its_first_option(capsys: pytest.CaptureFixture[str]) -> None:
+def test_mapping_may_be_named_by_its_first_option(capsys: Capture) -> None:
     for option in ("--mapping", "--keys"):
         assert main(["--target", "keyboard", "--dry-run", option, "none.toml"]) == 2
         assert "host: cannot read none.toml: no such file" in capsys.readouterr().err
@@ -85,25 +84,21 @@ def test_mapping_may_be_named_by_its_first_option(capsys: pytest.CaptureFixture[
         (["--screenshot", "no/such/folder/play.png"], "a folder that exists"),
     ],
 )
-def test_wrong_usage_is_answered_with_what_would_be_right(
-    arguments: list[str], advice: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_usage_says_what_is_right(arguments: list[str], advice: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code == 2
     assert advice in capsys.readouterr().err
 
 
-def test_device_that_nobody_knows_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+def test_device_that_nobody_knows_is_one_sentence(capsys: Capture) -> None:
     assert main(["--device", "orb-of-nobody"]) == 1
     told = capsys.readouterr().err
     assert "'orb-of-nobody' is not there" in told
     assert told.count("\n") == 1
 
 
-def test_port_that_is_not_there_is_one_sentence(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_absent_port_is_one_sentence(capsys: Capture, tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     port = tmp_path / "no-such-port"
     assert main(["--link", str(port), "--headless", "--seconds", "20"]) == 1
@@ -150,26 +145,20 @@ SPECIAL = {
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
-@pytest.mark.parametrize(
-    ("option", "kind"), [(option, kind) for option in FILES for kind in SPECIAL[option]]
-)
-def test_file_that_is_none_or_means_nothing_is_one_sentence(
-    option: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize(("opt", "kind"), [(opt, kind) for opt in FILES for kind in SPECIAL[opt]])
+def test_special_file_is_told(opt: str, kind: str, tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     path = special_files.make(kind, tmp_path)
-    told = special_files.answer(main, [*FILES[option], str(path)])
+    told = special_files.answer(main, [*FILES[opt], str(path)])
     assert told.refused_by("host"), told
-    assert told.status == (1 if option in PORTS else 2)
+    assert told.status == (1 if opt in PORTS else 2)
     assert told.output == ""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
 @pytest.mark.parametrize("kind", ["folder", "pipe", "socket", "full", "null"])
-def test_picture_replaces_nothing_but_a_file(
-    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_picture_replaces_nothing_but_a_file(kind: str, tmp_path: Path, capsys: Capture) -> None:
     path = special_files.make(kind, tmp_path, "play.png")
     with pytest.raises(SystemExit) as ended:
         main(["--screenshot", str(path)])
@@ -177,9 +166,7 @@ def test_picture_replaces_nothing_but_a_file(
     assert capsys.readouterr().err.endswith("play.png is no file; name another one\n")
 
 
-def test_picture_that_a_full_disk_does_not_take_is_one_sentence_and_no_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_picture_on_full_disk_is_none(tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     def full(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 

@@ -44,12 +44,7 @@ def test_interrupt_while_modules_are_imported_is_silent(module: str) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into Linux's /proc")
 @pytest.mark.parametrize(
     ("number", "status"),
-    [
-        (signal.SIGINT, 130),
-        (signal.SIGTERM, 143),
-        (signal.SIGHUP, 129),
-        (signal.SIGKILL, -9),
-    ],
+    [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGKILL, -9)],
 )
 def test_no_virtual_orb_outlives_its_host(number: int, status: int, tmp_path: Path) -> None:
     environment = {**UNSEEN, "XDG_CONFIG_HOME": str(tmp_path)}
@@ -74,9 +69,7 @@ def test_no_virtual_orb_outlives_its_host(number: int, status: int, tmp_path: Pa
 
 @pytest.mark.skipif(sys.platform != "linux", reason="no /dev/full")
 @pytest.mark.parametrize("command", [DEMO, (*HOST, "find", "--json")])
-def test_full_disk_behind_standard_output_is_one_sentence(
-    command: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_full_disk_behind_stdout_is_one_sentence(command: tuple[str, ...], tmp_path: Path) -> None:
     environment = {**UNSEEN, "XDG_CONFIG_HOME": str(tmp_path)}
     with open("/dev/full", "w") as full:  # noqa: PTH123
         done = subprocess.run(
@@ -89,9 +82,7 @@ def test_full_disk_behind_standard_output_is_one_sentence(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no SIGPIPE to mask")
 @pytest.mark.parametrize("command", [DEMO, (*HOST, "find", "--json")])
-def test_reader_that_has_gone_ends_it_without_a_word(
-    command: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_reader_that_left_ends_it_without_a_word(command: tuple[str, ...], tmp_path: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:

@@ -10,13 +10,14 @@ from controller.links import open_link
 from host.__main__ import main
 from host.connection.device_store import DeviceStore
 from tests.support.fake_device import welcome
+from tests.support.pytest_types import Capture, Patch
 from tests.support.serial_cable import Cable
 
 MAPPING = '[profile.game]\ndrop = "space"\npause = { profile = "desk" }\n[profile.desk]\ndrop="a"\n'
 
 
 @pytest.fixture
-def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def config(tmp_path: Path, monkeypatch: Patch) -> Path:
     path = tmp_path / "devices.toml"
     monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
     return path
@@ -32,9 +33,7 @@ def plugged(stack: contextlib.ExitStack, device_id: str) -> str:
     return cable.ends[1]
 
 
-def test_device_plays_what_it_played_last_on_whatever_port_it_is(
-    config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_device_plays_its_last_anywhere(config: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     keys = tmp_path / "mine.toml"
     keys.write_text(MAPPING)
     usual = ["--headless", "--seconds", "0.3", "--dry-run"]
@@ -59,9 +58,7 @@ def test_device_plays_what_it_played_last_on_whatever_port_it_is(
         assert dataclasses.replace(again, port=port, seen=known.seen) == known
 
 
-def test_profile_that_the_mapping_has_not_is_one_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_profile_that_the_mapping_has_not_is_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     keys = tmp_path / "mine.toml"
     keys.write_text(MAPPING)
     arguments = ["--target", "keyboard", "--headless", "--dry-run", "--mapping", str(keys)]

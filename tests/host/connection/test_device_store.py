@@ -47,10 +47,7 @@ def test_what_another_program_noted_meanwhile_stays(path: Path) -> None:
     ours.remember("orb-1", port="A")
     theirs.remember("orb-2", port="B")
     ours.remember("orb-1", port="C")
-    assert {known.device_id: known.port for known in DeviceStore(path).devices} == {
-        "orb-1": "C",
-        "orb-2": "B",
-    }
+    assert {k.device_id: k.port for k in DeviceStore(path).devices} == {"orb-1": "C", "orb-2": "B"}
 
 
 def test_only_the_latest_devices_are_kept(path: Path) -> None:

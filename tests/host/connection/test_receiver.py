@@ -19,23 +19,8 @@ import serial
 
 from controller.links import open_link
 from controller.links.ports import why
-from controller.protocol.messages import (
-    VERSION,
-    Command,
-    Contact,
-    Contacts,
-    Grant,
-    Granted,
-    GroundTruth,
-    Hello,
-    Join,
-    Message,
-    Offer,
-    Perform,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol import messages
+from controller.protocol.messages import Command, Granted, Hello, State, Telemetry
 from controller.protocol.packets import Decoder, encode
 from host.connection import receiver as receiver_module
 from host.connection import transport as transport_module
@@ -44,17 +29,16 @@ from host.connection.receiver import (
     Delivered,
     LinkError,
     Lost,
-    Missed,
     Received,
     Receiver,
     Refused,
-    Stale,
 )
 from host.connection.transport import Transport, open_transport
 from host.connection.virtual_orb import START_S, VirtualOrbProcess
 from tests.support import SUPPORT
 from tests.support.fake_device import welcome
 from tests.support.manual_host import numbered
+from tests.support.pytest_types import Patch
 from tests.support.serial_cable import Cable
 
 DEVICE = (sys.executable, str(SUPPORT / "fake_device.py"))
@@ -107,7 +91,7 @@ class Ear:
         """Of one device's commands, each came once and in order, or was told to be missed."""
         frame = 0
         for _, news in self.told:
-            if isinstance(news, Missed):
+            if isinstance(news, receiver_module.Missed):
                 frame += 10 * news.count
             elif isinstance(news, Delivered) and isinstance(news.message, Command):
                 frame += 10
@@ -149,16 +133,14 @@ def test_two_processes_talk_over_tcp(device: VirtualOrbProcess, ears: Ears) -> N
     assert ear.message(State) == State(())
     assert ear.message(Telemetry).image == bytes([128] * 25)
     assert ear.message(Command).name == "drop"
-    assert ear.receiver.send(Contacts((Contact(1, 2.0, 2.0, 3.0, 4.0),)))
+    assert ear.receiver.send(messages.Contacts((messages.Contact(1, 2.0, 2.0, 3.0, 4.0),)))
     assert ear.message(State) == State(("down",))
-    assert ear.receiver.send(Perform(5, "press", 1.0, 1.0))
-    assert ear.message(GroundTruth).number == 5
+    assert ear.receiver.send(messages.Perform(5, "press", 1.0, 1.0))
+    assert ear.message(messages.GroundTruth).number == 5
     assert ear.receiver.state == "live"
 
 
-def test_the_clock_offset_is_known_only_while_connected(
-    device: VirtualOrbProcess, ears: Ears
-) -> None:
+def test_clock_offset_is_known_only_while_connected(device: VirtualOrbProcess, ears: Ears) -> None:
     receiver = Receiver(device.open, token=device.token)
     ear = ears(receiver)
     assert receiver.clock_offset_ms is None
@@ -183,7 +165,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(ears: Ears) -> N
         ear = ears(Receiver(device.open, token=device.token, granted=True))
         ear.receiver.connect()
         for until_ms in range(step_ms, 6_001, step_ms):
-            assert ear.receiver.send(Grant(until_ms))
+            assert ear.receiver.send(messages.Grant(until_ms))
             assert ear.message(Granted) == Granted(until_ms)
         ear.receiver.close()
         device.close()
@@ -195,9 +177,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(ears: Ears) -> N
     assert play(100) == play(2_000) == played
 
 
-def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_nothing(
-    device: VirtualOrbProcess, ears: Ears
-) -> None:
+def test_killed_device_restarts_and_repeats_nothing(device: VirtualOrbProcess, ears: Ears) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
     ear.message(Command)
@@ -208,7 +188,7 @@ def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_noth
     assert ear.next(Lost) == Lost("the virtual orb was cut off")
     assert ear.at_s - killed_s < 2.0
     assert ear.receiver.state == "lost"
-    assert not ear.receiver.send(Contacts(()))
+    assert not ear.receiver.send(messages.Contacts(()))
     ear.next(Connected)
     ear.message(Command)
     ear.message(Command)
@@ -218,16 +198,14 @@ def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_noth
     assert after == list(range(10, 10 * len(after) + 1, 10))
 
 
-def test_a_device_that_hangs_is_stale_then_lost_and_found_when_it_goes_on(
-    device: VirtualOrbProcess, ears: Ears
-) -> None:
+def test_a_hung_device_is_stale_then_lost_then_found(device: VirtualOrbProcess, ears: Ears) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
     ear.message(Command)
     assert device.process is not None
     device.process.send_signal(signal.SIGSTOP)
     stopped_s = time.monotonic()
-    ear.next(Stale)
+    ear.next(receiver_module.Stale)
     ear.next(Lost)
     assert ear.at_s - stopped_s < 2.0
     device.process.send_signal(signal.SIGCONT)
@@ -277,9 +255,7 @@ def cable() -> Iterator[Cable]:
     cable.close()
 
 
-def test_two_processes_talk_over_a_pty_through_a_cable_that_is_pulled_and_plugged_in_again(
-    cable: Cable, ears: Ears
-) -> None:
+def test_two_processes_talk_over_a_pty_whose_cable_is_replugged(cable: Cable, ears: Ears) -> None:
     far, near = cable.ends
     with subprocess.Popen([*DEVICE, far], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -288,7 +264,7 @@ def test_two_processes_talk_over_a_pty_through_a_cable_that_is_pulled_and_plugge
         assert ear.receiver.connect().name == "OrbTouch"
         ear.message(Command)
         cable.plugged = False
-        ear.next(Stale)
+        ear.next(receiver_module.Stale)
         ear.next(Lost)
         cable.plugged = True
         ear.next(Connected)
@@ -416,9 +392,7 @@ def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
         transport.close()
 
 
-def test_pauses_grow_with_failures_and_a_connection_ends_that(
-    ears: Ears, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pauses_grow_with_failures_until_a_connection(ears: Ears, monkeypatch: Patch) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome())
     failures: list[int] = []
 
@@ -521,9 +495,7 @@ def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() 
         device.open()
 
 
-def test_an_orb_that_ignores_the_request_to_end_is_killed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_orb_that_ignores_the_request_to_end_is_killed(monkeypatch: Patch) -> None:
     monkeypatch.setattr("host.connection.virtual_orb.END_S", 0.1)
     code = (
         "import json, signal, sys;"
@@ -554,9 +526,7 @@ def test_an_orb_that_talks_on_is_never_made_to_wait(device: VirtualOrbProcess) -
     talker.close()
 
 
-def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_the_last_words_of_an_orb_that_dies_are_seen(caplog: pytest.LogCaptureFixture) -> None:
     code = "import json; print(json.dumps({'listening': 'loop://'}), flush=True); 1 / 0"
     device = VirtualOrbProcess(1, command=python(code))
     device.open().close()
@@ -570,9 +540,7 @@ def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
     assert "ZeroDivisionError: division by zero" in caplog.text
 
 
-def test_an_orb_of_our_own_hears_of_our_end_from_its_standard_input(
-    device: VirtualOrbProcess,
-) -> None:
+def test_an_orb_of_our_own_hears_of_our_end_from_its_input(device: VirtualOrbProcess) -> None:
     device.open().close()
     assert device.process is not None
     assert device.process.stdin is not None
@@ -602,12 +570,12 @@ class Scripted:
         for packet in Decoder().feed(data):
             if isinstance(packet.message, Hello):
                 self.sequence = packet.sequence
-                self.say(Offer(VERSION, bytes(16), False))
-            elif isinstance(packet.message, Join):
+                self.say(messages.Offer(messages.VERSION, bytes(16), False))
+            elif isinstance(packet.message, messages.Join):
                 self.say(welcome())
 
-    def say(self, message: Offer | Welcome | Command | Telemetry | State) -> None:
-        travelling: Message = message
+    def say(self, message: messages.Offer | messages.Welcome | Command | Telemetry | State) -> None:
+        travelling: messages.Message = message
         if isinstance(message, Command):
             self.commands += 1
             travelling = numbered(message, self.commands)
@@ -621,9 +589,7 @@ class Scripted:
         pass
 
 
-def test_commands_that_a_busy_program_left_waiting_are_too_late(
-    ears: Ears, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_that_a_busy_program_left_are_too_late(ears: Ears, monkeypatch: Patch) -> None:
     transport = Scripted()
     ear = ears(Receiver(lambda: transport))
     ear.receiver.connect()
@@ -638,9 +604,7 @@ def test_commands_that_a_busy_program_left_waiting_are_too_late(
     assert (ear.frames(), ear.receiver.past.missed) == ([[1]], 1)
 
 
-def test_a_program_that_does_not_listen_any_more_costs_no_memory(
-    ears: Ears, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_program_that_listens_no_more_costs_no_memory(ears: Ears, monkeypatch: Patch) -> None:
     monkeypatch.setattr(receiver_module, "INBOX", 10)
     transport = Scripted()
     ear = ears(Receiver(lambda: transport))

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fake_device import welcome
+from tests.support.pytest_types import Capture, Patch
 
 if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
@@ -159,9 +160,7 @@ def test_every_error_is_a_sentence_with_what_to_do(number: int, words: str) -> N
 
 
 @pytest.mark.parametrize(("system", "port"), [("win32", "COM5"), ("darwin", "/dev/cu.OrbTouch")])
-def test_other_systems_are_led_through_their_own_settings(
-    system: str, port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_systems_are_led(system: str, port: str, capsys: Capture, monkeypatch: Patch) -> None:
     monkeypatch.setattr(sys, "platform", system)
     assert pair.main([]) == 0
     told = capsys.readouterr().out
@@ -169,9 +168,7 @@ def test_other_systems_are_led_through_their_own_settings(
     assert f"host --link {port}" in told
 
 
-def test_without_its_package_bluetooth_says_what_to_install(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_its_package_it_says_what_to_install(capsys: Capture, monkeypatch: Patch) -> None:
     monkeypatch.setattr(bluez, "available", lambda: False)
     with pytest.raises(LinkError, match=r"pip install 'orbtouch\[bluetooth\]'"):
         open_link("rfcomm:", welcome())
@@ -181,9 +178,7 @@ def test_without_its_package_bluetooth_says_what_to_install(
 
 
 @pytest.mark.parametrize("address", ["nonsense", "00:11:22:33:44", "00:11:22:33:44:55:1"])
-def test_an_address_to_pair_with_looks_like_one(
-    address: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_address_to_pair_with_looks_like_one(address: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         pair.main([address])
     assert ended.value.code == 2

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,11 +18,12 @@ from host.injection import injector as injector_module
 from host.injection.backends import Backend, BackendError
 from host.injection.injector import Injector
 from tests.support import SUPPORT
+from tests.support.pytest_types import Patch
+from tests.support.waiting import until
 
 if sys.platform == "win32":
     pytest.skip("Windows has no SIGSTOP", allow_module_level=True)
 
-PATIENCE_S = 20.0  # an upper bound; everything here takes a second at most
 PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 DOWN, UP = Stroke("left", True), Stroke("left", False)
 
@@ -50,7 +51,7 @@ class Board(Backend):
 
 
 @pytest.fixture
-def board(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Board:
+def board(tmp_path: Path, monkeypatch: Patch) -> Board:
     made = Board(tmp_path / "paper")
 
     def open_backend(name: str, kind: str) -> tuple[str, Backend]:
@@ -70,15 +71,6 @@ def injector(request: pytest.FixtureRequest, board: Board) -> Iterator[Injector]
     made.close()
 
 
-def until(condition: Callable[[], object]) -> object:
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        if found := condition():
-            return found
-        time.sleep(0.002)
-    raise AssertionError("it did not happen")
-
-
 def press(injector: Injector, board: Board) -> int:
     """Press a key, for certain; return the watchdog's process id."""
     injector.send([DOWN])
@@ -87,9 +79,7 @@ def press(injector: Injector, board: Board) -> int:
     return injector.process.pid
 
 
-def test_key_goes_up_whose_release_a_hung_watchdog_never_made(
-    injector: Injector, board: Board
-) -> None:
+def test_key_goes_up_that_a_hung_watchdog_never_released(injector: Injector, board: Board) -> None:
     os.kill(press(injector, board), signal.SIGSTOP)
     injector.send([UP])
     assert until(injector.check) == "with every key up: the watchdog has hung"
@@ -97,9 +87,7 @@ def test_key_goes_up_whose_release_a_hung_watchdog_never_made(
 
 
 @pytest.mark.parametrize("ended_by", ["SIGKILL", "SIGTERM", "SIGHUP", "SIGINT"])
-def test_key_goes_up_when_the_watchdog_ends(
-    ended_by: str, injector: Injector, board: Board
-) -> None:
+def test_key_goes_up_as_the_watchdog_ends(ended_by: str, injector: Injector, board: Board) -> None:
     os.kill(press(injector, board), getattr(signal, ended_by))
     assert until(injector.check) == "with every key up: the watchdog has died"
     assert board.down == set()
@@ -130,9 +118,7 @@ def test_key_goes_up_whose_press_may_not_have_been_made(injector: Injector, boar
     assert board.paper.read_text().split() == ["-left", "-shift"]
 
 
-def test_key_is_not_released_again_once_the_watchdog_has_acknowledged_it(
-    injector: Injector, board: Board
-) -> None:
+def test_key_is_not_released_again_once_acknowledged(injector: Injector, board: Board) -> None:
     pid = press(injector, board)
     injector.send([UP, Stroke("shift", True)])
     until(lambda: injector.check() or list(injector._down) == ["shift"])
@@ -156,9 +142,7 @@ def test_answer_to_an_earlier_heartbeat_acknowledges_nothing(tmp_path: Path) -> 
     injector.close()
 
 
-def test_key_that_cannot_be_released_is_named_and_tried_again_through_a_new_handle(
-    injector: Injector, board: Board
-) -> None:
+def test_stuck_key_is_named_and_tried_by_a_new_handle(injector: Injector, board: Board) -> None:
     board.broken = True
     os.kill(press(injector, board), signal.SIGKILL)
     assert until(injector.check) == (
@@ -188,9 +172,7 @@ def test_program_that_ends_with_a_key_down_says_so(injector: Injector, board: Bo
     assert injector._trouble.startswith("with left perhaps down")
 
 
-def test_signal_in_the_middle_of_the_release_is_made_up_for_at_the_end(
-    injector: Injector, board: Board, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_release_cut_short_is_redone(injector: Injector, board: Board, monkeypatch: Patch) -> None:
     def interrupted() -> None:
         raise SystemExit
 
@@ -212,9 +194,7 @@ def test_full_pipe_of_a_hung_watchdog_does_not_block(injector: Injector, board: 
     assert injector.check() == "with every key up: the watchdog has hung"
 
 
-def test_watchdog_that_wakes_up_in_time_makes_no_late_press(
-    injector: Injector, board: Board
-) -> None:
+def test_watchdog_that_wakes_in_time_makes_no_late_press(injector: Injector, board: Board) -> None:
     now = [time.monotonic_ns() // 1_000_000]
     injector._clock = lambda: now[0]
     assert injector.process is not None

@@ -5,8 +5,7 @@ import queue
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,8 @@ from host.injection.backends import Backend, BackendError
 from host.injection.injector import MUTE_MS, Injector
 from host.injection.watchdog import HANG_MS, Watchdog
 from tests.support import SUPPORT
+from tests.support.waiting import until
 
-PATIENCE_S = 20.0  # an upper bound; everything here takes milliseconds
 PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 
 
@@ -126,9 +125,7 @@ def test_key_that_cannot_be_lifted_does_not_keep_the_others_down() -> None:
         )
     )
 )
-def test_whatever_is_sent_nothing_outlives_the_last_word(
-    lines: list[tuple[str, str, int, int]],
-) -> None:
+def test_nothing_sent_outlives_the_last_word(lines: list[tuple[str, str, int, int]]) -> None:
     watch, board = guard()
     now_ms = heard_ms = 0
     for what, key, passed_ms, late_ms in lines:
@@ -159,18 +156,7 @@ def injector(paper: Path) -> Iterator[Injector]:
     made.close()
 
 
-def until(condition: Callable[[], object]) -> object:
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        if found := condition():
-            return found
-        time.sleep(0.002)
-    raise AssertionError("it did not happen")
-
-
-def test_strokes_arrive_in_order_and_the_end_lifts_what_is_down(
-    injector: Injector, paper: Path
-) -> None:
+def test_strokes_come_in_order_and_the_end_lifts_them(injector: Injector, paper: Path) -> None:
     assert injector.start() == "uinput"
     injector.send([Stroke("a", True), Stroke("b", True), Stroke("a", False)])
     injector.close()

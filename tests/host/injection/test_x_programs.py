@@ -72,9 +72,7 @@ def player(screen: Screen, orb: Orb, tmp_path: Path) -> Iterator[Player]:
     host.end()
 
 
-def test_keys_chords_and_texts_arrive_in_an_x_program(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_keys_chords_and_texts_arrive_in_x(screen: Screen, orb: Orb, player: Player) -> None:
     command = ["xev", "-event", "keyboard", "-name", "listener"]
     xev = subprocess.Popen(command, env=screen.environment, stdout=subprocess.PIPE)
     try:
@@ -104,9 +102,7 @@ def listen(xev: subprocess.Popen[bytes], last: str) -> str:
     return typed
 
 
-def test_drops_arrive_in_the_game_s_window(
-    screen: Screen, orb: Orb, player: Player, tmp_path: Path
-) -> None:
+def test_drops_arrive_in_the_game(screen: Screen, orb: Orb, player: Player, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tetris", "--mode", "endless", "--seed", "1", "--json"]
     own = {**screen.environment, "XDG_DATA_HOME": str(tmp_path)}
     game = subprocess.Popen(command, env=own, stdout=subprocess.PIPE, text=True)
@@ -142,10 +138,13 @@ def held(screen: Screen, orb: Orb, player: Player) -> None:
     raise AssertionError("the key did not go down")
 
 
-def released_s(screen: Screen) -> float:
+def released_s(screen: Screen, after: str) -> float:
+    """Return how long the keys took to go up, and print it."""
     began_s = time.monotonic()
     until(lambda: not screen.down())
-    return time.monotonic() - began_s
+    took_s = time.monotonic() - began_s
+    print(f"{after}: up after {took_s * 1000:.1f} ms")
+    return took_s
 
 
 @pytest.mark.parametrize("attempt", range(5))
@@ -154,9 +153,7 @@ def test_keys_of_a_killed_sender_go_up_within_half_a_second(
 ) -> None:
     held(screen, orb, player)
     player.process.kill()
-    took_s = released_s(screen)
-    print(f"SIGKILL of the host: up after {took_s * 1000:.1f} ms")
-    assert took_s <= RELEASE_S
+    assert released_s(screen, "SIGKILL of the host") <= RELEASE_S
 
 
 @pytest.mark.parametrize("ended_by", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
@@ -165,30 +162,23 @@ def test_keys_go_up_when_the_host_is_ended(
 ) -> None:
     held(screen, orb, player)
     player.process.send_signal(ended_by)
-    took_s = released_s(screen)
-    print(f"{ended_by.name} of the host: up after {took_s * 1000:.1f} ms")
+    released_s(screen, f"{ended_by.name} of the host")
     assert player.process.wait(timeout=PATIENCE_S) == 128 + ended_by
 
 
-def test_keys_of_a_sender_that_hangs_go_up_and_stay_up(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_keys_of_a_hung_sender_go_up_and_stay_up(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     player.process.send_signal(signal.SIGSTOP)
-    took_s = released_s(screen)
-    print(f"SIGSTOP of the host: up after {took_s * 1000:.1f} ms")
+    released_s(screen, "SIGSTOP of the host")
     player.process.send_signal(signal.SIGCONT)
     assert "hung" in player.until("disarmed with every key up")
     assert screen.down() == []
 
 
-def test_death_of_the_watchdog_lifts_the_keys_and_disarms_until_it_is_armed_again(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_death_of_watchdog_lifts_keys_and_disarms(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     os.kill(player.guard(), signal.SIGKILL)
-    took_s = released_s(screen)
-    print(f"SIGKILL of the watchdog: up after {took_s * 1000:.1f} ms")
+    released_s(screen, "SIGKILL of the watchdog")
     assert "the watchdog has died" in player.until("disarmed with every key up")
     orb.say("let go")
     orb.say("tap menu")
@@ -229,11 +219,7 @@ def test_watchdog_that_hangs_before_a_release_leaves_no_key_down(
     ],
 )
 def test_host_that_ends_at_once_releases_what_a_lost_watchdog_left_down(
-    struck_by: signal.Signals,
-    ended_by: signal.Signals,
-    screen: Screen,
-    orb: Orb,
-    player: Player,
+    struck_by: signal.Signals, ended_by: signal.Signals, screen: Screen, orb: Orb, player: Player
 ) -> None:
     held(screen, orb, player)
     os.kill(player.guard(), struck_by)
@@ -242,9 +228,7 @@ def test_host_that_ends_at_once_releases_what_a_lost_watchdog_left_down(
     assert screen.down() == []
 
 
-def test_signals_that_end_a_login_session_release_every_key(
-    screen: Screen, orb: Orb, player: Player
-) -> None:
+def test_signals_that_end_a_session_release_keys(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     guard = player.guard()
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -257,8 +241,7 @@ def test_signals_that_end_a_login_session_release_every_key(
 def test_keys_go_up_when_the_orb_falls_silent(screen: Screen, orb: Orb, player: Player) -> None:
     held(screen, orb, player)
     orb.process.send_signal(signal.SIGSTOP)
-    took_s = released_s(screen)
-    print(f"silence of the orb: up after {took_s * 1000:.1f} ms")
+    released_s(screen, "silence of the orb")
     assert "every key is up" in player.until("silent")
     orb.process.send_signal(signal.SIGCONT)
 

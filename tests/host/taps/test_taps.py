@@ -18,6 +18,7 @@ from host import taps
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import Tap, TapError, TapThread, TapUnavailableError, open_taps
 from tests.support.fake_device import welcome
+from tests.support.pytest_types import Patch
 
 PATIENCE_S = 20.0
 IMAGE = [1.0 - 0.005 * (taxel % 5) for taxel in range(25)]
@@ -61,17 +62,11 @@ def test_every_tap_of_the_folder_refuses_an_address_that_is_none() -> None:
 @pytest.mark.parametrize(
     ("name", "module", "advice"),
     [
-        (
-            "lsl",
-            "pylsl",
-            r"'orbtouch\[lsl\]' \(in a clone: pip install -e '.\[lsl\]'\)",
-        ),
+        ("lsl", "pylsl", r"'orbtouch\[lsl\]' \(in a clone: pip install -e '.\[lsl\]'\)"),
         ("osc", "pythonosc", r"orbtouch\[osc\]"),
     ],
 )
-def test_missing_library_is_one_sentence(
-    name: str, module: str, advice: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_library_is_told(name: str, module: str, advice: str, monkeypatch: Patch) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(TapUnavailableError, match=advice):
         taps.open_tap(name)
@@ -85,7 +80,7 @@ class Broken:
             raise RuntimeError("LSL binary library file was not found.\nPlease make sure ...")
 
 
-def test_missing_library_file_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_file_is_one_sentence(monkeypatch: Patch) -> None:
     monkeypatch.delitem(sys.modules, "pylsl", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
     with pytest.raises(TapUnavailableError, match=r"needs the library liblsl.*was not found\.\)"):
@@ -160,9 +155,7 @@ def test_slow_tap_drops_and_counts_and_holds_up_nobody() -> None:
     assert len([word for word in tap.took if word.startswith("frame")]) == 1000 - worker.dropped
 
 
-def test_tap_that_fails_is_told_of_with_a_traceback_and_the_rest_is_counted(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_failing_tap_is_told_with_traceback_then_counted(caplog: pytest.LogCaptureFixture) -> None:
     tap = Slow()
     tap.may.set()
     tap.command = None  # type: ignore[method-assign, assignment]
@@ -200,9 +193,7 @@ def osc() -> Iterator[tuple[str, queue.SimpleQueue[tuple[Any, ...]]]]:
         thread.join()
 
 
-def test_osc_server_hears_frames_probabilities_gestures_and_commands(
-    osc: tuple[str, queue.SimpleQueue[tuple[Any, ...]]],
-) -> None:
+def test_osc_server_hears_everything(osc: tuple[str, queue.SimpleQueue[tuple[Any, ...]]]) -> None:
     url, heard = osc
     with ExitStack() as stack:
         [worker] = open_taps([url], stack, pytest.fail)

@@ -9,12 +9,11 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
+from controller.protocol import messages
 from controller.protocol.messages import (
     COMMANDS,
     Command,
     Contacts,
-    Correction,
-    Message,
     State,
     Telemetry,
     Welcome,
@@ -240,7 +239,7 @@ def test_a_correction_with_control_turns_nothing() -> None:
         key(target, pygame.K_LCTRL, down=False)
         target.tick(0.1)
         assert target.game.piece.turn == 0
-    assert target.outgoing(0.1) == [Correction("")]  # the newest counts
+    assert target.outgoing(0.1) == [messages.Correction("")]  # the newest counts
 
 
 def test_control_turns_before_the_key_that_follows_it_acts() -> None:
@@ -304,12 +303,12 @@ class FakeReceiver:
 
     def __init__(self, *news: Sequence[Received]) -> None:
         self.news = list(news)
-        self.sent: list[Message] = []
+        self.sent: list[messages.Message] = []
 
     def poll(self) -> list[Received]:
         return list(self.news.pop(0)) if self.news else []
 
-    def send(self, message: Message) -> None:
+    def send(self, message: messages.Message) -> None:
         self.sent.append(message)
 
     def wait(self, timeout_s: float) -> None: ...

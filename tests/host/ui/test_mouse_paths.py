@@ -55,16 +55,14 @@ class Player:
         return commands
 
     def answer(self) -> list[Received]:
-        received: list[Received] = []
-        while not any(
-            isinstance(i, Delivered) and isinstance(i.message, Granted) for i in received
-        ):
+        heard: list[Received] = []
+        while not any(isinstance(i, Delivered) and isinstance(i.message, Granted) for i in heard):
             self.receiver.wait(WAIT_S)
             news = self.receiver.poll()
             assert news, "the orb did not answer a grant"
             assert not any(isinstance(item, Lost) for item in news)
-            received += news
-        return received
+            heard += news
+        return heard
 
     def mouse(self, kind: int, x: float, y: float, button: int = LEFT) -> None:
         assert self.target.projection is not None

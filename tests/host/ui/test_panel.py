@@ -10,16 +10,9 @@ import numpy as np
 import pygame
 import pytest
 
+from controller.protocol import messages
 from controller.protocol.codec import quantise_image
-from controller.protocol.messages import (
-    COMMANDS,
-    Command,
-    Contact,
-    StageTime,
-    Telemetry,
-    UserIdentified,
-    Welcome,
-)
+from controller.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
 from host.ui import layout, orb_state, sprites
@@ -118,12 +111,10 @@ def test_lists_forget_what_is_too_old() -> None:
     assert (len(view.history), view.history[-1].time_s) == (orb_state.MEMORY, 299.0)
 
 
-def test_who_touches_and_what_is_wrong_are_shown_and_forgotten_with_the_session(
-    surface: pygame.Surface,
-) -> None:
+def test_touches_and_faults_are_shown_and_forgotten_at_the_end(surface: pygame.Surface) -> None:
     view = live_view()
     pictures = [pygame.image.tobytes(drawn(view, surface), "RGB")]
-    view.who(UserIdentified("ann", 0.97))
+    view.who(messages.UserIdentified("ann", 0.97))
     pictures.append(pygame.image.tobytes(drawn(view, surface), "RGB"))
     view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
     pictures.append(pygame.image.tobytes(drawn(view, surface), "RGB"))
@@ -204,7 +195,7 @@ def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ..
     target = TetrisTarget(seed=1)
     target.tick(0.0, [news[0]])
     target.tick(0.1, news[1:])
-    target.orb.hops, target.orb.period_ms = (StageTime(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
+    target.orb.hops, target.orb.period_ms = (messages.StageTime(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
     if health:
         target.orb.health = health
     target.draw(surface)
@@ -232,7 +223,7 @@ def test_nothing_that_an_orb_says_is_drawn_outside_its_cards(
     )
     felt = telemetry(np.ones((5, 5)), rate_hz=HUGE, touch=place, gesture=gesture)
     command = Command(WIDE, WIDE, 1.0, place, 1)
-    news = [Delivered(one, 0) for one in (felt, command, UserIdentified(WIDE, 1.0))]
+    news = [Delivered(one, 0) for one in (felt, command, messages.UserIdentified(WIDE, 1.0))]
     long: list[Received] = [Connected(said), *news, *end]
     short: list[Received] = [Connected(WELCOME), *(Lost("gone") for _ in end)]
     health = (WIDE * 3, WIDE) if not gesture else ()

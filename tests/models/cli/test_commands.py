@@ -15,31 +15,30 @@ from models.__main__ import main
 from models.data.recipe import STEPS
 from tests.support import ROOT
 from tests.support.model_commands import refused
+from tests.support.pytest_types import Capture, Patch
 
 DOCS = ROOT / "docs"
 
 
-def test_a_misspelt_command_is_answered_with_the_nearest(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_misspelt_command_is_answered_with_the_nearest(capsys: Capture) -> None:
     assert refused(capsys, "trian") == "there is no command 'trian'; did you mean `models train`?"
     assert refused(capsys, "x").endswith(f"there are {', '.join(commands.names())}")
 
 
-def test_the_version_is_the_program_s(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_the_program_s(capsys: Capture) -> None:
     with pytest.raises(SystemExit, match="0"):
         main(["--version"])
     assert capsys.readouterr().out == f"models {__version__}\n"
 
 
 @pytest.mark.parametrize("command", commands.names())
-def test_no_help_shows_a_doubled_sign(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_help_shows_a_doubled_sign(command: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit, match="0"):
         main([command, "--help"])
     assert "%%" not in capsys.readouterr().out
 
 
-def test_help_and_pages_say_how_long_the_recipe_trains(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_and_pages_say_how_long_the_recipe_trains(capsys: Capture) -> None:
     said = f"the recipe's {STEPS:,}"
     with pytest.raises(SystemExit, match="0"):
         main(["folds", "--help"])
@@ -49,9 +48,7 @@ def test_help_and_pages_say_how_long_the_recipe_trains(capsys: pytest.CaptureFix
         assert set(re.findall(r"the recipe's [0-9]+,000", told)) == {said}
 
 
-def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(tmp_path: Path, capsys: Capture) -> None:
     absent = str(tmp_path / "absent" / "x.orb")
     for words in (["tune", "models/orbtouch.orb", "d"], ["rehearse", "models/orbtouch.orb", "d"]):
         for out in (".", "x.txt", "orb"):
@@ -60,9 +57,7 @@ def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(
         assert "is no directory; make it first" in refused(capsys, *words, "--out", absent)
 
 
-def test_where_there_are_no_recordings_is_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_where_there_are_no_recordings_is_said(tmp_path: Path, capsys: Capture) -> None:
     said = refused(capsys, "tune", "models/orbtouch.orb", str(tmp_path))
     assert said.startswith(f"there are no recordings in {tmp_path}; make some with")
 
@@ -101,9 +96,7 @@ def test_ctrl_c_while_a_module_is_imported_ends_it_without_a_traceback(module: s
     assert "Traceback" not in done.stderr
 
 
-def test_ctrl_c_says_what_is_whole(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_ctrl_c_says_what_is_whole(monkeypatch: Patch, capsys: Capture, tmp_path: Path) -> None:
     def interrupted(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 

@@ -14,6 +14,7 @@ from models.data import simulate
 from models.data.examples import read_training
 from models.data.simulate import DataSet
 from tests.support.model_commands import refused
+from tests.support.pytest_types import Capture, Patch
 
 ONE = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
 SMALL = ["--users", "2", "--sessions", "2", "--minutes", "0.5"]
@@ -80,9 +81,7 @@ def test_any_number_of_processes_writes_the_same_bytes(data: Path, tmp_path: Pat
     assert sums(tmp_path / "two") == sums(data)
 
 
-def test_an_interrupted_data_set_goes_on_where_it_was(
-    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_data_set_goes_on(data: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     out = tmp_path / "set"
     real = writer.pack
     written: list[recording.Recording] = []
@@ -144,24 +143,20 @@ def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> N
         (["--gestures", "absent.toml"], "cannot read the gesture absent.toml"),
     ],
 )
-def test_what_cannot_be_is_one_sentence(
-    data: Path, options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nonsense_is_told(data: Path, options: list[str], sentence: str, capsys: Capture) -> None:
     before = sums(data)
     assert sentence in refused(capsys, "simulate", "--out", data, *SMALL, *options)
     assert sums(data) == before
 
 
-def test_other_files_are_never_mixed_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_other_files_are_never_mixed_in(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "mine.npz").write_bytes(b"precious")
     assert "of another origin" in refused(capsys, "simulate", "--out", tmp_path, *SMALL)
     (tmp_path / "file").touch()
     assert "cannot write into" in refused(capsys, "simulate", "--out", tmp_path / "file", *SMALL)
 
 
-def test_a_damaged_recording_is_told_and_not_replaced(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_recording_is_told_and_not_replaced(tmp_path: Path, capsys: Capture) -> None:
     assert make(tmp_path / "set", *ONE) == 0
     path = tmp_path / "set" / simulate.name(0, 0)
     path.write_bytes(path.read_bytes()[:-100])

@@ -15,6 +15,7 @@ from models.reports import page
 from models.reports.page import ReportData
 from models.studies.information import channel
 from models.studies.sweep import run
+from tests.support.pytest_types import Patch
 from tests.support.report_results import evaluation
 from tests.support.special_files import KINDS, answer, make
 
@@ -84,9 +85,7 @@ def refused(words: str, special: Path, data: Path, status: int = 2) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("words", READ)
-def test_what_cannot_be_read_is_refused_in_one_sentence(
-    words: str, kind: str, tmp_path: Path
-) -> None:
+def test_what_cannot_be_read_is_one_sentence(words: str, kind: str, tmp_path: Path) -> None:
     if words == "sweep {}" and kind in ("empty", "locked"):
         pytest.skip("an empty file asks for a sweep with every setting as it is")
     data = tmp_path / "data"
@@ -96,9 +95,7 @@ def test_what_cannot_be_read_is_refused_in_one_sentence(
 
 @pytest.mark.parametrize("kind", UNFIT)
 @pytest.mark.parametrize("words", WRITTEN)
-def test_what_cannot_be_replaced_is_refused_before_anything_is_done(
-    words: str, kind: str, tmp_path: Path
-) -> None:
+def test_what_cannot_be_replaced_is_refused_at_once(words: str, kind: str, tmp_path: Path) -> None:
     special = make(kind, tmp_path, "special.orb")
     refused(words, special, tmp_path)
     assert not special.is_file()
@@ -130,9 +127,7 @@ def test_a_report_whose_data_were_tampered_with_is_refused(tmp_path: Path) -> No
         pytest.param("information.json", "information --out {data}", marks=NEEDS_TORCH),
     ],
 )
-def test_what_lies_in_a_folder_is_refused_in_one_sentence(
-    name: str, words: str, kind: str, tmp_path: Path
-) -> None:
+def test_file_in_a_folder_is_one_sentence(name: str, words: str, kind: str, tmp_path: Path) -> None:
     if kind == "dangling":
         pytest.skip("it is replaced, as if there were none")
     make(kind, tmp_path, name)
@@ -143,9 +138,7 @@ def test_what_lies_in_a_folder_is_refused_in_one_sentence(
 
 @pytest.mark.train
 @pytest.mark.parametrize("kind", KINDS[1:])
-def test_a_vocabulary_that_cannot_be_read_is_refused_in_one_sentence(
-    kind: str, tmp_path: Path, recorded: bytes
-) -> None:
+def test_unreadable_vocabulary_is_one_sentence(kind: str, tmp_path: Path, recorded: bytes) -> None:
     (tmp_path / "it.npz").write_bytes(recorded)
     make(kind, tmp_path, "gestures.toml")
     refused("train {data}/it.npz --out {data}/x.orb", tmp_path, tmp_path)
@@ -169,9 +162,7 @@ def test_a_finished_training_that_cannot_be_read_is_done_again(kind: str, tmp_pa
         lambda one: one.pop("name"),
     ],
 )
-def test_a_finished_training_of_another_shape_is_done_again(
-    change: Callable[[dict[str, Any]], Any], tmp_path: Path
-) -> None:
+def test_other_shape_trains_again(change: Callable[[dict[str, Any]], Any], tmp_path: Path) -> None:
     learned = {"users": 1, "sessions": 1, "minutes": 3.0, "windows": 100}
     held = [{"user": "4", "session": "4 01", "frames": [80, 90], "events": [9, 20]}]
     result = {"learned": learned, "notes": [], "random": 0.99, "held": held}
@@ -196,9 +187,7 @@ def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
             channel.read(path)
 
 
-def test_a_full_disk_is_one_sentence_that_names_the_file_and_leaves_no_half(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_names_the_file_and_leaves_no_half(tmp_path: Path, monkeypatch: Patch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -67,9 +67,7 @@ def test_an_example_is_turned_only_as_its_own_gesture_declares() -> None:
 
 def test_an_example_is_shifted_only_if_its_gesture_is_the_same_anywhere() -> None:
     mine = vocabulary.parse(
-        '[[gesture]]\nlabel = "tap"\nshifts = true\n[[gesture]]\nlabel = "corner"\n',
-        "mine",
-        Path(),
+        '[[gesture]]\nlabel = "tap"\nshifts = true\n[[gesture]]\nlabel = "corner"\n', "mine", Path()
     )
     symmetry = Symmetry.of(mine, 4, 6)
     assert symmetry.shifts == (False, True, False)

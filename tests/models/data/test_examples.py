@@ -15,6 +15,7 @@ from controller.recordings import reader, writer
 from controller.recordings.recording import Recording, RecordingError, unlabelled
 from models.data.examples import Source, prepare, read_training
 from models.data.simulate import DataSet
+from tests.support.pytest_types import Patch
 
 SETTINGS = PreprocessSettings()
 START = 10  # frames of a quiet second; the last of them is the first with an image
@@ -76,19 +77,13 @@ def test_sessions_of_two_sensors_are_refused() -> None:
     label=st.lists(st.integers(-1, 2), min_size=COUNT, max_size=COUNT),
     steps=st.lists(st.sampled_from([1, 1, 1, 1, 1, 1, 1, 2, 50]), min_size=COUNT, max_size=COUNT),
 )
-def test_a_window_is_ten_whole_frames_in_a_row_and_no_such_window_is_missed(
-    excluded: list[bool], label: list[int], steps: list[int]
-) -> None:
-    number = np.cumsum(steps)
-    source = session(
-        label=np.array(label, dtype=np.int16), sequence=number, excluded=np.array(excluded)
-    )
+def test_windows_are_ten_in_a_row(excluded: list[bool], label: list[int], steps: list[int]) -> None:
+    n = np.cumsum(steps)
+    source = session(label=np.array(label, dtype=np.int16), sequence=n, excluded=np.array(excluded))
     expected = [
         end
         for end in range(START - 1 + 9, COUNT)
-        if not any(excluded[end - 9 : end + 1])
-        and number[end] - number[end - 9] == 9
-        and label[end] != -1
+        if not any(excluded[end - 9 : end + 1]) and n[end] - n[end - 9] == 9 and label[end] != -1
     ]
     try:
         examples = prepare([source], SETTINGS)
@@ -112,9 +107,7 @@ def data(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_data_set_is_surveyed_and_its_frames_are_read_one_recording_at_a_time(
-    data: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_data_set_is_read_one_recording_at_a_time(data: Path, monkeypatch: Patch) -> None:
     loaded: list[str] = []
     real = reader.load
 
@@ -139,9 +132,7 @@ def test_a_data_set_is_surveyed_and_its_frames_are_read_one_recording_at_a_time(
         recordings[0]
 
 
-def test_a_recording_of_fewer_labels_fits_among_others_and_of_another_kind_does_not(
-    data: Path,
-) -> None:
+def test_a_recording_of_fewer_labels_fits_and_of_another_kind_does_not(data: Path) -> None:
     path = data / "sub-09_ses-01_run-01.npz"
     path.write_bytes(writer.pack(replace(SESSION, origin=replace(SESSION.origin, unit="counts"))))
     with pytest.raises(ValueError, match=r"10 Hz in pF, .* 10 Hz in counts; train on one kind"):

@@ -11,6 +11,7 @@ from controller.recordings.quality.taxels import respond
 from controller.simulator.faults import KINDS, Fault
 from models.__main__ import main
 from models.data import test_sessions as faults
+from tests.support.pytest_types import Capture
 from tests.support.recordings import broken, of, played
 
 
@@ -65,9 +66,7 @@ def test_every_fault_is_tried_once_and_is_on_the_grid(grid: tuple[int, int]) -> 
     assert all(faults.meaning(fault) for fault in every)
 
 
-def test_a_bundle_is_judged_with_each_taxel_and_electrode_of_a_recording_dead(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bundle_is_judged_with_each_taxel_or_line_dead(tmp_path: Path, capsys: Capture) -> None:
     writer.write_beside(tmp_path / "one.npz", writer.pack(played("nominal", minutes=0.5)))
     out = tmp_path / "card.md"
     command = ["evaluate", str(bundle.default_path()), str(tmp_path), "--broken"]
@@ -78,7 +77,7 @@ def test_a_bundle_is_judged_with_each_taxel_and_electrode_of_a_recording_dead(
     assert "| open_column:4 |" in card
 
 
-def test_without_recordings_new_people_are_simulated(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_recordings_new_people_are_simulated(capsys: Capture) -> None:
     assert main(["evaluate", "--sessions", "2", "--minutes", "0.5"]) == 0
     card = capsys.readouterr().out
     assert "| figure | nominal | paper-snr |" in card

@@ -17,24 +17,20 @@ PLAYED = DataSet(minutes=3.0).session(0, 0)
 NOISY = DataSet(minutes=3.0, preset="paper-snr", seed=1).session(0, 0)
 
 
-def late(recording: Recording, begin_s: float, end_s: float) -> Recording:
+def late(record: Recording, begin_s: float, end_s: float) -> Recording:
     """The same recording under a button whose every edge is so late."""
-    assert recording.truth is not None
-    button = np.zeros(len(recording.t), dtype=np.int16)
-    for event in recording.truth.events:
-        if event.kind in recording.origin.labels:
-            inside = (recording.t >= event.onset_s + begin_s) & (
-                recording.t < event.release_s + end_s
-            )
-            button[inside] = recording.origin.labels.index(event.kind)
-    return replace(recording, button=button)
+    assert record.truth is not None
+    button = np.zeros(len(record.t), dtype=np.int16)
+    for event in record.truth.events:
+        if event.kind in record.origin.labels:
+            inside = (record.t >= event.onset_s + begin_s) & (record.t < event.release_s + end_s)
+            button[inside] = record.origin.labels.index(event.kind)
+    return replace(record, button=button)
 
 
 @given(begin_s=st.floats(-0.2, 0.4), end_s=st.floats(-0.1, 0.4))
 @settings(max_examples=10, deadline=None)
-def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
-    begin_s: float, end_s: float
-) -> None:
+def test_the_lateness_of_a_button_is_found_from_the_sensor(begin_s: float, end_s: float) -> None:
     _, found = label_repair.repair(late(PLAYED, begin_s, end_s), "button")
     # A frame is the nearest that a label's edge can be told.
     assert found.begin_s == pytest.approx(begin_s + 0.05, abs=0.06)
@@ -43,9 +39,7 @@ def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
 
 
 @pytest.mark.parametrize("recording", [PLAYED, NOISY], ids=["nominal", "paper-snr"])
-def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button_was(
-    recording: Recording,
-) -> None:
+def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button(recording: Recording) -> None:
     repaired, found = label_repair.repair(recording, "button")
     clear = repaired != -1
     assert found.wrong == np.mean(recording.button != recording.label)

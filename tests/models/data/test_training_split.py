@@ -73,9 +73,7 @@ def test_touches_are_split_as_their_frames_are(data: load.Data) -> None:
         assert len(np.unique(found.place[found.touch == number], axis=0)) == 1
 
 
-def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
-    data: load.Data,
-) -> None:
+def test_where_one_session_only_knows_places_its_last_touches_are_held_out(data: load.Data) -> None:
     split = splits.split_windows(data, "session", seed=0)
     alone = int(np.flatnonzero(~split.held)[0])
     touch = np.where(data.examples.session[:, None] == alone, data.examples.touch, np.nan)

@@ -55,9 +55,7 @@ def drawn(
 
 @settings(deadline=None)
 @given(streams_of_events())
-def test_answers_belong_to_events_as_the_event_metric_says(
-    both: tuple[list[Event], list[Answer]],
-) -> None:
+def test_answers_match_events_as_the_metric_says(both: tuple[list[Event], list[Answer]]) -> None:
     events, answers = both
     score, counted = judge(events, answers), tally(drawn(events, answers), LABELS)
     assert counted.events == score.intended
@@ -152,9 +150,7 @@ def test_the_shipped_bundle_recognises_people_it_never_met(shipped: list[Tally])
     assert sum(sum(row) for row in found.named) == found.events
 
 
-def test_a_result_becomes_a_card_and_json_in_which_the_unknown_is_null(
-    shipped: list[Tally],
-) -> None:
+def test_a_result_becomes_a_card_and_json_where_the_unknown_is_null(shipped: list[Tally]) -> None:
     result = summarise("nominal", SHIPPED.labels, shipped[:1])
     found = Evaluation("x.orb", SHIPPED.hash, {}, "models", SHIPPED.labels, {}, (result,))
     text = cards.evaluation(found)

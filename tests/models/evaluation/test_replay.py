@@ -21,20 +21,15 @@ NETWORKS = replay.Batched(SHIPPED)
 
 @pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
 def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) -> None:
-    recording = played(preset, seed=1, minutes=1.5)
-    stream = replay.run(SHIPPED, NETWORKS, recording, GroundTruth.of(recording, LABELS, "it"))
+    take = played(preset, seed=1, minutes=1.5)
+    out = replay.run(SHIPPED, NETWORKS, take, GroundTruth.of(take, LABELS, "it"))
     pipeline = Pipeline(SHIPPED.settings, Recognizer(SHIPPED), SHIPPED.mapping)
-    steps = [
-        pipeline.step(frame, float(t))
-        for frame, t in zip(recording.frames, recording.t, strict=True)
-    ]
-    np.testing.assert_allclose(
-        stream.probabilities, [step.probabilities for step in steps], atol=1e-5
-    )
+    steps = [pipeline.step(frame, float(t)) for frame, t in zip(take.frames, take.t, strict=True)]
+    np.testing.assert_allclose(out.probabilities, [step.probabilities for step in steps], atol=1e-5)
     touches = [step.touch or (np.nan, np.nan) for step in steps]
-    np.testing.assert_allclose(stream.touches, touches, atol=1e-4)
+    np.testing.assert_allclose(out.touches, touches, atol=1e-4)
     fired = [Answer(step.t_s, step.gesture) for step in steps if step.gesture]
-    assert list(stream.answers) == fired
+    assert list(out.answers) == fired
     assert len(fired) > 20
 
 

@@ -22,6 +22,7 @@ from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
 from models.results.evaluation import Point, Tuning
 from tests.support.model_commands import refused
+from tests.support.pytest_types import Capture
 from tests.support.recordings import of, origin, played
 
 PATH = bundle.default_path()
@@ -133,9 +134,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return where
 
 
-def test_tuning_shows_its_choice_and_writes_nothing_unasked(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tuning_shows_its_choice_and_writes_nothing_unasked(folder: Path, capsys: Capture) -> None:
     before = sorted(folder.iterdir())
     assert main(["tune", str(PATH), str(folder)]) == 0
     told = capsys.readouterr().out
@@ -161,16 +160,12 @@ def test_a_tuned_bundle_differs_in_its_thresholds_only(folder: Path, tmp_path: P
     assert same.labels == SHIPPED.labels
 
 
-def test_seeds_that_are_for_tests_are_refused_in_one_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_seeds_for_tests_are_refused_in_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     writer.write_beside(tmp_path / "one.npz", writer.pack(played("nominal", seed=3)))
     assert "for tests only" in refused(capsys, "tune", PATH, tmp_path)
 
 
-def test_recordings_of_another_sensor_are_refused_in_one_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_recordings_of_another_sensor_are_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     small = of(np.full((60, 4, 4), 40.0), origin(4, 4), label=[0] * 30 + [1] * 30)
     writer.write_beside(tmp_path / "small.npz", writer.pack(small))
     for command in ("tune", "evaluate"):

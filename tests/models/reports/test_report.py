@@ -14,14 +14,7 @@ from models.reports import figures, page
 from models.reports.page import ReportData
 from models.results.evaluation import LocationFigures
 from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Lateness
-from tests.support.report_results import (
-    WHOLE,
-    evaluation,
-    figure,
-    session,
-    training,
-    tuning,
-)
+from tests.support.report_results import WHOLE, evaluation, figure, session, training, tuning
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 MEGABYTE = 1_000_000

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from tests.support import ROOT
+from tests.support.pytest_types import Capture, Patch
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 pytest.importorskip("sklearn", reason="needs the [train] extra")
@@ -42,9 +43,7 @@ def asked(recordings: Path, out: Path, **other: Any) -> Request:
     return Request((recordings,), out, **(plain | other))
 
 
-def test_tasks_of_people_unseen_are_told_by_commands_alone(
-    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unseen_people_s_tasks_are_told(recordings: Path, tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "people.json"
     line = f"folds {recordings} --folds 2 --steps 60 --window 10 --as-given --sound --out {out}"
     assert models(line.split()) == 0
@@ -65,9 +64,7 @@ def test_tasks_of_people_unseen_are_told_by_commands_alone(
     assert not (tmp_path / "people.json.folds").exists()
 
 
-def test_an_interrupted_run_goes_on_and_ends_the_same(
-    recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_run_goes_on(recordings: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
     trained = cross_validation._Study._train
     calls: list[str] = []
@@ -100,9 +97,7 @@ def test_there_are_no_more_folds_than_people(recordings: Path, tmp_path: Path, f
         cross_validation.cross(asked(recordings, tmp_path / "out.json", folds=folds), print)
 
 
-def test_the_benchmark_takes_a_path_and_keeps_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_benchmark_takes_a_path_and_keeps_nothing(tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "frames.npz"
     look_alike.write(path, people=5, repeats=1)
     assert benchmark([str(path), "--steps", "8", "--why", "--json"]) == 0

@@ -10,6 +10,7 @@ import pytest
 from models.reports import markdown
 from models.studies.figure7 import report
 from tests.support import ROOT
+from tests.support.pytest_types import Patch
 
 MEASURED = ROOT / "docs/pictures/figure7.json"
 
@@ -64,9 +65,7 @@ def test_presses_on_the_taxels_are_labelled_with_the_taxel_that_was_aimed_at() -
 
 
 @pytest.mark.train
-def test_what_was_measured_is_kept_and_drawn_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_was_measured_is_kept_and_drawn_again(tmp_path: Path, monkeypatch: Patch) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from controller.simulator.orb import PRESETS

@@ -24,24 +24,20 @@ DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
 
 @settings(deadline=None, max_examples=40)
 @given(sizes=st.lists(st.integers(WINDOW, 12), min_size=4, max_size=9), count=st.integers(2, 4))
-def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
-    sizes: list[int], count: int
-) -> None:
+def test_everybody_is_judged_once_and_nobody_judged_chooses(sizes: list[int], count: int) -> None:
     person = np.repeat(np.arange(len(sizes)), sizes)
-    starts = np.cumsum([0, *sizes[:-1]])
-    ends = np.concatenate(
-        [np.arange(s + WINDOW - 1, s + n) for s, n in zip(starts, sizes, strict=True)]
-    )
+    at = np.cumsum([0, *sizes[:-1]])
+    end = np.concatenate([np.arange(s + WINDOW - 1, s + n) for s, n in zip(at, sizes, strict=True)])
     judged: list[int] = []
-    for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = fold_statistics.within(fold, ends, WINDOW, person)
-        now = set(person[ends[fold.test]])
-        learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
+    for fold in splits.by_group(end, WINDOW, person, count):
+        inner = fold_statistics.within(fold, end, WINDOW, person)
+        now = set(person[end[fold.test]])
+        learned, chosen = set(person[end[inner.train]]), set(person[end[inner.test]])
         assert learned
         assert chosen
         assert not learned & chosen
         assert not now & (learned | chosen)
-        assert learned | chosen == set(person[ends[fold.train]])
+        assert learned | chosen == set(person[end[fold.train]])
         judged += sorted(now)
     assert sorted(judged) == list(range(len(sizes)))
 

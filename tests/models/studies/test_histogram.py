@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from models.studies.information.histogram import (
-    BITS,
-    entropy,
-    null_information,
-    statistics,
-)
+from models.studies.information.histogram import BITS, entropy, null_information, statistics
 
 
 def test_the_papers_label_entropy_is_nats_printed_as_bits() -> None:
@@ -62,7 +57,5 @@ def test_the_correction_is_that_of_infomeasure() -> None:
     y = rng.integers(0, 3, 500)
     z = (y[:, None] + rng.integers(0, 4, (500, 1))).astype(float)
     ours = statistics(z, y, "global", corrected=True, bins=7).information[0]
-    theirs = infomeasure.mutual_information(
-        z[:, 0].astype(int), y, approach="miller_madow", base="e"
-    )
-    assert ours == pytest.approx(theirs, abs=1e-9)
+    peer = infomeasure.mutual_information(z[:, 0].astype(int), y, approach="miller_madow", base="e")
+    assert ours == pytest.approx(peer, abs=1e-9)

@@ -13,6 +13,7 @@ from models.studies.information.tables import MEASURED as KEPT
 from models.studies.information.tables import load
 from tests.support import ROOT
 from tests.support.model_commands import refused
+from tests.support.pytest_types import Capture, Patch
 
 MEASURED = ROOT / "docs/pictures" / KEPT
 
@@ -43,9 +44,7 @@ def test_no_estimate_of_the_label_exceeds_what_there_is(found: dict[str, Any]) -
 
 
 @pytest.mark.train
-def test_images_of_presses_tell_their_places_where_enough_are_known(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_images_of_presses_tell_their_places_where_enough_are_known(monkeypatch: Patch) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
     from models.studies.information import study
 
@@ -71,7 +70,7 @@ def test_the_report_is_drawings_and_tables(found: dict[str, Any], tmp_path: Path
 
 
 @pytest.mark.train
-def test_games_alone_make_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_games_alone_make_a_report(tmp_path: Path, capsys: Capture) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
     game = {"seconds": 60.0, "events": [[1000, 1500, "left"], [3000, 3600, "drop"]],
             "commands": [[1200, "left"], [3300, "drop"]]}  # fmt: skip
@@ -98,11 +97,7 @@ def test_games_alone_make_a_report(tmp_path: Path, capsys: pytest.CaptureFixture
     ],
 )
 def test_wrong_usage_is_one_sentence(
-    options: list[str],
-    sentence: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    options: list[str], sentence: str, tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
     monkeypatch.chdir(tmp_path)

@@ -17,9 +17,11 @@ from models.data.splits import HoldOut
 from models.studies.sweep import run
 from models.studies.sweep.plan import Job, Plan, parse
 from models.studies.sweep.run import Answer, Sweep
+from tests.support.pytest_types import Patch
 
 VERSION = "1.0 (sources a)"
 Engine = Callable[[Sweep, Sequence[Job]], Iterator[Answer]]
+SetEngine = Callable[[Engine], None]
 
 
 def planned(text: str = "[test]\nhold = 2\n[axes]\nusers = [1, 3]\nseed = [0, 1]") -> Plan:
@@ -49,7 +51,7 @@ def silent(line: str) -> None:
 
 
 @pytest.fixture
-def engine(monkeypatch: pytest.MonkeyPatch) -> Callable[[Engine], None]:
+def engine(monkeypatch: Patch) -> SetEngine:
     """Sets what does the jobs."""
     return lambda one: monkeypatch.setattr(run, "_answers", one)
 
@@ -83,9 +85,7 @@ def test_the_same_few_are_held_out_always_evenly_spread() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 8))
-def test_fewer_people_are_among_the_more_and_nobody_held_out_is_learned_from(
-    seed: int, users: int
-) -> None:
+def test_fewer_people_are_among_more_and_none_held_out_is_learned(seed: int, users: int) -> None:
     user = np.repeat(np.arange(10), 2)
     tested = np.isin(user, [2, 7])
     session = np.arange(20)
@@ -110,9 +110,7 @@ def test_of_each_person_the_first_sessions_are_learned_from() -> None:
             splits.learned(user, session, tested, *amounts, 0)
 
 
-def test_results_are_the_same_bytes_in_whatever_order_they_come(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
+def test_results_are_the_same_bytes_in_any_order(tmp_path: Path, engine: SetEngine) -> None:
     written = []
     for folder, order in ((tmp_path / "a", forwards), (tmp_path / "b", backwards)):
         engine(order)
@@ -122,9 +120,7 @@ def test_results_are_the_same_bytes_in_whatever_order_they_come(
     assert b"cpu_s" not in written[0]
 
 
-def test_an_interrupted_sweep_goes_on_with_what_is_missing(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
+def test_an_interrupted_sweep_goes_on_with_the_rest(tmp_path: Path, engine: SetEngine) -> None:
     asked: list[int] = []
 
     def stops(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
@@ -146,9 +142,7 @@ def test_an_interrupted_sweep_goes_on_with_what_is_missing(
     assert asked == [4, 3, 2, 0]  # nothing was missing
 
 
-def test_a_job_that_fails_is_told_and_the_others_go_on(
-    tmp_path: Path, engine: Callable[[Engine], None]
-) -> None:
+def test_a_failed_job_is_told_and_the_others_go_on(tmp_path: Path, engine: SetEngine) -> None:
     def one_fails(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
         for number, order in enumerate(orders):
             failed = {"name": order["name"], "failed": "no session is quiet"}
@@ -177,15 +171,11 @@ def test_a_worker_of_another_version_says_so_and_trains_nothing() -> None:
         (KeyError("x"), "KeyError in test_sweep_jobs.py, line"),
     ],
 )
-def test_what_goes_wrong_in_a_job_comes_back_as_a_sentence(
-    error: Exception, said: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(job: Any) -> None:
+def test_a_job_s_error_is_one_sentence(error: Exception, said: str, monkeypatch: Patch) -> None:
+    def bad(job: Any) -> None:
         raise error
 
-    monkeypatch.setattr(
-        models.studies.sweep, "training", SimpleNamespace(train=broken), raising=False
-    )
+    monkeypatch.setattr(models.studies.sweep, "training", SimpleNamespace(train=bad), raising=False)
     found = run.perform({"name": "n", "job": {}, "version": run.own_version()})
     assert said in found["failed"]
     assert "\n" not in found["failed"]

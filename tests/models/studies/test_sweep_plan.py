@@ -14,6 +14,7 @@ from models.studies.sweep import plan
 from models.studies.sweep.plan import Plan, PlanError
 from tests.support import ROOT
 from tests.support.model_commands import refused
+from tests.support.pytest_types import Capture, Patch
 
 OWN = DEFAULT.gesture
 
@@ -140,7 +141,7 @@ def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) 
         plan.read(tmp_path / "odd.toml")
 
 
-def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_a_file_to_begin_with(capsys: Capture) -> None:
     from models.__main__ import main
 
     assert main(["sweep", "--example"]) == 0
@@ -149,18 +150,11 @@ def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[s
     assert 'task = "user"' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("missing", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")]
-)
-def test_what_is_not_installed_is_asked_for_by_its_extra(
-    missing: str,
-    extra: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.mark.parametrize(("absent", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")])
+def test_extras_are_named(absent: str, extra: str, capsys: Capture, monkeypatch: Patch) -> None:
     from models.cli import _options as options
 
-    found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
+    found: Callable[[str], object] = lambda name: None if name == absent else object()  # noqa: E731
     monkeypatch.setattr(options, "find_spec", found)
     error = refused(capsys, "sweep", "x.toml", "--cluster", "127.0.0.1:1")
     assert f"pip install -e '.[{extra}]'" in error

@@ -35,13 +35,8 @@ def found(axes: dict[str, list[Any]], jobs: list[dict[str, Any]], **more: Any) -
     return {**said, **more}
 
 
-def job(at: dict[str, Any], right: list[int], **more: Any) -> dict[str, Any]:
-    return {
-        "name": str(at),
-        "at": at,
-        "fold": 0,
-        "result": result(right, at.get("users", 3), **more),
-    }
+def job(at: dict[str, Any], right: list[int], **kw: Any) -> dict[str, Any]:
+    return {"name": str(at), "at": at, "fold": 0, "result": result(right, at.get("users", 3), **kw)}
 
 
 def test_seeds_repeat_a_training_and_do_not_make_more_people() -> None:
@@ -77,10 +72,8 @@ def test_errors_are_reported_in_grid_units() -> None:
 
 
 def test_what_failed_is_told_once_for_each_reason() -> None:
-    jobs = [
-        {"name": str(i), "at": {"seed": i}, "fold": 0, "failed": "no <quiet>"} for i in range(5)
-    ]
-    text = report.table(found({"seed": list(range(5))}, jobs))
+    bad = [{"name": str(i), "at": {"seed": i}, "fold": 0, "failed": "no <quiet>"} for i in range(5)]
+    text = report.table(found({"seed": list(range(5))}, bad))
     assert text.startswith("try & see: 0 of 5 trainings; held out: by user, hold 12; scores: ")
     assert "failed (5): no <quiet> [seed 0, fold 1]" in text
 

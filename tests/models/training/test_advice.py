@@ -12,9 +12,7 @@ pytestmark = pytest.mark.train
 
 
 @given(error=st.floats(0.02, 0.9), slope=st.floats(-1.5, -0.2), examples=st.integers(30, 500))
-def test_errors_that_fall_by_a_power_law_are_read_back_from_their_curve(
-    error: float, slope: float, examples: int
-) -> None:
+def test_a_power_law_is_read_back_from_its_curve(error: float, slope: float, examples: int) -> None:
     curve = [(share * examples, error * share**slope) for share in (0.25, 0.5, 1.0)]
     assert advice.slope_of(curve, held=10_000) == pytest.approx(slope, abs=1e-6)
 

@@ -27,9 +27,7 @@ def test_subnormal_weights_are_flushed() -> None:
 
 @pytest.mark.parametrize("shape", [(10, 5, 5), (7, 4, 6)])
 @pytest.mark.parametrize("strides", [True, False])
-def test_the_exported_networks_answer_like_the_trained_ones(
-    shape: tuple[int, int, int], strides: bool
-) -> None:
+def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], strides: bool) -> None:
     torch.manual_seed(0)
     recipe = NetworkRecipe(strides=strides)
     gesture, location = gesture_net(shape, 5, recipe).eval(), location_net(shape[1:], recipe).eval()
@@ -55,9 +53,7 @@ def test_the_onnx_package_and_our_reader_find_nothing_wrong(hidden: tuple[int, .
     assert head.split(exported.onnx).hidden == 10  # the device can adapt it
 
 
-def test_a_checkpoint_holds_what_was_put_into_it_and_a_damaged_one_is_a_sentence(
-    tmp_path: Path,
-) -> None:
+def test_a_checkpoint_holds_what_was_put_in_and_a_damaged_one_is_a_sentence(tmp_path: Path) -> None:
     arrays = {"net.weight": np.arange(6.0).reshape(2, 3)}
     words = {"epochs": [{"loss": float("nan")}], "rng": {"state": 2**100}}
     checkpoint.save(tmp_path / "a.npz", arrays, words)

@@ -63,9 +63,7 @@ def test_the_paper_s_recipe_draws_everything() -> None:
 
 
 @pytest.mark.parametrize(("course", "expected"), [(DEFAULT, "medium"), (PAPER, "highest")])
-def test_products_are_coarse_only_while_it_learns_and_its_recipe_says_so(
-    course: Recipe, expected: str
-) -> None:
+def test_products_are_coarse_in_training_as_the_recipe_says(course: Recipe, expected: str) -> None:
     taught = task(replace(course.gesture, epochs=1, strides=True))
     said = []
     loss, check = taught.loss, taught.check

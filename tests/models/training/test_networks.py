@@ -14,21 +14,17 @@ from models.training.networks import GridConvolution, gesture_net, location_net
 pytestmark = pytest.mark.train
 
 
-@pytest.mark.parametrize(
-    ("rows", "columns", "stride"), [(5, 5, 2), (3, 3, 1), (4, 6, 2), (1, 2, 1)]
-)
-def test_a_product_answers_as_the_convolution_does(rows: int, columns: int, stride: int) -> None:
+@pytest.mark.parametrize(("rows", "columns", "step"), [(5, 5, 2), (3, 3, 1), (4, 6, 2), (1, 2, 1)])
+def test_a_product_answers_as_the_convolution_does(rows: int, columns: int, step: int) -> None:
     torch.manual_seed(1)
-    layer = GridConvolution(2, 3, 4, [rows, columns], stride, pace=2)
+    layer = GridConvolution(2, 3, 4, [rows, columns], step, pace=2)
     images = torch.randn(6, 2, 10, rows, columns)  # (batch, maps, images, rows, columns)
     expected = layer.eval()(images)
     torch.testing.assert_close(layer.train()(images), expected, rtol=1e-4, atol=1e-5)
 
 
 @pytest.mark.parametrize(("window", "rows", "columns"), [(10, 5, 5), (12, 4, 6), (9, 12, 12)])
-def test_a_network_learns_the_same_as_with_convolutions(
-    window: int, rows: int, columns: int
-) -> None:
+def test_a_network_learns_as_with_convolutions(window: int, rows: int, columns: int) -> None:
     torch.manual_seed(2)
     net = gesture_net((window, rows, columns), 5, NetworkRecipe()).eval()  # norms differ by design
     windows = 1.0 + 0.1 * torch.randn(8, window, rows, columns)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.support import ROOT
 from tests.support.model_commands import refused
+from tests.support.pytest_types import Capture, Patch
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
@@ -102,9 +103,7 @@ def test_one_person_s_examples_are_all_turned_and_many_people_s_are_not() -> Non
     assert paper.of_people(1) == paper
 
 
-def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bare_bundle_holds_the_gesture_network(data: Path, tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "my.orb"
     assert "--bare is for gestures alone" in refused(capsys, *asked(out, data, "--bare"))
     assert train(out, data, "--task", "gesture", "--bare") == 0
@@ -113,9 +112,7 @@ def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
     assert not loaded.locates
 
 
-def test_learning_curves_are_in_the_report_unless_no_advice_is_wanted(
-    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_curves_are_in_the_report_if_wanted(data: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setattr(advice, "STEPS", 5)
     out = tmp_path / "my.orb"
     words = [word for word in asked(out, data, "--task", "gesture") if word != "--no-advice"]
@@ -132,18 +129,14 @@ def test_learning_curves_are_in_the_report_unless_no_advice_is_wanted(
     assert not any(row["curve"] for row in classes)
 
 
-def test_places_that_were_never_taught_are_told_apart_in_the_card(
-    data: Path, tmp_path: Path
-) -> None:
+def test_places_never_taught_are_told_apart_in_the_card(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "my.orb"
     assert train(out, data, "--task", "location", "--split", "site") == 0
     assert "sites held out, with all touches nearest to them" in (tmp_path / "my.md").read_text()
     assert "sites held out" in (tmp_path / "my.html").read_text()
 
 
-def test_a_training_that_was_interrupted_gives_the_same_bytes(
-    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_resuming_is_exact(data: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     whole, parts = tmp_path / "whole" / "my.orb", tmp_path / "parts" / "my.orb"
     for out in (whole, parts):
         out.parent.mkdir()
@@ -172,9 +165,7 @@ def test_a_training_that_was_interrupted_gives_the_same_bytes(
 
 
 @pytest.mark.parametrize("trained", ["gesture", "location"])
-def test_a_network_alone_borrows_the_other_from_the_shipped_bundle(
-    trained: str, data: Path, tmp_path: Path
-) -> None:
+def test_a_lone_network_borrows_the_shipped_other(trained: str, data: Path, tmp_path: Path) -> None:
     ours = bundle.read(bundle.default_path())
     assert train(tmp_path / "my.orb", data, "--task", trained, "--labels", "button") == 0
     made = bundle.read(tmp_path / "my.orb")
@@ -185,9 +176,7 @@ def test_a_network_alone_borrows_the_other_from_the_shipped_bundle(
         assert own == (ours.labels, ours.mapping, ours.debounce)
 
 
-def test_auxiliary_gestures_are_learned_beside_the_others_and_are_no_answers(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_auxiliary_gestures_are_no_answers(data: Path, tmp_path: Path, capsys: Capture) -> None:
     more, other = tmp_path / "more", tmp_path / "other"
     small = ["--users", "1", "--sessions", "4", "--minutes", "1", "--workers", "1"]
     for folder, names in ((more, "press,pinch,twist_cw,twist_ccw,swipe"), (other, "swipe,press")):
@@ -232,13 +221,11 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     small = ["--users", "2", "--sessions", "1", "--minutes", "1", "--workers", "1"]
     assert main(["simulate", "--out", str(own), *size, *small]) == 0
     for path in own.glob("*.npz"):  # a sensor that counts, and reads about 0 untouched
-        loaded = reader.load(path)
-        rest = float(loaded.frames[:10].mean())
-        counts = np.rint(300.0 * (loaded.frames - loaded.frames[:10].mean(axis=0)))
-        origin = replace(loaded.origin, unit="counts")
-        path.write_bytes(
-            writer.pack(replace(loaded, frames=counts.astype(np.float32), origin=origin))
-        )
+        old = reader.load(path)
+        rest = float(old.frames[:10].mean())
+        counts = np.rint(300.0 * (old.frames - old.frames[:10].mean(axis=0)))
+        origin = replace(old.origin, unit="counts")
+        path.write_bytes(writer.pack(replace(old, frames=counts.astype(np.float32), origin=origin)))
     (own / vocabulary.FILE).write_text(
         '[[gesture]]\nlabel = "press"\nlocated = true\ncommand = [\n'
         '{command = "left", left_of = 1.5}, {command = "right"}]\n'
@@ -270,19 +257,13 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(
-    words: list[str],
-    sentence: str,
-    data: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    words: list[str], sentence: str, data: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     assert sentence in refused(capsys, *asked(tmp_path / "my.orb", data, *words))
     assert not list(tmp_path.glob("my.*"))
 
 
-def test_nothing_that_shares_frames_is_on_both_sides(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_shared_frames_are_on_one_side(data: Path, tmp_path: Path, capsys: Capture) -> None:
     # A copy under another name, user and session is still the same frames.
     only = tmp_path / "twice"
     only.mkdir()

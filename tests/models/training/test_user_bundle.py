@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.pytest_types import Capture
+
 pytest.importorskip("torch", reason="needs the [train] extra")
 
 import torch
@@ -87,13 +89,11 @@ def test_rows_of_gestures_stay_within_a_session_and_add_up() -> None:
 
 
 def test_auroc_is_the_share_of_pairs_in_the_right_order() -> None:
-    sklearn = pytest.importorskip("sklearn.metrics")
+    sk = pytest.importorskip("sk.metrics")
     rng = np.random.default_rng(0)
     high, low = rng.integers(0, 9, 50) / 8.0, rng.integers(0, 7, 70) / 8.0
     truth = np.r_[np.ones(50), np.zeros(70)]
-    assert user_metrics.auroc(high, low) == pytest.approx(
-        sklearn.roc_auc_score(truth, np.r_[high, low])
-    )
+    assert user_metrics.auroc(high, low) == pytest.approx(sk.roc_auc_score(truth, np.r_[high, low]))
 
 
 def test_acceptance_lets_no_more_strangers_in_than_was_asked() -> None:
@@ -146,9 +146,7 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     assert bundle.read(again).users.names == ("01", "02")
 
 
-def test_people_s_own_rules_are_kept_in_the_bundle(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_people_s_own_rules_are_kept(data: Path, tmp_path: Path, capsys: Capture) -> None:
     file, out = tmp_path / "home.toml", tmp_path / "family.orb"
     file.write_text('[users.02]\npinch = "hold"\n')
     assert train(data, out, "--mapping", str(file)) == 0
@@ -160,9 +158,7 @@ def test_people_s_own_rules_are_kept_in_the_bundle(
     assert "for 'zoe'; enrolled are 01, 02" in error
 
 
-def test_what_leaks_is_refused(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_leaks_is_refused(data: Path, tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "x.orb"
     us, others = str(data / "us"), str(data / "others")
     assert "share frames" in refused(capsys, *asked(data, out, "--split", "windows"))
@@ -176,9 +172,7 @@ def test_what_leaks_is_refused(
     assert not out.exists()
 
 
-def test_what_cannot_be_learned_is_told_before_anything_is(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_learned_is_told_first(data: Path, tmp_path: Path, capsys: Capture) -> None:
     out, empty = tmp_path / "x.orb", tmp_path / "empty"
     empty.mkdir()
     assert "empty holds nothing" in refused(capsys, *asked(data, out, "--others", str(empty)))

@@ -80,11 +80,7 @@ def hold(guest: Guest, orb: Process, device: Any, code: int) -> None:
 
 
 def pressed(orb: Process, device: Any) -> float | None:
-    """Return the seconds from telling the orb to the key's event; it is up again afterwards.
-
-    None: it never came. On a machine so busy that `host` stands still for 0.3 s its own watchdog
-    lifts every key and disarms, so it is armed again.
-    """
+    """Return the seconds from telling the orb to the key's event; None: it never came."""
     start_s = time.time()  # the kernel's clock for input events, too
     tell(orb, "tap drop")
     seconds: float | None = None

@@ -1,5 +1,7 @@
 """The stronger bot: it sees what comes, holds, tucks and spins, and outlives the other one."""
 
+from types import ModuleType
+
 import pytest
 
 from tests.support.tetris_games import set_up
@@ -21,18 +23,9 @@ def test_it_tucks_a_piece_under_an_overhang() -> None:
     """)
     game = Game(seed=1)
     set_up(game, board, Piece("J", 7, 10))
-    plan = beam_search.plan(game, depth=1, width=50)
-    game.update(0.0, plan.actions)
-    assert set(plan.landing.cells) <= {
-        (5, 1),
-        (6, 1),
-        (7, 1),
-        (8, 1),
-        (9, 1),
-        (9, 0),
-        (8, 2),
-        (9, 2),
-    }
+    to = beam_search.plan(game, depth=1, width=50)
+    game.update(0.0, to.actions)
+    assert set(to.landing.cells) <= {(5, 1), (6, 1), (7, 1), (8, 1), (9, 1), (9, 0), (8, 2), (9, 2)}
 
 
 def test_it_holds_a_piece_that_another_one_should_come_before() -> None:
@@ -86,12 +79,15 @@ def test_when_nothing_can_be_saved_it_still_answers() -> None:
     assert plan.actions[-1] is Action.HARD_DROP
 
 
-def test_no_piece_in_play_cannot_be_planned() -> None:
+@pytest.mark.parametrize(
+    ("planner", "says"), [(beam_search, "no piece is in play"), (greedy, "the game is over")]
+)
+def test_a_game_that_is_over_cannot_be_planned(planner: ModuleType, says: str) -> None:
     game = Game(seed=1)
     while game.phase is Phase.RUNNING:
         game.update(0.0, [Action.HARD_DROP])
-    with pytest.raises(ValueError, match="no piece is in play"):
-        beam_search.plan(game)
+    with pytest.raises(ValueError, match=says):
+        planner.plan(game)
 
 
 @pytest.mark.slow

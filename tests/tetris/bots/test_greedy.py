@@ -4,15 +4,7 @@ import pytest
 
 from tests.support.tetris_games import set_up
 from tetris.bots import greedy
-from tetris.bots.greedy import (
-    BCTS,
-    DELLACHERIE,
-    Weights,
-    loses,
-    middle,
-    settled,
-    surface,
-)
+from tetris.bots.greedy import BCTS, DELLACHERIE, Weights, loses, middle, settled, surface
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game, Phase
@@ -103,14 +95,6 @@ def test_the_same_game_is_played_twice_alike() -> None:
         return str(game.board), game.score
 
     assert play() == play()
-
-
-def test_a_game_that_is_over_cannot_be_planned() -> None:
-    game = Game(seed=1)
-    while game.phase is Phase.RUNNING:
-        game.update(0.0, [Action.HARD_DROP])
-    with pytest.raises(ValueError, match="the game is over"):
-        greedy.plan(game)
 
 
 # -- features --------------------------------------------------------------------------------

@@ -25,9 +25,7 @@ T_SLOT = """
 @pytest.mark.parametrize(
     ("kind", "count"), [("I", 17), ("O", 9), ("T", 34), ("S", 17), ("Z", 17), ("J", 34), ("L", 34)]
 )
-def test_on_an_empty_board_each_piece_has_its_known_number_of_placements(
-    kind: Kind, count: int
-) -> None:
+def test_on_an_empty_board_a_piece_has_its_number_of_placements(kind: Kind, count: int) -> None:
     assert len(find(Board().bits, Piece.entering(kind))) == count
 
 
@@ -109,12 +107,10 @@ tables = st.sampled_from(("srs", "srs+"))
 
 def check(bits: int, start: Piece, kicks: Kicks) -> None:
     """Compare flooding with what is found a step at a time."""
-    flooded = [
-        (p.mask, spin) for spin, some in find_spins(bits, start, kicks).items() for p in some
-    ]
-    assert len(flooded) == len(set(flooded))
-    assert set(flooded) == {(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)}
-    assert {p.mask for p in find(bits, start, kicks)} == {mask for mask, _ in flooded}
+    filled = [(p.mask, spin) for spin, some in find_spins(bits, start, kicks).items() for p in some]
+    assert len(filled) == len(set(filled))
+    assert set(filled) == {(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)}
+    assert {p.mask for p in find(bits, start, kicks)} == {mask for mask, _ in filled}
 
 
 @given(boards, st.sampled_from(KINDS), tables)
@@ -135,9 +131,7 @@ def test_a_piece_deep_in_the_stack_finds_its_way_too(
 
 @given(boards, st.sampled_from(KINDS), tables, st.data())
 @settings(max_examples=60, deadline=None)
-def test_the_inputs_to_a_placement_lead_there_in_the_game(
-    board: Board, kind: Kind, kicks: Kicks, data: st.DataObject
-) -> None:
+def test_inputs_lead_to_places(board: Board, kind: Kind, kicks: Kicks, data: st.DataObject) -> None:
     start = Piece.entering(kind, board.columns)
     place, spin, way = data.draw(st.sampled_from([*paths(board.bits, start, kicks)]))
     assert path(board.bits, start, place, kicks, spin) == way

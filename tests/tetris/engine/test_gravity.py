@@ -5,19 +5,20 @@ import pytest
 from tests.support.tetris_games import game_with, of, set_up
 from tetris.engine.board import Board
 from tetris.engine.events import Blocked, Dropped, Locked, Moved
-from tetris.engine.game import Action, Config, Event, Game
+from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
 from tetris.engine.rules import seconds_per_row
 
 # -- gravity and soft drop -----------------------------------------------------------------
 
 
-def test_at_level_1_a_piece_falls_a_row_in_a_second() -> None:
-    game = game_with("", Piece("T", 3, 10))
+@pytest.mark.parametrize("config", [Config(), Config(start_level=9, gravity_cap=1)])
+def test_at_level_1_or_capped_to_it_a_piece_falls_a_row_in_a_second(config: Config) -> None:
+    game = game_with("", Piece("T", 3, 10), config)
     game.update(0.999)
     assert game.piece.y == 10
     game.update(1.001)
-    assert game.piece.y == 9
+    assert (game.piece.y, game.level) == (9, config.start_level)
 
 
 @pytest.mark.parametrize(
@@ -38,13 +39,6 @@ def test_gravity_grows_with_the_level(level: int, seconds: float) -> None:
 
 def test_beyond_level_20_nothing_falls_faster() -> None:
     assert seconds_per_row(120) == seconds_per_row(20)
-
-
-def test_gravity_can_be_capped_for_a_slow_controller() -> None:
-    game = game_with("", Piece("T", 3, 10), Config(start_level=9, gravity_cap=1))
-    game.update(0.999)
-    assert game.piece.y == 10
-    assert game.level == 9
 
 
 def test_soft_drop_is_twenty_times_faster_and_pays_a_point_a_row() -> None:
@@ -131,22 +125,19 @@ def test_a_piece_locks_half_a_second_after_its_last_move_on_the_ground(
     assert of(game.update(locks_s + 0.001), Locked)
 
 
-def shuffle(game: Game, shifts: int) -> list[Event]:
-    actions = [Action.LEFT, Action.RIGHT] * 8
-    return game.update(0.0, actions[:shifts])
+SHUFFLE = [Action.LEFT, Action.RIGHT] * 8
 
 
-@pytest.mark.parametrize(("shifts", "locked"), [(14, False), (15, True)])
-def test_the_fifteenth_shift_on_the_ground_leaves_no_delay(shifts: int, locked: bool) -> None:
-    game = game_with("", Piece("T", 3, -1))
-    assert not of(shuffle(game, shifts), Locked)
-    assert bool(of(game.update(0.001), Locked)) is locked
-
-
-@pytest.mark.parametrize(("turns", "locked"), [(14, False), (15, True)])
-def test_a_turn_on_the_ground_costs_a_reset_as_a_shift_does(turns: int, locked: bool) -> None:
-    game = game_with("", Piece("O", 4, 0))
-    assert not of(game.update(0.0, [Action.ROTATE_CW] * turns), Locked)
+@pytest.mark.parametrize(("moves", "locked"), [(14, False), (15, True)])
+@pytest.mark.parametrize(
+    ("piece", "actions"),
+    [(Piece("T", 3, -1), SHUFFLE), (Piece("O", 4, 0), [Action.ROTATE_CW] * 16)],
+)
+def test_the_fifteenth_shift_or_turn_on_the_ground_leaves_no_delay(
+    piece: Piece, actions: list[Action], moves: int, locked: bool
+) -> None:
+    game = game_with("", piece)
+    assert not of(game.update(0.0, actions[:moves]), Locked)
     assert bool(of(game.update(0.001), Locked)) is locked
 
 
@@ -173,8 +164,7 @@ def test_a_new_lowest_row_restores_the_resets() -> None:
 
 def test_spent_resets_lock_a_piece_as_soon_as_it_touches_the_old_row_again() -> None:
     game = game_with("JJ..JJ....", Piece("T", 3, 0))  # lies on the right block
-    shuffle(game, 14)
-    game.update(0.0, [Action.LEFT])
+    game.update(0.0, [*SHUFFLE[:14], Action.LEFT])
     assert of(game.update(0.001), Locked)
 
 

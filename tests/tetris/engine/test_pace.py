@@ -53,18 +53,19 @@ def test_a_command_every_second_and_a_half_is_level_2() -> None:
     assert paced(*[1.7] * 10).level == 2
 
 
-def test_the_rate_is_that_of_the_last_twenty_four_intervals() -> None:
-    assert paced(3.0, *[0.5] * 23).rate_hz == pytest.approx(24 / 14.5)
-    assert paced(3.0, *[0.5] * 24).rate_hz == pytest.approx(2.0)
-
-
-def test_an_interval_of_four_seconds_counts_and_a_longer_one_does_not() -> None:
-    assert paced(*[4.0] * 8).rate_hz == pytest.approx(0.25)
-    assert paced(*[4.001] * 8).rate_hz is None
-
-
-def test_a_long_rest_says_nothing_of_the_hand() -> None:
-    assert paced(*[1.0] * 8, 60.0, *[1.0] * 4).rate_hz == pytest.approx(1.0)
+@pytest.mark.parametrize(
+    ("intervals_s", "rate_hz"),
+    [
+        ([3.0, *[0.5] * 23], 24 / 14.5),
+        ([3.0, *[0.5] * 24], 2.0),  # the last twenty-four count
+        ([4.0] * 8, 0.25),
+        ([4.001] * 8, None),  # longer than four seconds
+        ([*[1.0] * 8, 60.0, *[1.0] * 4], 1.0),  # a long rest
+        ([*[2.0] * 30, *[0.5] * 24], 2.0),  # a hand that warms up
+    ],
+)
+def test_the_rate_is_that_of_the_last_intervals(intervals_s: list[float], rate_hz: float) -> None:
+    assert paced(*intervals_s).rate_hz == pytest.approx(rate_hz)
 
 
 def test_an_interrupted_interval_does_not_count() -> None:
@@ -72,10 +73,6 @@ def test_an_interrupted_interval_does_not_count() -> None:
     pace.interrupt()
     pace.command(11.5)
     assert pace.rate_hz == pytest.approx(1.0)
-
-
-def test_a_hand_that_warms_up_is_followed() -> None:
-    assert paced(*[2.0] * 30, *[0.5] * 24).rate_hz == pytest.approx(2.0)
 
 
 def test_commands_of_one_moment_are_as_fast_as_can_be() -> None:

@@ -138,16 +138,12 @@ def test_bits_and_cells_agree_on_what_collides_everywhere_near_the_walls(kind: K
 
 
 def test_a_piece_knows_its_neighbours_and_its_turns() -> None:
-    piece = Piece("T", 3, 5)
-    assert (piece.left, piece.right, piece.below) == (
-        Piece("T", 2, 5),
-        Piece("T", 4, 5),
-        Piece("T", 3, 4),
-    )
-    clockwise, counterclockwise, *_ = piece.turned
+    p = Piece("T", 3, 5)
+    assert (p.left, p.right, p.below) == (Piece("T", 2, 5), Piece("T", 4, 5), Piece("T", 3, 4))
+    clockwise, counterclockwise, *_ = p.turned
     assert clockwise[:2] == (Piece("T", 3, 5, 1), Piece("T", 2, 5, 1))
     assert counterclockwise[:2] == (Piece("T", 3, 5, 3), Piece("T", 4, 5, 3))
-    assert (piece.lowest_row, piece.highest_row) == (6, 7)
+    assert (p.lowest_row, p.highest_row) == (6, 7)
 
 
 def test_a_piece_can_be_copied_and_kept_in_a_file() -> None:

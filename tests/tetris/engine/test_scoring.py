@@ -35,9 +35,7 @@ def worth(
         (3, Spin.FULL, 1600, "t-spin triple"),
     ],
 )
-def test_a_lock_is_worth_its_points_times_the_level(
-    lines: int, spin: Spin, points: int, name: str
-) -> None:
+def test_a_lock_scores_points_times_level(lines: int, spin: Spin, points: int, name: str) -> None:
     assert worth(lines, spin).points == points
     assert worth(lines, spin, level=7).points == 7 * points
     assert worth(lines, spin).name == name
@@ -101,15 +99,8 @@ def test_goals_say_where_a_level_begins_and_ends() -> None:
 
 @pytest.mark.parametrize(
     ("lines", "spin", "difficult"),
-    [
-        (4, Spin.NONE, True),
-        (3, Spin.NONE, False),
-        (1, Spin.MINI, True),
-        (0, Spin.FULL, False),
-    ],
+    [(4, Spin.NONE, True), (3, Spin.NONE, False), (1, Spin.MINI, True), (0, Spin.FULL, False)],
 )
-def test_a_difficult_clear_is_a_tetris_or_a_spin_that_clears(
-    lines: int, spin: Spin, difficult: bool
-) -> None:
+def test_difficult_is_a_tetris_or_a_clearing_spin(lines: int, spin: Spin, difficult: bool) -> None:
     clear, _ = judge(lines, spin, level=1, streak=Streak(), perfect=False)
     assert clear.difficult is difficult

@@ -24,11 +24,18 @@ def test_undo_takes_the_last_lock_back_and_its_piece_enters_again() -> None:
     assert game.time_s == 2.0  # time goes on
 
 
-def test_undo_goes_back_to_the_first_piece_and_no_further() -> None:
-    game = Game(4, ZEN)
-    game.update(0.0, [DROP] * 5)
-    assert game.update(0.0, [UNDO] * 6)[-1] == Blocked(0.0, UNDO)
-    assert game.board.is_empty
+@pytest.mark.parametrize(
+    ("config", "inputs", "undos", "placed"),
+    [(ZEN, [DROP] * 5, 6, 0), (Config(), [DROP], 1, 1), (ZEN, [DROP, Action.RESTART], 1, 0)],
+)
+def test_undo_goes_no_further_than_the_first_piece_the_rules_and_a_restart(
+    config: Config, inputs: list[Action], undos: int, placed: int
+) -> None:
+    game = Game(4, config)
+    game.update(0.0, inputs)
+    events = game.update(0.0, [UNDO] * undos)
+    assert (events[-1], len(of(events, Undone))) == (Blocked(0.0, UNDO), undos - 1)
+    assert (game.pieces_placed, game.board.is_empty) == (placed, placed == 0)
 
 
 def test_after_an_undo_the_same_pieces_come_again() -> None:
@@ -56,19 +63,6 @@ def test_a_lost_game_goes_on_after_an_undo() -> None:
     assert game.time_s == 0.0  # no time passed since: it began at 1 s, and was over at once
 
 
-def test_where_the_rules_forbid_it_undo_does_nothing() -> None:
-    game = Game(1)
-    game.update(0.0, [DROP])
-    assert game.update(0.0, [UNDO]) == [Blocked(0.0, UNDO)]
-    assert game.pieces_placed == 1
-
-
-def test_nothing_is_taken_back_from_before_a_restart() -> None:
-    game = Game(1, ZEN)
-    game.update(0.0, [DROP, Action.RESTART])
-    assert game.update(0.0, [UNDO]) == [Blocked(0.0, UNDO)]
-
-
 def test_a_moment_can_be_come_back_to() -> None:
     game = Game(2)
     game.update(0.0, [DROP, Action.HOLD])
@@ -89,12 +83,7 @@ def test_a_moment_of_another_game_is_refused() -> None:
 
 @given(st.integers(0, 99), configs, scripts, st.integers(0, 24))
 @settings(max_examples=80, deadline=None)
-def test_from_a_snapshot_under_any_rules_the_same_game_goes_on(
-    seed: int,
-    config: Config,
-    script: list[Step],
-    at: int,
-) -> None:
+def test_a_snapshot_goes_on_alike(seed: int, config: Config, script: list[Step], at: int) -> None:
     game, other = Game(seed, config), Game(seed, config)
     now_ms = 0
     for step, (wait_ms, given_inputs, soft, held) in enumerate(script):

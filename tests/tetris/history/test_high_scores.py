@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.pytest_types import Patch
 from tetris.engine.modes import MODES
 from tetris.files import config_folder, data_folder, write_beside
 from tetris.history.high_scores import FILE_NAME, PLACES, HighScores, Totals
@@ -141,9 +142,7 @@ def test_a_second_damaged_file_does_not_replace_the_first(tmp_path: Path) -> Non
     assert (tmp_path / "records-damaged-2.json").read_text() == "damaged 2"
 
 
-def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_is_listed(
-    tmp_path: Path,
-) -> None:
+def test_a_folder_that_cannot_be_written_is_told_and_the_game_is_listed(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     records = HighScores(tmp_path / "file")
     assert add(records, "zen") == 1
@@ -151,9 +150,7 @@ def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_is_listed(
     assert len(records.best("zen")) == 1
 
 
-def test_a_crash_while_writing_leaves_the_old_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_crash_while_writing_leaves_the_old_file(tmp_path: Path, monkeypatch: Patch) -> None:
     path = tmp_path / "list"
     write_beside(path, b"old")
 
@@ -168,9 +165,7 @@ def test_a_crash_while_writing_leaves_the_old_file(
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="XDG's rules are those of Linux")
-def test_the_users_folders_follow_the_systems_rules(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_users_folders_follow_the_systems_rules(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     assert data_folder() == tmp_path / "data" / "orbtouch" / "tetris"

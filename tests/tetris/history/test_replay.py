@@ -13,6 +13,7 @@ from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input, P
 from tetris.engine.rules import VERSION
 from tetris.history.replay import Moment, Outcome, Player, Recorder, Replay
 
+Steps = list[tuple[float, list[Action], bool, set[Action]]]
 WAIT_S = st.integers(0, 3_000_000_000).map(lambda ns: ns / 1e9)  # finer than a replay's clock
 INPUT = st.one_of(st.sampled_from(list(Action)), st.integers(1, 20).map(GravityCap))
 HELD = st.sets(st.sampled_from([Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD]), max_size=2)
@@ -29,7 +30,7 @@ CONFIGS = st.sampled_from(
 )
 
 
-def played(config: Config, steps: list[tuple[float, list[Action], bool, set[Action]]]) -> Replay:
+def played(config: Config, steps: Steps) -> Replay:
     recorder = Recorder(3, config)
     now_s = 1.0
     recorder.update(now_s)
@@ -50,9 +51,7 @@ def short_game() -> Recorder:
 
 @settings(max_examples=60)
 @given(CONFIGS, STEPS)
-def test_a_replay_gives_the_same_events_as_the_game(
-    config: Config, steps: list[tuple[float, list[Action], bool, set[Action]]]
-) -> None:
+def test_a_replay_gives_the_same_events_as_the_game(config: Config, steps: Steps) -> None:
     recorder = Recorder(3, config, mode="zen")
     now_s, events = 1.25, recorder.update(1.25)
     for wait_s, inputs, soft_drop, held in steps:
@@ -68,9 +67,7 @@ def test_a_replay_gives_the_same_events_as_the_game(
 @settings(max_examples=60)
 @given(CONFIGS, STEPS, st.lists(st.floats(0, 130), min_size=1, max_size=6))
 def test_a_seek_comes_to_where_playing_would_have_come(
-    config: Config,
-    steps: list[tuple[float, list[Action], bool, set[Action]]],
-    times_s: list[float],
+    config: Config, steps: Steps, times_s: list[float]
 ) -> None:
     replay = played(config, steps)
     player = Player(replay)
@@ -99,17 +96,13 @@ def test_times_are_played_to_the_microsecond_that_is_kept() -> None:
 
 
 def test_what_is_held_down_is_kept_as_it_changes() -> None:
-    recorder = Recorder(1)
-    recorder.update(0.0)
-    recorder.update(1.0, soft_drop=True, initial={Action.HOLD, Action.ROTATE_CW})
-    recorder.update(2.0, soft_drop=True, initial=[Action.ROTATE_CW, Action.HOLD])
-    recorder.update(3.0)
+    log = Recorder(1)
+    log.update(0.0)
+    log.update(1.0, soft_drop=True, initial={Action.HOLD, Action.ROTATE_CW})
+    log.update(2.0, soft_drop=True, initial=[Action.ROTATE_CW, Action.HOLD])
+    log.update(3.0)
     held = (Action.ROTATE_CW, Action.HOLD)
-    assert recorder.replay().moments == (
-        Moment(0),
-        Moment(1_000_000, (), True, held),
-        Moment(3_000_000),
-    )
+    assert log.replay().moments == (Moment(0), Moment(1_000_000, (), True, held), Moment(3_000_000))
 
 
 def test_a_replay_tells_how_the_game_stood() -> None:
@@ -131,23 +124,20 @@ def test_a_replay_with_another_outcome_than_it_says_is_noticed() -> None:
 
 def test_playing_on_from_a_position_keeps_what_was_before() -> None:
     recorder = short_game()
-    player = Player(recorder.replay())
-    player.seek(16.0)
-    pieces = player.game.pieces_placed
-    again = player.take_over()
+    old = Player(recorder.replay())
+    old.seek(16.0)
+    pieces = old.game.pieces_placed
+    again = old.take_over()
     assert again.time_s == 16.0
     events = again.update(16.5, [Action.HARD_DROP])
     assert [event for event in events if isinstance(event, Locked)]
     assert again.game.pieces_placed > pieces
-    assert player.game.pieces_placed == pieces  # the replay's own game stays where it was
+    assert old.game.pieces_placed == pieces  # the replay's own game stays where it was
 
     both = Player(again.replay())
     both.seek(again.time_s)
     assert both.game.snapshot() == again.game.snapshot()
-    assert (
-        both.replay.moments[: player.moments_played]
-        == player.replay.moments[: player.moments_played]
-    )
+    assert both.replay.moments[: old.moments_played] == old.replay.moments[: old.moments_played]
 
 
 def test_a_player_goes_no_further_than_the_end() -> None:

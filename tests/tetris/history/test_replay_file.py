@@ -76,9 +76,7 @@ def test_a_file_is_a_few_lines_that_a_person_can_read() -> None:
 
 @settings(max_examples=150)
 @given(st.integers(0, 2**64 - 1), CONFIGS, moments(), st.integers(0, 10**9))
-def test_what_is_written_is_read_again(
-    seed: int, config: Config, played: tuple[Moment, ...], rest_us: int
-) -> None:
+def test_round_trip(seed: int, config: Config, played: tuple[Moment, ...], rest_us: int) -> None:
     end_us = played[-1].time_us + rest_us
     replay = Replay(seed, config, "ultra_2", played, end_us, Outcome(1, 2, 3, True))
     assert decode(encode(replay)) == replay
@@ -142,9 +140,7 @@ def test_a_file_that_was_cut_off_is_refused(cut: int) -> None:
         (1, "a\n", "must be up to 32"),
     ],
 )
-def test_a_game_that_no_file_can_hold_is_not_recorded(
-    seed: int, mode: str, says: str, tmp_path: Path
-) -> None:
+def test_game_no_file_can_hold_is_refused(seed: int, mode: str, says: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=re.escape(says)):
         Recorder(seed, Config(), mode)
     replay = Replay(seed, Config(), mode, (Moment(0),), 0, Outcome(0, 0, 0, False))

@@ -50,9 +50,7 @@ def test_a_game_that_has_not_begun_has_figures_too() -> None:
         ((DOWN, DOWN, DROP), 0),  # rows down are free
     ],
 )
-def test_a_fault_is_a_shift_or_turn_more_than_needed(
-    actions: tuple[Action, ...], faults: int
-) -> None:
+def test_a_fault_is_a_shift_or_turn_too_many(actions: tuple[Action, ...], faults: int) -> None:
     summary = played(seed_of("T"), *actions)
     assert summary.faults == faults
     assert summary.finesse == (0.0 if faults else 1.0)
@@ -79,9 +77,7 @@ def test_the_repeats_of_a_held_shift_are_no_inputs() -> None:
         ((LEFT,), 1),  # a press against the wall
     ],
 )
-def test_with_a_shift_that_ran_the_fewest_inputs_may_run_too(
-    after: tuple[Action, ...], faults: int
-) -> None:
+def test_after_a_run_the_fewest_inputs_may_run_too(after: tuple[Action, ...], faults: int) -> None:
     game, statistics = Game(seed_of("T"), STILL), Statistics(STILL)
     statistics.update(game.update(0.0))
     statistics.update(game.update(0.1, [LEFT]), commands=1)

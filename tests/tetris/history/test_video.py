@@ -7,6 +7,7 @@ from typing import Any
 import pygame
 import pytest
 
+from tests.support.pytest_types import Capture, Patch
 from tetris.__main__ import main
 from tetris.engine.game import Action
 from tetris.history.replay import Recorder, Replay
@@ -18,7 +19,7 @@ SMALL = (160, 144)
 
 
 @pytest.fixture(autouse=True)
-def unseen(monkeypatch: pytest.MonkeyPatch) -> None:
+def unseen(monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     video.unseen()
 
@@ -48,9 +49,7 @@ def test_a_gif_lasts_as_long_as_the_game_and_a_rest(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_the_pictures_of_a_gif_are_the_windows_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_pictures_of_a_gif_are_the_windows_own(tmp_path: Path, monkeypatch: Patch) -> None:
     image_module = pytest.importorskip("PIL.Image")
     path = tmp_path / "game.gif"
     pictures: list[bytes] = []
@@ -103,18 +102,18 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("suffix", "module", "library"), [("gif", "PIL", "Pillow"), ("mp4", "av", "PyAV")]
+    ("end", "module", "lib"), [("gif", "PIL", "Pillow"), ("mp4", "av", "PyAV")]
 )
 def test_without_its_library_a_sentence_says_what_to_install(
-    suffix: str, module: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    end: str, module: str, lib: str, tmp_path: Path, monkeypatch: Patch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(VideoError, match=rf"{library}.* pip install 'orbtouch\[film\]'"):
-        list(video.export(short(), tmp_path / f"game.{suffix}", size=SMALL))
+    with pytest.raises(VideoError, match=rf"{lib}.* pip install 'orbtouch\[film\]'"):
+        list(video.export(short(), tmp_path / f"game.{end}", size=SMALL))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_command_line_saves_a_film(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_saves_a_film(tmp_path: Path, capsys: Capture) -> None:
     pytest.importorskip("PIL")
     save(tmp_path / "game.tetris", short())
     target = tmp_path / "game.gif"

@@ -143,11 +143,7 @@ def test_all_repeats_come_in_the_order_of_time(steps: list[tuple[bool, int]]) ->
 
 def test_bindings_are_written_by_name_and_several_keys_do_the_same() -> None:
     table = bindings.table({"left": ["a", "kp4"], "hold": ["pad_l1"]})
-    assert table == {
-        pygame.K_a: LEFT,
-        pygame.K_KP4: LEFT,
-        "pad_l1": Action.HOLD,
-    }
+    assert table == {pygame.K_a: LEFT, pygame.K_KP4: LEFT, "pad_l1": Action.HOLD}
 
 
 def test_names_that_mean_nothing_are_left_out() -> None:

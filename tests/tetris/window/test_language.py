@@ -68,9 +68,7 @@ def test_a_word_that_a_language_lacks_is_english_and_one_that_none_has_is_its_ke
         ({}, "en"),
     ],
 )
-def test_the_systems_language_is_taken_where_there_is_one(
-    environment: dict[str, str], name: str
-) -> None:
+def test_the_language_of_the_system_is_taken(environment: dict[str, str], name: str) -> None:
     assert language.of_system(environment) == name
 
 
@@ -92,8 +90,6 @@ def test_the_font_has_every_letter_of_every_language(name: str) -> None:
 
 def test_the_font_has_every_sign_on_the_keys() -> None:
     pygame.font.init()
-    names = [
-        name for bound in (bindings.KEYS, bindings.PADS) for each in bound.values() for name in each
-    ]
+    names = [name for by in (bindings.KEYS, bindings.PADS) for each in by.values() for name in each]
     signs = "".join(bindings.caption(name) for name in names)
     assert None not in theme.font(30).metrics(signs)

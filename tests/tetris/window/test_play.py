@@ -6,6 +6,7 @@ from pathlib import Path
 import pygame
 import pytest
 
+from tests.support.pytest_types import Patch
 from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
@@ -106,9 +107,7 @@ def watching(player: Player) -> ReplayScreen:
     return player.screen
 
 
-def test_a_film_is_made_while_the_replay_goes_on(
-    player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_film_is_made_while_it_plays(player: Player, tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setattr(video, "export", lambda *_, **__: iter([0.02 * n for n in range(1, 51)]))
     screen = watching(player)
     player.choose("Save as a film")
@@ -119,9 +118,7 @@ def test_a_film_is_made_while_the_replay_goes_on(
     assert screen.menu.notice.endswith(".gif")
 
 
-def test_a_film_that_cannot_be_made_is_a_sentence(
-    player: Player, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_film_that_cannot_be_made_is_a_sentence(player: Player, monkeypatch: Patch) -> None:
     def refuse(*_: object, **__: object) -> Iterator[float]:
         raise VideoError("no library for films")
         yield
@@ -133,9 +130,7 @@ def test_a_film_that_cannot_be_made_is_a_sentence(
     assert screen.menu.notice == "no library for films"
 
 
-def test_a_file_that_is_no_replay_is_refused_with_a_sentence(
-    window: pygame.Surface, tmp_path: Path
-) -> None:
+def test_a_file_that_is_no_replay_is_one_sentence(window: pygame.Surface, tmp_path: Path) -> None:
     path = tmp_path / "foreign.tetris"
     path.write_bytes(b"no replay")
     player = open_app(window, Start(replay=path))
@@ -239,9 +234,7 @@ def test_keys_pressed_in_one_frame_act_as_in_frames_of_their_own(
 
 @pytest.mark.parametrize("hz", [30, 60])
 @pytest.mark.parametrize("arr_ms", [0, 10, 33, 100])
-def test_a_shift_held_against_the_wall_is_one_input(
-    window: pygame.Surface, arr_ms: int, hz: int
-) -> None:
+def test_shift_held_at_the_wall_is_one_input(window: pygame.Surface, arr_ms: int, hz: int) -> None:
     hands, run = Settings(arr_ms=arr_ms), [()] * hz
     held = pressed(window, (LEFT,), *run, (-LEFT, SPACE), hz=hz, settings=hands)
     back = (-LEFT, RIGHT, -RIGHT, SPACE)  # the standard two inputs for the second column

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tetris.bots.beam_search import BOTS
+from tetris.bots import BOTS
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player
@@ -44,10 +44,7 @@ def test_a_finished_sprint_has_a_place_and_a_replay(tmp_path: Path) -> None:
     shelf = Saves(tmp_path)
     assert shelf.keep(slow).place == 1
     assert shelf.keep(quick).place == 1
-    assert [entry.time_s for entry in shelf.best("sprint")] == [
-        quick.game.time_s,
-        slow.game.time_s,
-    ]
+    assert [entry.time_s for entry in shelf.best("sprint")] == [quick.game.time_s, slow.game.time_s]
     assert len(replays(tmp_path)) == 2
     assert Saves(tmp_path).best("sprint") == shelf.best("sprint")
     assert (tmp_path / "replays" / shelf.best("sprint")[0].replay).exists()

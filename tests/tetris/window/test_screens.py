@@ -18,9 +18,7 @@ DOWN, UP, DROP = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HARD_DROP
 # -- menus ---------------------------------------------------------------------------------
 
 
-def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(
-    player: Player,
-) -> None:
+def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(player: Player) -> None:
     title = player.menu
     opened = []
 
@@ -89,9 +87,7 @@ def test_a_step_back_on_the_title_closes_nothing(player: Player) -> None:
     assert not player.open
 
 
-def test_what_is_changed_is_kept_for_the_next_time(
-    window: pygame.Surface, player: Player, tmp_path: Path
-) -> None:
+def test_what_is_changed_is_kept(window: pygame.Surface, player: Player, tmp_path: Path) -> None:
     player.choose("Settings")
     player.choose("Screen")
     player.key(pygame.K_RIGHT)
@@ -172,9 +168,7 @@ def test_a_pads_button_is_bound_by_pressing_it(player: Player) -> None:
 
 @pytest.mark.parametrize("size", [(640, 480), (300, 900), (1920, 1080), (3840, 2160), (64, 48)])
 @pytest.mark.parametrize("theme", ["dark", "light", "contrast", "safe"])
-def test_every_screen_is_drawn_in_every_size(
-    window: pygame.Surface, size: tuple[int, int], theme: str
-) -> None:
+def test_every_size_is_drawn(window: pygame.Surface, size: tuple[int, int], theme: str) -> None:
     player = open_app(window)
     player.app.stage.change(Settings(theme=theme, patterns=theme == "safe"))
     pygame.display.set_mode(size, pygame.RESIZABLE)

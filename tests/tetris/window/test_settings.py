@@ -11,7 +11,7 @@ from tetris.window import settings as file
 from tetris.window.settings import LIMITS, Settings, parse, stepped
 
 
-def test_what_is_written_is_read_again() -> None:
+def test_round_trip() -> None:
     chosen = Settings(
         mode="sprint",
         das_ms=100,

@@ -3,6 +3,7 @@
 import pygame
 import pytest
 
+from tests.support.pytest_types import Patch
 from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.engine.board import Board
@@ -100,9 +101,7 @@ def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
 # -- display and the bot in the window -----------------------------------------------------
 
 
-def test_an_unseen_driver_is_taken_only_when_it_was_asked_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_unseen_driver_is_taken_only_when_asked_for(monkeypatch: Patch) -> None:
     monkeypatch.setattr(pygame.display, "init", lambda: None)
     monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
     monkeypatch.delenv("SDL_VIDEODRIVER", raising=False)
@@ -111,7 +110,7 @@ def test_an_unseen_driver_is_taken_only_when_it_was_asked_for(
         display.open_window((64, 48), "test")
 
 
-def test_a_window_opens_where_the_user_names_the_driver(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_window_opens_where_the_user_names_the_driver(monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     try:
         assert display.open_window((64, 48), "test").get_size() == (64, 48)
