@@ -51,7 +51,9 @@ def test_arrays_that_numpy_saved_are_read(data: bytes) -> None:
     st.sampled_from((b"", b"\0", b"PK\5\6", bytes(30))),
     st.integers(0, 5000),
 )
-def test_any_damage(data: bytes, changed: list[tuple[int, int]], more: bytes, at: int) -> None:
+def test_damage_is_refused_or_makes_no_difference(
+    data: bytes, changed: list[tuple[int, int]], more: bytes, at: int
+) -> None:
     damaged = bytearray(data)
     for place, value in changed:
         damaged[place % len(data)] = value

@@ -178,7 +178,9 @@ def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
     assert left <= {f".{RECORD}.01234567"}
 
 
-def test_a_full_disk(tmp_path: Path, shelf: BundleStore, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_changes_nothing(
+    tmp_path: Path, shelf: BundleStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(path: Path, data: bytes) -> None:
         raise OSError(28, "No space left on device")
 
@@ -230,7 +232,7 @@ def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
 
 
 @pytest.mark.slow
-def test_commands(tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]) -> None:
+def test_installing(tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["install", str(variant(tmp_path, 1))]) == 0
     out = capsys.readouterr().out
     assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 10 Hz" in out

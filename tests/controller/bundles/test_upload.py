@@ -48,10 +48,9 @@ WELCOME = Welcome(
 class Wire:
     """A courier and an intake, and what is between them: messages may be lost on the way."""
 
-    def __init__(
-        self, courier: BundleUpload, intake: UploadReceiver, loses: Callable[[], bool]
-    ) -> None:
-        self.courier, self.intake, self.loses = courier, intake, loses
+    def __init__(self, folder: Path, loses: Callable[[], bool] = lambda: False) -> None:
+        self.courier, self.intake = BundleUpload("new.orb", DATA), UploadReceiver(folder)
+        self.loses = loses
         self.now_s = 0.0
         self.answers: list[UploadStatus] = []
         self.sent = 0
@@ -80,7 +79,7 @@ def deliver(wire: Wire) -> None:
 
 
 def test_a_file_arrives_whole_and_no_more_is_under_way_than_allowed(tmp_path: Path) -> None:
-    wire = Wire(BundleUpload("new.orb", DATA), UploadReceiver(tmp_path), lambda: False)
+    wire = Wire(tmp_path)
     deliver(wire)
     assert wire.intake.whole is not None
     assert wire.intake.whole.read_bytes() == DATA
@@ -94,18 +93,14 @@ def test_a_file_arrives_whole_and_no_more_is_under_way_than_allowed(tmp_path: Pa
 def test_whatever_is_lost_on_the_way_is_sent_again(seed: int, share: float) -> None:
     draw = Random(seed)
     with tempfile.TemporaryDirectory() as folder:
-        wire = Wire(
-            BundleUpload("new.orb", DATA),
-            UploadReceiver(Path(folder)),
-            lambda: draw.random() < share,
-        )
+        wire = Wire(Path(folder), lambda: draw.random() < share)
         deliver(wire)
         assert wire.intake.whole is not None
         assert wire.intake.whole.read_bytes() == DATA
 
 
 def test_after_a_cut_it_goes_on_where_it_was_even_if_the_device_began_anew(tmp_path: Path) -> None:
-    wire = Wire(BundleUpload("new.orb", DATA), UploadReceiver(tmp_path), lambda: False)
+    wire = Wire(tmp_path)
     wire.turn(Connected(WELCOME))
     wire.turn()
     wire.turn()
@@ -230,7 +225,7 @@ def test_a_text_is_cut_between_two_characters() -> None:
 
 def test_an_orb_that_takes_it_and_never_says_how_it_went_is_given_up(tmp_path: Path) -> None:
     """As one does whose proof ends without an answer: it wants the file once more."""
-    wire = Wire(BundleUpload("new.orb", DATA), UploadReceiver(tmp_path), lambda: False)
+    wire = Wire(tmp_path)
     wire.turn(Connected(WELCOME))
     proofs = 0
     for _ in range(2000):

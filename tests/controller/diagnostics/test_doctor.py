@@ -94,7 +94,9 @@ def test_a_link_is_opened_and_closed() -> None:
         ([-0.7] * 20, False, "refused", "no_pressure_sensor"),
     ],
 )
-def test_pump_and_hose(kpa: Sequence[float], pumping: bool, problem: str, code: str) -> None:
+def test_what_the_pressure_says_of_pump_and_hose(
+    kpa: Sequence[float], pumping: bool, problem: str, code: str
+) -> None:
     samples = [PressureReading(i / 2, float(value), pumping) for i, value in enumerate(kpa)]
     assert skin_checks.air(samples, problem).code == code
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 
@@ -128,9 +129,8 @@ class Terminal:
 
 @pytest.fixture
 def terminal() -> Iterator[Terminal]:
-    made = Terminal()
-    yield made
-    made.close()
+    with closing(Terminal()) as made:
+        yield made
 
 
 @pytest.fixture
@@ -206,8 +206,7 @@ def test_an_answer_that_comes_late_does_not_stand_at_the_prompt(terminal: Termin
 
 @pytest.mark.parametrize("answers", [SPEAKS_KITTY + ANSWERED, ANSWERED])
 def test_ctrl_z_gives_the_terminal_back_until_the_program_goes_on(answers: bytes) -> None:
-    terminal = Terminal(SHELL)
-    try:
+    with closing(Terminal(SHELL)) as terminal:
         assert terminal.line() == "ready"
         terminal.sees(QUERY)
         terminal.types(answers)
@@ -229,20 +228,15 @@ def test_ctrl_z_gives_the_terminal_back_until_the_program_goes_on(answers: bytes
         assert terminal.line() == "ended by SIGINT"
         terminal.wait()
         assert terminal.attributes() == terminal.before
-    finally:
-        terminal.close()
 
 
 def test_a_dumb_terminal_is_asked_nothing() -> None:
-    terminal = Terminal(term="dumb")
-    try:
+    with closing(Terminal(term="dumb")) as terminal:
         assert terminal.line() == "ready"
         assert not select.select([terminal.screen], [], [], 0.0)[0]
         os.kill(terminal.pid, signal.SIGTERM)
         assert terminal.line() == "ended by SIGTERM"
         terminal.wait()
-    finally:
-        terminal.close()
 
 
 def test_where_there_is_no_terminal_there_are_no_keys() -> None:

@@ -171,18 +171,15 @@ def test_outside_the_window_nobody_may_pair(fake: FakeBluez, link: RfcommLink) -
     assert confirmation(fake, link) == "org.bluez.Error.Rejected"
 
 
-def test_the_window_opens_for_a_time_and_a_host_may_pair(fake: FakeBluez, link: RfcommLink) -> None:
+def test_the_window_opens_for_a_time_and_who_pairs_is_trusted(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
     link.pair(90)
     until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
     assert fake.get("/org/bluez/hci0", ADAPTER, "DiscoverableTimeout") == 90
     assert fake.get("/org/bluez/hci0", ADAPTER, "PairableTimeout") == 90
     assert fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
     assert confirmation(fake, link) == ""
-
-
-def test_a_host_that_pairs_in_the_window_is_trusted(fake: FakeBluez, link: RfcommLink) -> None:
-    link.pair(90)
-    until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
     fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
     fake.pair("AA:BB:CC:DD:EE:FF")
     until(lambda: fake.get("/org/bluez/hci0/dev_AA_BB_CC_DD_EE_FF", DEVICE, "Trusted"))

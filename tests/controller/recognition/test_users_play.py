@@ -131,7 +131,9 @@ def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> N
     assert "hold" in two.users.commands(two.mapping)
 
 
-def test_rules_of_users(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mapping_file_has_rules_for_single_people(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "home.toml"
     file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
     options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])

@@ -315,7 +315,9 @@ def test_without_space_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
-def test_the_end_is_soon(tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_hangs_is_not_waited_for_at_the_end(
+    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)

@@ -107,7 +107,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("arrays", "complaint"), WRONG)
-def test_wrong_recordings_refused(tmp_path: Path, arrays: dict[str, Any], complaint: str) -> None:
+def test_wrong_files_are_refused(tmp_path: Path, arrays: dict[str, Any], complaint: str) -> None:
     path = changed(simulated(tmp_path / "one.npz"), **arrays)
     with pytest.raises(RecordingError, match=complaint):
         reader.load(path)
