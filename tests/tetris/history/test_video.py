@@ -102,14 +102,14 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("end", "module", "lib"), [("gif", "PIL", "Pillow"), ("mp4", "av", "PyAV")]
+    ("suffix", "module", "library"), [("gif", "PIL", "Pillow"), ("mp4", "av", "PyAV")]
 )
 def test_without_its_library_a_sentence_says_what_to_install(
-    end: str, module: str, lib: str, tmp_path: Path, monkeypatch: Patch
+    suffix: str, module: str, library: str, tmp_path: Path, monkeypatch: Patch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(VideoError, match=rf"{lib}.* pip install 'orbtouch\[film\]'"):
-        list(video.export(short(), tmp_path / f"game.{end}", size=SMALL))
+    with pytest.raises(VideoError, match=rf"{library}.* pip install 'orbtouch\[film\]'"):
+        list(video.export(short(), tmp_path / f"game.{suffix}", size=SMALL))
     assert list(tmp_path.iterdir()) == []
 
 
