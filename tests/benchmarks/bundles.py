@@ -62,13 +62,8 @@ def swap(draw: random.Random, data: bytes) -> bytes:
     one, other = sorted(draw.randrange(len(data) - size) for _ in range(2))
     if other < one + size:
         return data[one:] + data[:one]
-    return (
-        data[:one]
-        + data[other : other + size]
-        + data[one + size : other]
-        + data[one : one + size]
-        + data[other + size :]
-    )
+    first, second = data[one : one + size], data[other : other + size]
+    return data[:one] + second + data[one + size : other] + first + data[other + size :]
 
 
 def insert(draw: random.Random, data: bytes) -> bytes:

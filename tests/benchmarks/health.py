@@ -15,7 +15,6 @@ metric judges. What happens:
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -29,7 +28,7 @@ from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
 from controller.simulator.orb import PRESETS, OrbModel
 from controller.simulator.virtual_orb import VirtualOrb
-from tests.support.recordings import sound
+from tests.support.recordings import drifting, sound
 
 from .results import Results, command_line, row
 
@@ -109,20 +108,6 @@ def play(
     return judge(events, answers)
 
 
-def drifting(model: OrbModel) -> OrbModel:
-    """Return an orb whose every step of drift is ten times as large as usual."""
-    parts = model.electronics
-    ten = float(np.sqrt(10.0))
-    return replace(
-        model,
-        electronics=replace(
-            parts,
-            taxel_drift=(ten * parts.taxel_drift[0], parts.taxel_drift[1] / 10),
-            common_drift=(ten * parts.common_drift[0], parts.common_drift[1] / 10),
-        ),
-    )
-
-
 Scene = Callable[[OrbModel, int, float], Score]
 
 
@@ -140,7 +125,7 @@ def _press(model: OrbModel, seed: int, minutes: float) -> Score:
 
 
 def _drift(model: OrbModel, seed: int, minutes: float) -> Score:
-    return play(drifting(model), seed, HOUR_MIN)
+    return play(drifting(model, float(np.sqrt(10.0)), 10.0), seed, HOUR_MIN)
 
 
 def _cut(lead: str) -> Scene:

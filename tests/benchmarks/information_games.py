@@ -3,9 +3,8 @@
     python -m tests.benchmarks.information_games FOLDER [--games N] [--minutes M]
 
 plays the demo on both presets, and the same player at a keyboard: the same decisions, with the same
-pauses to look, but each command a key that is held for `KEY_S` and never goes wrong (a tenth of a
-second is an assumption; nobody here has typed). Each game is a file, as `host --demo --json` would
-print it. Half an hour of play for each player takes a minute or two.
+pauses to look, but each command a key that is held for `KEY_S`, an assumption, and never goes
+wrong. Each game is a file, as of `host --demo --json`. Half an hour of play takes a minute or two.
 """
 
 import json

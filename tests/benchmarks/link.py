@@ -123,9 +123,7 @@ def trips(results: Results, wire: Wire, count: int) -> None:
                 taken[kind] += batch
                 middles[kind].append(statistics.median(batch))
     for kind, seconds in taken.items():
-        cuts = statistics.quantiles(seconds, n=100)
-        results.note(f"round_trip{kind}_p50_us", cuts[49] * 1e6, "us", preset=wire.name)
-        results.note(f"round_trip{kind}_p99_us", cuts[98] * 1e6, "us", preset=wire.name)
+        results.percentiles(f"round_trip{kind}", [1e6 * each for each in seconds], "us", wire.name)
     for kind, ratio, goal in _RATIOS:
         pairs = zip(middles[_OURS], middles[kind], strict=True)
         median = statistics.median(ours / theirs for ours, theirs in pairs)

@@ -12,7 +12,6 @@ import contextlib
 import queue
 import random
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -111,7 +110,7 @@ def hops(results: Results, count: int) -> None:
             took["guard"].append(down_us - sender.at_us)
             took["all"].append(down_us - sent_us)
     for hop, us in took.items():
-        _quantiles(results, f"command_to_key_{hop}", "paper", us)
+        results.percentiles(f"command_to_key_{hop}", [each / 1000 for each in us], "ms", "paper")
     results.note("command_to_key_lost", lost, "keys", preset="paper")
 
 
@@ -196,7 +195,7 @@ def whole(results: Results, role: str, title: str, count: int) -> None:
                 us.append(pressed.get(timeout=LOST_S) - sent_us)
             except queue.Empty:
                 lost += 1
-    _quantiles(results, "command_to_key_event", role, us)
+    results.percentiles("command_to_key_event", [each / 1000 for each in us], "ms", role)
     results.note("command_to_key_event_lost", lost, "keys", preset=role)
 
 
@@ -229,9 +228,3 @@ def _has_xlib() -> bool:
     except Exception:
         return True
     return True
-
-
-def _quantiles(results: Results, name: str, preset: str, us: list[int]) -> None:
-    cuts = statistics.quantiles(us, n=100)
-    results.note(f"{name}_p50_ms", cuts[49] / 1000, "ms", preset=preset)
-    results.note(f"{name}_p99_ms", cuts[98] / 1000, "ms", preset=preset)

@@ -146,15 +146,10 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
 
 
 def _day(
-    players: SimulatedUsers,
-    users: range,
-    labels: int,
-    tracked: bool,
-    number: int,
-    change: Change = "day",
+    who: SimulatedUsers, users: range, labels: int, tracked: bool, day: int, change: Change = "day"
 ) -> UserGestures:
     """Return one session of each."""
-    rows = ((players.session(user, number, change), 1 + user, number) for user in users)
+    rows = ((who.session(user, day, change), 1 + user, day) for user in users)
     return prepare_users(rows, labels, tracked=tracked)
 
 

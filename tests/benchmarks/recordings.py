@@ -3,9 +3,8 @@
     python -m tests.benchmarks.recordings [--recordings N] [--minutes M] [--repeats R] [--json]
 
 An hour at 10 Hz is surveyed and loaded; N recordings of M minutes, and a tenth of them, are
-surveyed and prepared for training. Times are medians (least ... greatest).
-Each figure of memory is of a process of its own: the most that it gained over what Python, NumPy
-and our modules take (Linux's VmHWM and RssAnon).
+surveyed and prepared for training. Times are medians (least ... greatest). Memory is of a process
+of its own: the most that it gained over what Python and modules take (Linux's VmHWM and RssAnon).
 """
 
 import multiprocessing
@@ -13,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -80,17 +80,12 @@ def main() -> None:
     if sys.platform != "linux":
         parser.error("only Linux tells how much memory a process has had")
     results = Results("recordings")
-
-    def note(name: str, work: Callable[[], Any]) -> None:
-        seconds = timed(work, arguments.repeats)
-        spread = {"least": min(seconds), "greatest": max(seconds)}
-        results.note(name, float(np.median(seconds)), "s", goal=GOAL_S, **spread)
-
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         [hour] = make(folder, 1, HOUR)
-        note("hour_survey", lambda: reader.survey(hour))
-        note("hour_load", lambda: reader.load(hour))
+        for name, work in (("hour_survey", reader.survey), ("hour_load", reader.load)):
+            seconds = timed(partial(work, hour), arguments.repeats)
+            results.spread(name, seconds, "s", goal=GOAL_S)
         hour.unlink()
         paths = make(folder, arguments.recordings, arguments.minutes)
         for count in (max(1, arguments.recordings // 10), arguments.recordings):

@@ -7,6 +7,7 @@ import ast
 import hashlib
 import json
 import math
+import statistics
 import sys
 from collections.abc import Iterable
 from importlib.util import find_spec
@@ -88,6 +89,17 @@ class Results:
     def note(self, name: str, value: float | str | None, unit: str = "", **more: Any) -> None:
         """Print and keep a result; `more` is what `row` takes."""
         self.keep(row(name, value, unit, **more))
+
+    def spread(self, name: str, values: list[float], unit: str, **more: Any) -> None:
+        """Print and keep the median of some values, with the least and the greatest."""
+        more |= {"least": min(values), "greatest": max(values)}
+        self.note(name, statistics.median(values), unit, **more)
+
+    def percentiles(self, name: str, values: list[float], unit: str, preset: str) -> None:
+        """Print and keep the median and the 99th percentile as NAME_pNN_UNIT."""
+        cuts = statistics.quantiles(values, n=100)
+        for percent in (50, 99):
+            self.note(f"{name}_p{percent}_{unit}", cuts[percent - 1], unit, preset=preset)
 
     def finish(self, as_json: bool, **more: Any) -> None:
         """Print the last line, JSON, if it is asked for."""

@@ -3,9 +3,8 @@
 python -m tests.benchmarks.scan [--json]
 
 Times are the emulated board's: 15 us a change of a pin and 20 us around each conversion are guesses
-for a Raspberry Pi 4 (`controller --sensor orb` tells what a scan takes there); bits and waits are
-exact.
-`python_ms` is what the driver's own Python costs on this machine, where pins and bus do nothing.
+for a Raspberry Pi 4 (`controller --sensor orb` tells what a scan takes there), bits and waits
+exact; `python_ms` is what the driver's own Python costs here, where pins and bus do nothing.
 Errors are the driver's against sixty orbs of ngspice, noise is that of one count a conversion.
 """
 

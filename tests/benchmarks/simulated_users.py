@@ -12,6 +12,7 @@ from models.data.examples import Examples, Source, prepare
 from models.data.recipe import RECIPES
 from models.data.simulate import ORB, DataSet, Given
 from models.training.user_task import UserGestures
+from tests.support.recordings import drifting
 
 # What another session differs in: in all that another day of the same orb does, in drift and noise
 # alone, in the hand alone, or in the orb with its drift and noise.
@@ -45,13 +46,7 @@ class SimulatedUsers:
         data = DataSet(self.seed, self.minutes, preset=self.preset, gestures=self.gestures)
         model = data.model()
         if not self.drifting:
-            circuit = model.electronics
-            still = replace(
-                circuit,
-                taxel_drift=(0.0, circuit.taxel_drift[1]),
-                common_drift=(0.0, circuit.common_drift[1]),
-            )
-            model = replace(model, electronics=still)
+            model = drifting(model, 0.0)
         played = data.played(Given(seeds), user, number if self.shared else 0, model)
         return Source(played.frames, played.label, played.touch)
 

@@ -10,6 +10,7 @@ grows where they need it; `online` asks for one frame at a time, as a host does.
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -81,11 +82,7 @@ def main() -> None:
     arguments = command_line(__doc__, minutes=20.0, repeats=7).parse_args()
     minutes, repeats = arguments.minutes, arguments.repeats
     results = Results("simulator")
-
-    def note(name: str, preset: str, values: list[float], goal: float | None = None) -> None:
-        spread = {"least": min(values), "greatest": max(values)}
-        middle = float(np.median(values))
-        results.note(name, middle, "frames/s", preset=preset, goal=goal, **spread)
+    note = partial(results.spread, unit="frames/s")
 
     def session(model: OrbModel, rate_hz: float = 10.0) -> Callable[[int], int]:
         length = minutes * 10.0 / rate_hz
@@ -95,20 +92,22 @@ def main() -> None:
     print(f"sessions of {minutes:g} min, {repeats} repetitions; frames per CPU second")
     for preset, one in warm.items():
         share = 100.0 * touched_share(one)
-        note("simulator_fps", preset, fps(session(PRESETS[preset]), repeats), GOAL)
+        rates = fps(session(PRESETS[preset]), repeats)
+        note("simulator_fps", rates, preset=preset, goal=GOAL)
         print(f"{'  frames touched':28} {preset:10} {share:9.0f} %")
         paths = touched_paths(PRESETS[preset], minutes)
         model = PRESETS[preset]
         rates = fps(lambda seed, m=model, p=paths: touched_only(m, p, seed), repeats)  # type: ignore[misc]
-        note("simulator_fps_touched", preset, rates)
+        note("simulator_fps_touched", rates, preset=preset)
     for side, pitch_mm in GRIDS:
         model = replace(NOMINAL, rows=side, columns=side, pitch_mm=pitch_mm)
-        note(f"simulator_fps_{side}x{side}", "nominal", fps(session(model), 3))
+        note(f"simulator_fps_{side}x{side}", fps(session(model), 3), preset="nominal")
     for rate_hz in RATES:
-        note(f"simulator_fps_{rate_hz:g}hz", "nominal", fps(session(NOMINAL, rate_hz), 3))
+        rates = fps(session(NOMINAL, rate_hz), 3)
+        note(f"simulator_fps_{rate_hz:g}hz", rates, preset="nominal")
     for fingers in (0, 1, 4):
         rates = fps(lambda seed, n=fingers: online(n, seed), repeats)  # type: ignore[misc]
-        note(f"simulator_fps_online_{fingers}", "nominal", rates)
+        note(f"simulator_fps_online_{fingers}", rates, preset="nominal")
     results.finish(arguments.json)
 
 

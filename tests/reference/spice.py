@@ -152,10 +152,7 @@ def run(circuit: str, nodes: Sequence[str]) -> tuple[Array, Array]:
         save = " ".join(f"v({node})" for node in nodes)
         deck.write_text(f"{circuit}\n.save {save}\n.end\n", encoding="ascii")
         done = subprocess.run(
-            ["ngspice", "-b", "-r", str(raw), str(deck)],
-            capture_output=True,
-            text=True,
-            check=False,
+            ["ngspice", "-b", "-r", raw, deck], capture_output=True, text=True, check=False
         )
         if done.returncode or not raw.exists():
             raise RuntimeError(f"ngspice fails: {done.stdout[-400:]}{done.stderr[-400:]}")

@@ -16,6 +16,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Final
 
+from tests.support.processes import memory_mib
+
 PATIENCE_S: Final = 120  # an upper bound: milliseconds, and the import of PyTorch once
 MEMORY: Final = 2 << 30  # bytes that a command may ask for on top of what the tests have
 
@@ -93,7 +95,8 @@ def answer(main: Callable[[list[str]], int], words: Sequence[str]) -> Answer:
     errors, output = io.StringIO(), io.StringIO()
     limits = resource.getrlimit(resource.RLIMIT_AS)
     before = signal.signal(signal.SIGALRM, late)
-    resource.setrlimit(resource.RLIMIT_AS, (_mapped() + MEMORY, limits[1]))
+    mapped = int(memory_mib("VmSize") * 2**20)  # bytes
+    resource.setrlimit(resource.RLIMIT_AS, (mapped + MEMORY, limits[1]))
     signal.alarm(PATIENCE_S)
     try:
         with redirect_stderr(errors), redirect_stdout(output):
@@ -106,9 +109,3 @@ def answer(main: Callable[[list[str]], int], words: Sequence[str]) -> Answer:
         resource.setrlimit(resource.RLIMIT_AS, limits)
         signal.signal(signal.SIGALRM, before)
     return Answer(status, errors.getvalue(), output.getvalue())
-
-
-def _mapped() -> int:
-    """Return how much memory this process has mapped, bytes."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    return pages * resource.getpagesize()

@@ -22,6 +22,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from tests.support.processes import LineProcess
+
 OUT: Final = Path("/out")
 
 
@@ -42,7 +44,7 @@ class CaseError(AssertionError):
     """Something in a case was not as it should be."""
 
 
-class Process:
+class Process(LineProcess):
     """A process whose output is kept line by line, and can be waited for."""
 
     def __init__(self, name: str, command: Sequence[str], env: dict[str, str] | None) -> None:
@@ -51,21 +53,14 @@ class Process:
         self.heard = ""  # all of it, also a question that ends no line
         self._news = threading.Condition()
         self._seen = 0
-        self.popen = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            bufsize=1,
-            env={**os.environ, **(env or {})},
-        )
+        given = {**os.environ, **(env or {})}
+        super().__init__(command, stderr=subprocess.STDOUT, env=given)
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
 
     def _read(self) -> None:
-        assert self.popen.stdout is not None
-        while data := os.read(self.popen.stdout.fileno(), 65536):
+        assert self.process.stdout is not None
+        while data := os.read(self.process.stdout.fileno(), 65536):
             text = data.decode(errors="replace")
             for line in filter(None, text.splitlines()):
                 print(f"[{_uptime():7.2f} {self.name}] {line}", flush=True)
@@ -88,26 +83,21 @@ class Process:
                         return line
                 left_s = end_s - time.monotonic()
                 if left_s <= 0 or not self._thread.is_alive():
-                    ended = f", ended with {self.popen.poll()}" if left_s > 0 else ""
+                    ended = f", ended with {self.process.poll()}" if left_s > 0 else ""
                     tail = " | ".join(self.lines[-5:])
                     raise CaseError(f"{self.name} did not say {text!r}{ended}: {tail}")
                 self._news.wait(min(left_s, 0.5))
 
-    def say(self, line: str) -> None:
-        assert self.popen.stdin is not None
-        self.popen.stdin.write(line + "\n")
-        self.popen.stdin.flush()
-
     def end(self, number: int = signal.SIGTERM, timeout_s: float = ANSWER_S) -> int:
         """Send a signal, and return the exit status."""
-        if self.popen.poll() is None:
-            self.popen.send_signal(number)
+        if self.process.poll() is None:
+            self.process.send_signal(number)
         return self.wait(timeout_s)
 
     def wait(self, timeout_s: float = ANSWER_S) -> int:
         """Return the exit status when it has ended by itself."""
         try:
-            status = self.popen.wait(timeout_s)
+            status = self.process.wait(timeout_s)
         except subprocess.TimeoutExpired:
             raise CaseError(f"{self.name} did not end within {timeout_s:g} s") from None
         self._thread.join(timeout_s)
@@ -235,9 +225,9 @@ class Guest:
     def close(self) -> None:
         """Kill what the case has started, the newest first."""
         for process in reversed(self.processes):
-            if process.popen.poll() is None:
-                process.popen.kill()
-                process.popen.wait()
+            if process.process.poll() is None:
+                process.process.kill()
+                process.process.wait()
 
 
 def _addresses() -> list[str]:
