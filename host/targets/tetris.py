@@ -50,7 +50,7 @@ _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 # What acts for as long as its key is down, or its gesture is held.
 _HELD: Final[dict[Code, Action]] = {"left": Action.LEFT, "right": Action.RIGHT, "down": Action.DOWN}
 # A tap holds for some frames longer than a key: the orb needs them to see that the finger has left.
-_LINGER_FRAMES: Final = 6
+_LINGER_FRAMES: Final = 10
 
 
 @dataclass(frozen=True, slots=True)

@@ -74,11 +74,11 @@ def test_a_held_gesture_repeats_as_a_held_key_until_it_ends() -> None:
     target = playing()
     x = target.game.piece.x
     target.tick(0.0, [said("left"), held("left")])
-    # At 10 Hz six frames are waited beside the game's own 167 ms, then every 33 ms.
-    assert set(columns(target, 0.75, 0.02)) == {x - 1}
-    assert columns(target, 0.85, 0.76)[-1] == x - 3
-    target.tick(0.86, [held()])
-    assert len(set(columns(target, 1.5, 0.87))) == 1
+    # At 10 Hz ten frames are waited beside the game's own 167 ms, then every 33 ms.
+    assert set(columns(target, 1.15, 0.02)) == {x - 1}
+    assert columns(target, 1.25, 1.16)[-1] == x - 3
+    target.tick(1.26, [held()])
+    assert len(set(columns(target, 2.0, 1.27))) == 1
 
 
 @pytest.mark.parametrize("end", [Stale(), Lost("gone"), held()])
@@ -95,9 +95,9 @@ def test_a_held_down_lowers_the_piece_fast() -> None:
     target = playing()
     target.tick(0.0, [said("down"), held("down")])
     y = target.game.piece.y
-    columns(target, 0.75, 0.02)
+    columns(target, 1.15, 0.02)
     assert y - target.game.piece.y <= 1
-    columns(target, 1.1, 0.76)
+    columns(target, 1.5, 1.16)
     assert y - target.game.piece.y > 3
 
 
