@@ -59,7 +59,7 @@ GOALS: Final = {
     "inference_ratio_ort": 0.15,
     "inference_ratio_torch": 0.12,
     "step_p99_ms": 1.0,
-    "startup_ratio": 1.2,
+    "startup_ratio": 2.2,
     "rss_mb": 70.0,
 }
 
