@@ -1,6 +1,5 @@
 """Packets, as docs/protocol.md specifies them, and what both ends of a session have in common."""
 
-import contextlib
 import struct
 import zlib
 from collections import deque
@@ -85,10 +84,14 @@ class Decoder:
         for run in runs:
             whole, skipped = self._tail + run, self._skipping
             self._tail, self._skipping = b"", False
-            if whole and not skipped:
-                # Noise, and types that this version does not know, are dropped.
-                with contextlib.suppress(*codec.BAD_BYTES):
-                    packets += filter(None, [_parse(whole, self.seal)])
+            if not whole or skipped:
+                continue
+            try:
+                packet = _parse(whole, self.seal)
+            except codec.BAD_BYTES:  # noise is dropped
+                continue
+            if packet is not None:  # so are types that this version does not know
+                packets.append(packet)
         self._tail += tail
         if self._skipping or len(self._tail) > MAX_FRAME:
             self._tail, self._skipping = b"", True
