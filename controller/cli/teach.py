@@ -138,7 +138,7 @@ def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], boo
 
 
 def _people(options: argparse.Namespace) -> Iterator[str]:
-    """Return who teaches, in order; TeachError if nobody said who, and nobody can be asked."""
+    """Return the users to teach, in order; TeachError if none is named and no terminal can ask."""
     names = options.user.split(",") if options.user else []
     if options.protocol != protocols.USERS:
         if len(names) > 1:

@@ -106,7 +106,7 @@ class OrbState:
             self.trace.append((now_s, float(np.sqrt(np.mean(self.felt**2)))))
         if len(message.probabilities) == len(self._target):
             self._target = np.asarray(message.probabilities, np.float32)
-            if message.ready and self.trace:
+            if self.welcome and message.ready and self.trace:
                 level = self.trace[-1][1]
                 reason = self._touches.step(level, self._target, message.gesture, now_s)
                 self.unanswered = (reason, now_s) if reason else self.unanswered

@@ -27,7 +27,7 @@ class UnansweredTouches:
     def __init__(self, labels: Sequence[str]) -> None:
         """Begin untouched; "null" is the first label."""
         self._labels = labels
-        self._rest = 0.0
+        self._rest: float | None = None  # level at rest
         self._last_s: float | None = None
         self._begun_s: float | None = None  # of the touch under way, or just over
         self._ended_s: float | None = None
@@ -48,12 +48,15 @@ class UnansweredTouches:
         """
         passed_s = 0.0 if self._last_s is None else now_s - self._last_s
         self._last_s = now_s
-        times, more = _FALL if self._begun_s is not None else _RISE
-        if self._rest and deviation > times * self._rest + more:
-            if self._begun_s is None or self._ended_s is not None:
+        under_way = self._begun_s is not None and self._ended_s is None
+        times, more = _FALL if under_way else _RISE
+        if self._rest is not None and deviation > times * self._rest + more:
+            if not under_way:
                 self._begin(now_s)
+        elif self._rest is None:
+            self._rest = deviation
         elif self._begun_s is None:
-            share = min(1.0, passed_s / _REST_S) if self._rest else 1.0
+            share = min(1.0, passed_s / _REST_S)
             self._rest += share * (deviation - self._rest)
         elif self._ended_s is None:
             self._ended_s = now_s

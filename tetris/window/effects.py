@@ -1,4 +1,4 @@
-"""What an event looks like: light on the board, and words beside it ("T-spin double", "+1,200")."""
+"""Effects of events: light on the board, and words beside it ("T-spin double", "+1,200")."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence

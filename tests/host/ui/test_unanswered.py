@@ -1,4 +1,4 @@
-"""Why a touch gave no command, as the panel says it."""
+"""Reasons for touches without a command, as the panel says them."""
 
 import numpy as np
 import pytest
@@ -49,6 +49,24 @@ def test_a_touch_without_a_command_has_a_reason(touch: Share, frames: int, reaso
 def test_a_touch_that_is_answered_even_a_little_late_has_none() -> None:
     assert reasons(shares(0.2, press=0.8), 4, answered=True) == []
     assert reasons(shares(0.0, press=1.0), 20, held="press") == []
+
+
+def test_the_dome_that_springs_back_after_a_command_is_no_second_touch() -> None:
+    """Between the levels at which a touch ends and begins there is neither."""
+    watch, said = UnansweredTouches(LABELS), []
+    levels = [REST] * 40 + [TOUCHED] * 10 + [0.022, 0.024] * 10 + [REST] * 20
+    for frame, level in enumerate(levels):
+        pressed = level == TOUCHED
+        probabilities = shares(0.0, press=1.0) if pressed else shares(1.0)
+        said.append(watch.step(level, probabilities, "press" if pressed else "", frame * FRAME_S))
+    assert not any(said)
+
+
+def test_an_orb_without_any_noise_is_watched_too() -> None:
+    watch, touch = UnansweredTouches(LABELS), shares(0.8, press=0.2)
+    levels = [0.0] * 10 + [TOUCHED] * 20 + [0.0] * 20
+    said = [watch.step(level, touch, "", i * FRAME_S) for i, level in enumerate(levels)]
+    assert [reason for reason in said if reason] == ["too light: press a little more firmly"]
 
 
 def test_rest_is_no_touch_on_a_noisy_orb_either() -> None:
