@@ -28,6 +28,8 @@ from host.window_loop import save, window
 from tetris.engine.events import Locked
 
 TICKS_PER_S: Final = 60
+QUICK: Final = ("--sensor", "virtual:quick=1")  # a nominal orb understands the quickest hand
+_CHOSEN: Final = ("--sensor", "--preset", "--bundle", "--rate")  # by the user: the hand is calm
 DRAW_EVERY: Final = 4  # ticks per picture when time is not real
 ANSWER_S: Final = 5.0  # an orb that takes longer for a tick has died
 
@@ -105,7 +107,8 @@ class Demo:
         self.seed, self.seconds = seed, seconds
         self.tick_number = 0
         self._player = Autoplayer(seed, seconds)
-        self._device = VirtualOrbProcess(seed, orb_options)
+        chosen = any(word.partition("=")[0] in _CHOSEN for word in orb_options)
+        self._device = VirtualOrbProcess(seed, orb_options if chosen else (*QUICK, *orb_options))
         opened = self._device.open if link is None else lambda: open_transport(link)
         self._receiver = Receiver(opened, token=self._device.token, granted=True)
 

@@ -73,7 +73,7 @@ def correct(
         left = _corrections(store.path(store.take_back().current))
         return f"taken back ({left} left)"
     before = store.record().current
-    path = store.path(before)
+    path = store.path(before, rate_hz)
     count = _corrections(path)
     if count >= MOST:
         raise AdaptError(

@@ -25,7 +25,10 @@ WHOLE: Final = 0.5  # of the firmest of several touches: a weaker one is noise
 LEAST: Final = 2.5  # least ratio of a touch's energy to the deviation of idle frames
 STILL: Final = 0.2  # share of an example's frames that are surely untouched
 TELLING: Final = 0.8  # of a touch: before this share it is ambiguous, and counts less
+VAGUE: Final = 0.4  # of a touch: before this share it may begin like another, and does not count
+SLOW: Final = 20  # images: shorter windows show so few of a touch that all count
 CLEAR: Final = 0.05  # of a frame: closer to an edge, the class of a window is ambiguous
+WINDOWS: Final = 10  # that a window's length of a variation gives: neighbours are nearly the same
 PACE: Final = 0.2  # standard deviation of the logarithm of duration
 GAIN: Final = 0.2  # and of strength
 OFFSET: Final = 0.004  # standard deviation of the baseline error, z
@@ -118,7 +121,7 @@ def vary(
     before = np.repeat(example.images[:1], window - 1, axis=0)  # rest before the example
     images = np.concatenate([before, example.images]).astype(np.float32)
     span = (example.span[0] + window - 1, example.span[1] + window - 1)
-    square = images.shape[1] == images.shape[2]
+    square, vague = images.shape[1] == images.shape[2], VAGUE if window >= SLOW else 0.0
     turns = [k for k in TURNS[example.rotations] if square or k % 2 == 0]
     for number in range(copies):
         seen, (begin, end) = (images, span)
@@ -126,15 +129,23 @@ def vary(
             seen, at = paced(images, rng)
             begin, end = ((edge - at[0]) / (at[1] - at[0]) for edge in span)
             seen = vary_images(_turned(seen, turns, rng, mirrored=example.mirrored), rng)
-        last = np.arange(window - 1, len(seen))
+        last = thinned(np.arange(window - 1, len(seen)), window, number, rng)
         clear = np.minimum(np.abs(last - begin), np.abs(last - end)) > CLEAR
         last = last[clear]
         cut = seen[last[:, None] + np.arange(1 - window, 1)]
         made.append(cut.astype(np.float32))
-        telling = np.clip((last - begin) / (TELLING * (end - begin)), 0.0, 1.0)
+        telling = np.clip(((last - begin) / (end - begin) - vague) / (TELLING - vague), 0.0, 1.0)
         within = (last >= begin) & (last < end)
         inside.append(np.where(within, telling, -1.0).astype(np.float32))
     return np.concatenate(made), np.concatenate(inside)
+
+
+def thinned(
+    last: NDArray[np.int64], window: int, copy: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Return some of the last frames of windows, (n,), of a copy's from a random one on."""
+    every = max(1, window // WINDOWS)
+    return last[rng.integers(every) if copy and every > 1 else 0 :: every]
 
 
 def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.float64]]:
@@ -143,17 +154,17 @@ def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.
     count = max(2, int((len(images) - 1) * longer))
     at = (rng.uniform(0.0, 1.0) + np.arange(count)) / longer
     at = np.minimum(at, len(images) - 1.0 - 1e-6 * np.arange(count, 0, -1))
+    return between(images, at), at
+
+
+def between(images: Images, at: NDArray[np.float64]) -> Images:
+    """Return images between others, at places (n,), by a cubic Catmull-Rom spline.
+
+    Linear interpolation would lower the peak of a touch of three images. Source: Catmull and Rom
+    1974.
+    """
     low = np.minimum(at.astype(np.intp), len(images) - 2)
     part = (at - low).astype(np.float32)[:, None, None]
-    return _between(images, low, part), at
-
-
-def _between(images: Images, low: NDArray[np.intp], part: NDArray[np.float32]) -> Images:
-    """Return images between others by a cubic Catmull-Rom spline (Catmull and Rom 1974).
-
-    Linear interpolation would lower the peak of a touch of three images. `low` is the image before
-    each place, (n,), and `part` the way from there to the next one, 0 to 1, (n, 1, 1).
-    """
     here, there = images[low], images[low + 1]
     slope = 0.5 * (there - images[np.maximum(low - 1, 0)])
     later = 0.5 * (images[np.minimum(low + 2, len(images) - 1)] - here)

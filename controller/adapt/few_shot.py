@@ -1,7 +1,7 @@
 """Few-shot learning: extend a bundle's gesture networks by examples."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,7 +10,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller import errors
-from controller.adapt import head, rehearsal
+from controller.adapt import head, patience, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
@@ -19,6 +19,7 @@ from controller.bundles import users_table
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
 from controller.errors import TroubleError
+from controller.recognition.debounce import DebounceSettings
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
@@ -43,6 +44,8 @@ class AdaptedBundle:
     manifest: bytes  # its bundle.toml
     parts: Mapping[str, bytes]  # its other parts, for `controller.bundles.bundle.write`
     kept: float  # share of the rehearsed gestures whose class is unchanged
+    # when its gestures fire; older ones may wait for a taught one
+    debounce: DebounceSettings = field(default_factory=DebounceSettings)
 
     def write(self, path: Path) -> None:
         """Write the bundle atomically; BundleError if it could not be read, OSError."""
@@ -95,6 +98,12 @@ def teach(
             shares.append(share)
         content[part] = model
         outputs[user] = _run(model, inputs)
+    streams: dict[str, list[NDArray[np.float32]]] = {label: [] for label in new}
+    for one in fresh:
+        if one.label in streams:
+            streams[one.label].append(_stream(content[GESTURE], one, loaded.window))
+    debounce = patience.patient(loaded.debounce, labels, streams, loaded.rate_hz)
+    table["debounce"] = asdict(debounce)
     table["labels"] = list(labels)
     if command is not None:
         for label in new:
@@ -109,7 +118,7 @@ def teach(
         content.setdefault(users_table.NETWORK, b"")
     content[bundles.GOLDEN] = golden.pack()
     content[rehearsal.PART] = replace(known, base=base).pack()
-    return AdaptedBundle(tomli_w.dumps(table).encode(), content, min(shares))
+    return AdaptedBundle(tomli_w.dumps(table).encode(), content, min(shares), debounce)
 
 
 @dataclass(frozen=True)
@@ -244,6 +253,14 @@ def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
         windows, inside = vary(one, window, 1, rng)
         found.append(windows[inside >= 0.0][-GOLDEN_EACH:])
     return found
+
+
+def _stream(model: bytes, one: Example, window: int) -> NDArray[np.float32]:
+    """Return a network's probabilities for each frame of an example, (frames, classes)."""
+    before = np.repeat(one.images[:1], window - 1, axis=0)
+    images = np.concatenate([before, one.images]).astype(np.float32)
+    ends = np.arange(window - 1, len(images))
+    return _run(model, images[ends[:, None] + np.arange(1 - window, 1)])
 
 
 def _run(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.adapt.examples import TURNS, Example, paced, vary_images
+from controller.adapt.examples import TURNS, Example, between, paced, thinned, vary_images
 from controller.bundles.bundle import REHEARSAL, Bundle
 
 PART: Final = REHEARSAL
@@ -31,6 +31,7 @@ STEPS_PER_Z: Final = 200.0
 UNTOUCHED: Final = 128
 MAX_BYTES: Final = 8 << 20
 UNCLEAR: Final = -1
+_MOST_PACE: Final = 1000
 
 ImageBytes = NDArray[np.uint8]  # (frames, rows, columns)
 
@@ -43,12 +44,15 @@ class RehearsalError(ValueError):
 class Rehearsal:
     """Rehearsal data."""
 
-    images: ImageBytes  # (frames, rows, columns), as bytes
+    images: ImageBytes  # (frames, rows, columns), as bytes: each the mean of `pace` of the sensor's
     label: NDArray[np.int8]  # class of each frame, -1 unclear, (frames,)
     first: NDArray[np.bool_]  # whether a segment begins, (frames,)
     taught: tuple[Example, ...] = ()  # examples since the training
     # units and classes of each extended network when it was trained, by part
     base: dict[str, tuple[int, int]] = field(default_factory=dict)
+    pace: int = 1  # frames of the sensor that an image is the mean of
+    # standard deviation of these frames about it, z, (segments,); none if `pace` is 1
+    noise: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
 
     def windows(
         self, window: int, copies: int, rng: np.random.Generator
@@ -64,11 +68,13 @@ class Rehearsal:
         touches: list[NDArray[np.int64]] = []
         count = 0
         for copy in range(copies):
-            for first, end in itertools.pairwise(segments):
+            for number, (first, end) in enumerate(itertools.pairwise(segments)):
                 seen, named = images[first:end], label[first:end]
-                if copy and end - first > window:
+                if self.pace > 1:
+                    seen, named = self._frames(seen, named, self.noise[number], rng)
+                if copy and len(seen) > window:
                     seen, named = varied(seen, named, rng)
-                last = np.arange(window - 1, len(seen))
+                last = thinned(np.arange(window - 1, len(seen)), window, copy, rng)
                 last = last[named[last] != UNCLEAR]
                 kind = named[last].astype(np.int64)
                 touched = kind > 0
@@ -77,6 +83,22 @@ class Rehearsal:
                 touches.append(np.where(touched, count + np.cumsum(begins) - 1, -1))
                 count += int(begins.sum())
         return np.concatenate(windows), np.concatenate(touches)
+
+    def _frames(
+        self,
+        images: NDArray[np.float32],
+        label: NDArray[np.int8],
+        noise: np.float32,
+        rng: np.random.Generator,
+    ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
+        """Return frames, (pace × n, rows, columns), as the sensor gave them, and their labels.
+
+        They lie between the images, (n, rows, columns), and are as noisy as its were.
+        """
+        at = (np.arange(self.pace * len(images)) - (self.pace - 1) / 2) / self.pace
+        seen = between(images, np.clip(at, 0.0, len(images) - 1.001))
+        seen += noise * rng.standard_normal(seen.shape, dtype=np.float32)
+        return seen, np.repeat(label, self.pace)
 
     def pack(self) -> bytes:
         """Return the part."""
@@ -97,6 +119,8 @@ class Rehearsal:
             "taught_mirror": np.array([one.mirrored for one in examples], dtype=np.bool_),
             "base": np.array(list(self.base.values()), dtype=np.int32).reshape(-1, 2),
             "networks": np.array(list(self.base), dtype="U60"),
+            "pace": np.array([self.pace], dtype=np.int32),
+            "noise": self.noise,
         }
         return npz.pack(arrays)
 
@@ -121,7 +145,9 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
         str(name): (int(hidden), int(known))
         for name, (hidden, known) in zip(a["networks"], a["base"], strict=True)
     }
-    return Rehearsal(a["images"], a["label"], a["first"], kept, base)
+    pace = int(a["pace"][0]) if "pace" in a else 1
+    noise = a["noise"] if pace > 1 else np.zeros(0, dtype=np.float32)
+    return Rehearsal(a["images"], a["label"], a["first"], kept, base, pace, noise)
 
 
 def _fits(a: npz.Arrays, grid: tuple[int, int], classes: int) -> bool:
@@ -142,9 +168,19 @@ def _fits(a: npz.Arrays, grid: tuple[int, int], classes: int) -> bool:
             and bool((a["taught_frames"] > 0).all())
             and bool(np.isfinite(a["taught_span"]).all())
             and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
+            and ("pace" not in a or _paced(a["pace"], a["noise"], int(a["first"].sum())))
         )
     except (KeyError, TypeError):
         return False
+
+
+def _paced(pace: NDArray[Any], noise: NDArray[Any], segments: int) -> bool:
+    """Return whether arrays have a pace, (1,), and the noise of each segment, if any is needed."""
+    if pace.dtype != np.int32 or pace.shape != (1,) or not 1 <= pace[0] <= _MOST_PACE:
+        return False
+    wanted = (segments if pace[0] > 1 else 0,)
+    sound = noise.dtype == np.float32 and noise.shape == wanted
+    return sound and bool(((noise >= 0.0) & (noise < 1.0)).all())
 
 
 def varied(

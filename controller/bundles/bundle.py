@@ -26,7 +26,7 @@ from controller.errors import UserError, one_line, reason
 from controller.files import atomic_write, read_bytes
 from controller.npz import DAMAGE, ZipError, open_zip
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.pipeline import PipelineSettings
@@ -35,6 +35,8 @@ from controller.recognition.user_id import NO_USERS, Users
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
+USUAL, SLOW = "orbtouch.orb", "orbtouch-10hz.orb"  # those that ship, in the package `models`
+SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
 MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 REHEARSAL = "rehearsal.npz"  # optional: training data against forgetting, for few-shot learning
@@ -112,12 +114,16 @@ class Bundle(BundleSettings):
         return bool(self.user_onnx)
 
 
-def default_path() -> Path:
-    """Return the path of the shipped bundle."""
+def default_path(rate_hz: float | None = None) -> Path:
+    """Return the path of the shipped bundle for so many frames per second.
+
+    It is the usual one, which is for 40 Hz, if no rate is given or none ships for it.
+    """
     models = find_spec("models")  # located without an import: it is another package
     assert models is not None
     assert models.origin is not None
-    return Path(models.origin).with_name("orbtouch.orb")
+    slow = rate_hz is not None and same_rate(rate_hz, SLOW_HZ)
+    return Path(models.origin).with_name(SLOW if slow else USUAL)
 
 
 def read(path: Path) -> Bundle:
@@ -222,6 +228,9 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     located, identified = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
     try:
         plain = _settings(table)
+        waiting = (*plain.debounce.patient, *plain.debounce.awaited)
+        if odd := [label for label in waiting if label not in plain.labels[1:]]:
+            raise BundleError(f"lets a gesture {odd[0]!r} wait that it does not have")
         if not isinstance(rules := table.get("mapping"), dict):
             raise BundleError("has no table [mapping] in its manifest")
         mapping = parse_mapping(rules, plain.labels)

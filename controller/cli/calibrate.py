@@ -35,7 +35,7 @@ def main(argv: Sequence[str]) -> int:
         verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
         made = datetime.now(UTC).isoformat(timespec="seconds")
         kept = None if rest is None else calibration_store.save(
-            Calibration(sensor.device_id, rest, idle, made, verdict)
+            Calibration(sensor.device_id, rest, idle, made, verdict, sensor.rate_hz)
         )  # fmt: skip
     finally:
         sensor.close()

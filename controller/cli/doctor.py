@@ -24,10 +24,9 @@ from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFing
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorError
+from controller.sensors.base import RATE_HZ, Sensor, SensorError
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
-RATE_HZ: Final = 10.0  # paper, section 4.1
 
 
 def main(argv: Sequence[str]) -> int:
@@ -100,7 +99,7 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
     except SensorError:
         return  # the sensor cannot be opened, which another row reports
     try:
-        yield from wiring_checks.judge(measurements.measure(board), RATE_HZ)
+        yield from wiring_checks.judge(measurements.measure(board), bundles.SLOW_HZ)
     finally:
         board.close()
 
@@ -123,9 +122,16 @@ def sensor_rows(
         if isinstance(measured, Row):
             yield measured  # and nothing else can be read
             return
-        found = wiring_checks.WiringChecks(measured, sensor.rate_hz)
+        found = wiring_checks.WiringChecks(measured, bundles.SLOW_HZ)
         yield from found.faults
         yield from found.sound()
+        if bundles.SLOW_HZ <= sensor.rate_hz < RATE_HZ:
+            yield Row(
+                "scan", Verdict.DOUBTFUL,
+                f"takes {1e3 * measured.scan_s:.0f} ms, so frames come at {sensor.rate_hz:g} Hz "
+                f"instead of {RATE_HZ:g}",
+                'Shorten [times] of the wiring, or scan with scheme = "column".', "slow",
+            )  # fmt: skip
         bad |= found.bad
     watch = FrameReader(sensor)
     try:

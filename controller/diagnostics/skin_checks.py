@@ -35,7 +35,9 @@ _PUMPED_S: Final = 2.0  # of pumping that tell whether it works
 _USUAL_PF: Final = (15.0, 120.0)
 _SETTLES_S: Final = 2.0  # at most, until the first second is still
 _MOVES_S: Final = 0.3  # so long something has to be felt
-_NOISY: Final = 0.09  # mean |z - 1|; a preset as noisy as the paper's figures imply has 0.05
+# Mean |z - 1| at 10 Hz; shorter scans are noisier. A preset as noisy as the paper's figures imply
+# has 0.05.
+_NOISY: Final = 0.09
 # Of 400 simulated orbs that were never calibrated 1.5 % look so much like pressed ones, and none
 # beyond the second; of 400 that a finger presses 8 mm deep 75 % and 38 % do.
 _LIKELY, _CERTAIN = 3.5, 4.5
@@ -200,7 +202,7 @@ def calibrate(
     sure, place = _guess(rest, lost) if known is None else _lies(rest, lost, known)
     if sure > _CERTAIN and not anyway:
         return [_touched(f"something seems to lie on it, near {place}")], None, 0.0
-    rows = list(_doubts(frames, lost, idle))
+    rows = list(_doubts(frames, lost, idle, rate_hz))
     if sure > _LIKELY:
         advice = "If so, take it off and calibrate again."
         words = f"something may lie on it, near {place}"
@@ -251,13 +253,13 @@ def _deviation(image: Frame, lost: Mask) -> NDArray[np.float64]:
     return TaxelInterpolator(*change.shape).fill(change, lost) if lost.any() else change
 
 
-def _doubts(frames: Frames, lost: Mask, idle: float) -> list[Row]:
+def _doubts(frames: Frames, lost: Mask, idle: float, rate_hz: float) -> list[Row]:
     """Return doubts about a usable sensor."""
     rows = []
     if lost.any():
         words = f"{taxel_names(lost)}: no signal; play goes on without"
         rows.append(Row("leads", Verdict.DOUBTFUL, words, "Run: controller doctor", "leads"))
-    if idle > _NOISY:
+    if idle > _NOISY * np.sqrt(rate_hz / 10.0):
         words = f"readings scatter by {100 * idle:.0f} %"
         rows.append(Row("noise", Verdict.DOUBTFUL, words, "Run: controller doctor", "noise"))
     if moved := _drift(frames, lost, idle):

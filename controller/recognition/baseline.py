@@ -153,7 +153,7 @@ class BaselineTracker:
         """
         rest = self.image
         assert rest is not None
-        level = NO_LEAD * float(rest.mean())
+        level = NO_LEAD * drift.mean_of(rest)
         back = lost & (values > level)
         rest[back] = self._recent[back] = values[back]
         return np.where(lost, rest, values)
@@ -178,7 +178,7 @@ class BaselineTracker:
             self._steady_run = 0
             if self._quiet_run > self._settle:
                 hidden = self._soft and gate > 2.0 * self.settings.gate
-                pace = _WARY if hidden and 1.0 - float(image.mean()) > _LOW * gate else 1.0
+                pace = _WARY if hidden and 1.0 - drift.mean_of(image) > _LOW * gate else 1.0
                 rest += pace * max(self._follow, 1.0 / (self.seen + 1)) * (values - rest)
                 self.idle += pace * 0.2 * self._follow * (deviation - self.idle)
                 self.seen += 1
@@ -335,7 +335,7 @@ class Rebaseline:
 
 def _difference(one: Reading, other: Reading, settings: PreprocessSettings) -> float:
     """Return the difference of two frames, (rows, columns): mean |z - 1| of one by the other."""
-    return float(np.abs(z_image(one, other, settings) - 1.0).mean())
+    return drift.mean_of(np.abs(z_image(one, other, settings) - 1.0))
 
 
 def _still_frames(settings: PreprocessSettings) -> int:

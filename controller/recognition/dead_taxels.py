@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.drift import TOUCHED, tone
+from controller.recognition.drift import TOUCHED, mean_of, tone
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Mask = NDArray[np.bool_]  # (rows, columns)
@@ -47,7 +47,7 @@ def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray
         frame: One scan or several, (..., rows, columns), picofarads.
         rest: The untouched sensor, (rows, columns), same unit.
     """
-    return np.asarray(~(np.minimum(frame, rest) > NO_LEAD * float(rest.mean())))
+    return np.asarray(~(np.minimum(frame, rest) > NO_LEAD * mean_of(rest)))
 
 
 class TaxelInterpolator:
@@ -143,7 +143,7 @@ class ResponseMonitor:
 
     def _judge(self) -> None:
         dead = self.evidence[2] > 0.0
-        self.dead = dead if 0.0 < dead.mean() <= MOST else None
+        self.dead = dead if 0.0 < float(dead.mean()) <= MOST else None
 
 
 def response_slope(along: NDArray[np.float64], felt: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,13 +3,17 @@
 A touch begins when the smoothed probability of all gestures together reaches `off`, and ends when
 it falls below. In a touch one gesture fires, at the first of these moments:
 
-- its smoothed probability reaches `on`: the evidence is clear;
-- the touch has lasted `wait_s`, and the probability reaches `late`: the bound on waiting;
+- its smoothed probability reaches a bound that falls from `on` to `late` in the touch's first
+  `wait_s`: early evidence must be clearer, since gestures begin alike;
 - the touch ends and it was the most probable one, at least `least` at its height and
   `brief_s` long in all (its probabilities, added over time): a tap too short for the first.
 
-Sequential decisions of this kind go back to Wald's test: answer early where the evidence is clear,
-wait where it is not. The paper names a debouncing filter (section 5) without describing it.
+A taught gesture may begin like an older one, as a double tap like a press. Then the older one, if
+`patient`, waits for `patience_s` whether an `awaited` one follows, which takes its place.
+
+Sequential decisions of this kind go back to Wald's test, with a bound that collapses over time:
+answer early where the evidence is clear, wait where it is not, but not for ever. The paper names a
+debouncing filter (section 5) without describing it.
 
 `Debouncer` takes one frame at a time, as the device does. `smooth` and `fire` are the same for a
 whole recording, so that many settings can be compared; a test compares both.
@@ -35,21 +39,27 @@ class DebounceSettings:
 
     Attributes:
         smoothing: Weight of the newest probabilities in the running mean, above 0, at most 1.
-        on: Smoothed probability at which a gesture fires.
+        on: Smoothed probability at which a gesture fires as a touch begins; above 1: none does.
         off: Smoothed probability of all gestures together at which a touch begins and ends.
-        wait_s: Time in a touch after which `late` is enough; 0: never.
-        late: Smoothed probability at which a gesture fires then.
+        wait_s: Time in a touch after which `late` is enough; 0: `on` stays.
+        late: Smoothed probability at which a gesture fires from then on.
         least: Greatest smoothed probability in a touch that suffices at its end; above 1: none.
         brief_s: Least sum of the gesture's smoothed probabilities over the time of that touch.
+        patient: Labels that wait for an awaited one.
+        awaited: Labels that may begin like those.
+        patience_s: How long they wait.
     """
 
     smoothing: float = field(default=0.4, metadata={"range": (0.01, 1.0)})
-    on: float = field(default=0.8, metadata={"range": (0.0, 1.0)})
+    on: float = field(default=0.8, metadata={"range": (0.0, 2.0)})
     off: float = field(default=0.35, metadata={"range": (0.0, 1.0)})
     wait_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     late: float = field(default=1.0, metadata={"range": (0.0, 1.0)})
     least: float = field(default=2.0, metadata={"range": (0.0, 2.0)})
     brief_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
+    patient: tuple[str, ...] = ()
+    awaited: tuple[str, ...] = ()
+    patience_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
 
 
 class Debouncer:
@@ -74,6 +84,10 @@ class Debouncer:
         self._sum = np.zeros(len(self.labels))  # of the means in a touch without an answer
         self._peak = np.zeros(len(self.labels))  # greatest of them
         self._frames = 0  # of that touch
+        self._patient = {self.labels.index(one) for one in settings.patient}
+        self._awaited = {self.labels.index(one) for one in settings.awaited}
+        self._queue: list[tuple[int, int]] = []  # classes that wait, and for how many frames
+        self._here = False  # the last of them is of the present touch
 
     @property
     def held(self) -> str:
@@ -92,18 +106,8 @@ class Debouncer:
                 "the network and its labels belong to different bundles"
             )
         self._mean += self.settings.smoothing * (probabilities - self._mean)
-        if 1.0 - self._mean[NULL] < self.settings.off:
-            return self._end()
-        if self._held != NULL:
-            return None
-        self._frames += 1
-        self._sum += self._mean
-        np.maximum(self._peak, self._mean, out=self._peak)
-        best = NULL + 1 + int(np.argmax(self._mean[NULL + 1 :]))
-        if self._mean[best] < self._needed():
-            return None
-        self._held = best
-        return self.labels[best]
+        fired = self._decide(self._mean)
+        return self.labels[fired] if fired != NULL else None
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
@@ -113,6 +117,8 @@ class Debouncer:
             "sum": self._sum.copy(),
             "peak": self._peak.copy(),
             "frames": np.array([self._frames], dtype=np.float64),
+            "queue": np.array(self._queue, dtype=np.float64).reshape(-1, 2),
+            "here": np.array([self._here], dtype=np.float64),
         }
 
     def restore(self, state: State) -> None:
@@ -120,25 +126,73 @@ class Debouncer:
         self._mean = state["mean"].copy()
         self._held = int(state["held"][0])
         self._sum, self._peak = state["sum"].copy(), state["peak"].copy()
-        self._frames = int(state["frames"][0])
+        self._frames, self._here = int(state["frames"][0]), bool(state["here"][0])
+        waiting = ((int(kind), int(age)) for kind, age in state["queue"])
+        self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
+
+    def _decide(self, mean: NDArray[np.float64]) -> int:
+        """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
+        touched = bool(1.0 - mean[NULL] >= self.settings.off)
+        found = self._in_touch(mean) if touched else self._end()
+        return self._waited(found, touched=touched) if self._patient else found
+
+    def _in_touch(self, mean: NDArray[np.float64]) -> int:
+        """Return the class that a frame of a touch decides for, mean (classes,), or NULL."""
+        if self._held != NULL:
+            return NULL
+        self._frames += 1
+        self._sum += mean
+        np.maximum(self._peak, mean, out=self._peak)
+        best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
+        if mean[best] < self._needed() or (self._here and best not in self._awaited):
+            return NULL
+        if best in self._patient:
+            self._here = True
+        else:
+            self._held = best
+        return best
+
+    def _waited(self, found: int, *, touched: bool) -> int:
+        """Return the class that fires after waiting, or NULL; `found` was decided for now."""
+        self._queue = [(kind, age + 1) for kind, age in self._queue]
+        if found in self._awaited and self._queue and self._queue[-1][0] in self._patient:
+            self._queue.pop()
+            self._here = False
+        if found != NULL:
+            self._queue.append((found, 0))
+        if not self._queue:
+            return NULL
+        kind, age = self._queue[0]
+        if len(self._queue) == 1 and kind in self._patient:
+            waiting_s = age / self._rate_hz
+            undecided = touched and self._held == NULL and not self._here
+            if waiting_s < self.settings.patience_s * (2.0 if undecided else 1.0):
+                return NULL
+            if self._here:
+                self._held, self._here = kind, False
+        self._queue.pop(0)
+        return kind
 
     def _needed(self) -> float:
         """Return the smoothed probability at which a gesture fires in this frame of a touch."""
-        wait_s = self.settings.wait_s
-        late = wait_s > 0.0 and self._frames / self._rate_hz > wait_s
-        return min(self.settings.on, self.settings.late) if late else self.settings.on
+        settings = self.settings
+        if settings.wait_s == 0.0:
+            return settings.on
+        share = min(1.0, self._frames / self._rate_hz / settings.wait_s)
+        return settings.on + (settings.late - settings.on) * share
 
-    def _end(self) -> str | None:
-        """End a touch, if there is one; return the gesture that it was after all, if any."""
+    def _end(self) -> int:
+        """End a touch, if there is one; return the class that it was after all, or NULL."""
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
         enough = (
             self._held == NULL
+            and not self._here
             and self._peak[best] >= self.settings.least
             and self._sum[best] / self._rate_hz >= self.settings.brief_s
         )
-        self._held, self._frames = NULL, 0
+        self._held, self._frames, self._here = NULL, 0, False
         self._sum[:], self._peak[:] = 0.0, 0.0
-        return self.labels[best] if enough else None
+        return best if enough else NULL
 
 
 def smooth(probabilities: Probabilities, smoothing: float) -> Means:
@@ -154,14 +208,24 @@ def smooth(probabilities: Probabilities, smoothing: float) -> Means:
     return means
 
 
-def fire(means: Means, settings: DebounceSettings, rate_hz: float = 10.0) -> list[tuple[int, int]]:
+def fire(
+    means: Means,
+    settings: DebounceSettings,
+    rate_hz: float = 10.0,
+    labels: Sequence[str] = (),
+) -> list[tuple[int, int]]:
     """Return the frame and the class of every gesture that `Debouncer` fires.
 
     Args:
         means: What `smooth` returns for the settings' smoothing, (frames, classes).
         settings: When a gesture fires.
         rate_hz: Frames per second.
+        labels: The classes, "null" first; only for settings with patient ones.
     """
+    if settings.patient:
+        stage = Debouncer(labels, settings, rate_hz)
+        steps = ((frame, stage._decide(mean)) for frame, mean in enumerate(means))
+        return [(frame, kind) for frame, kind in steps if kind != NULL]
     gestures = means[:, NULL + 1 :]
     best = gestures.argmax(axis=1)
     height = gestures[np.arange(len(means)), best]
@@ -169,12 +233,13 @@ def fire(means: Means, settings: DebounceSettings, rate_hz: float = 10.0) -> lis
     begins, ends = np.flatnonzero(np.diff(touched.astype(np.int8))).reshape(-1, 2).T
     if not len(begins):
         return []
-    sure = height >= settings.on
+    needed: float | NDArray[np.float64] = settings.on
     if settings.wait_s > 0.0:
         frame = np.arange(len(means))
         since = frame - begins[np.maximum(np.searchsorted(begins, frame, side="right") - 1, 0)] + 1
-        sure |= (since / rate_hz > settings.wait_s) & (height >= settings.late)
-    at = np.flatnonzero(sure)
+        share = np.minimum(1.0, since / rate_hz / settings.wait_s)
+        needed = settings.on + (settings.late - settings.on) * share
+    at = np.flatnonzero(height >= needed)
     first = np.append(at, len(means))[np.searchsorted(at, begins)]
     fired = [(int(f), NULL + 1 + int(best[f])) for f in first[first < ends]]
     if settings.least <= 1.0:

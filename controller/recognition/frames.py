@@ -1,7 +1,7 @@
 """Frames and images: their types, the settings of preprocessing, and z = C / C0."""
 
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
 Window = NDArray[np.float32]  # (images, rows, columns), oldest first
 State = dict[str, NDArray[np.float64]]  # state of a stage, by name
 Normalise = Literal["ratio", "difference"]
+
+_RATE_TOLERANCE: Final = 0.02  # greatest relative difference between the rates of data and network
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,11 @@ class PreprocessSettings:
                 f"normalise {self.normalise!r} with scale {self.scale!r}; it is "
                 f"{' or '.join(get_args(Normalise))}, with a scale above 0"
             )
+
+
+def same_rate(one_hz: float, other_hz: float) -> bool:
+    """Return whether frames at one rate fit networks of the other, within 2 %."""
+    return abs(one_hz / other_hz - 1.0) <= _RATE_TOLERANCE
 
 
 def z_image(

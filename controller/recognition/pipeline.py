@@ -21,8 +21,8 @@ Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = (
-    *("preprocess.answers", "preprocess.answered", "touch.noise"),
-    *("debounce.sum", "debounce.peak", "debounce.frames"),
+    *("preprocess.answers", "preprocess.answered", "touch.noise", "touch.skip"),
+    *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
 )
 _TOUCH_WINDOWS: Final = 3  # windows of frames in a touch image
 

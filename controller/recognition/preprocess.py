@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.baseline import BaselineTracker, StoredBaseline
 from controller.recognition.dead_taxels import Mask, ResponseMonitor, TaxelInterpolator, leadless
+from controller.recognition.drift import mean_of
 from controller.recognition.frames import (
     Frame,
     Image,
@@ -186,7 +187,7 @@ class Preprocessor:
     def _try(self, values: Reading, known: Reading) -> Prepared:
         """Process one of the first frames of a calibrated sensor, (rows, columns)."""
         image = z_image(values, known, self.settings).astype(np.float32)
-        prepared = Prepared(image, False, float(np.abs(image - 1.0).mean()), False)
+        prepared = Prepared(image, False, mean_of(np.abs(image - 1.0)), False)
         frames = self._rest.try_known(values)
         if frames:
             untouched = np.ones(self.shape, dtype=np.float32)
@@ -212,7 +213,7 @@ class Preprocessor:
         if self._soft and (dead := self._responses.dead) is not None:
             z = 1.0 + self._interpolator.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
-        deviation, gate = float(np.abs(image - 1.0).mean()), self._rest.gate
+        deviation, gate = mean_of(np.abs(image - 1.0)), self._rest.gate
         quiet = deviation < gate
         prepared = Prepared(image, True, deviation, quiet, self._rest.idle, lost, dead)
         self._measured = _Measured(values, felt, gate, prepared)

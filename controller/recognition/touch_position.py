@@ -21,6 +21,7 @@ from controller.recognition.frames import Image, State
 _LEAD_S: Final = 0.05  # before the first gesture frame, in which the finger arrives
 _BEFORE_S: Final = 0.3  # untouched images before that
 _FEWEST: Final = 4  # of these
+_RISING_S: Final = 0.09  # after a touch, in which its finger rises: another's residue is none of it
 _GRACE: Final = 2  # images without a gesture that do not end a touch
 _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
 _ROUNDS: Final = 3  # of the weights; they have converged by then
@@ -62,6 +63,8 @@ class TouchImage:
         """Keep at most `frames` images, (rows, columns), of a touch."""
         self._shape = (rows, columns)
         self._lead = max(1, round(_LEAD_S * rate_hz))
+        self._rising = int(_RISING_S * rate_hz)
+        self._skip = 0  # further images that a rising finger is in
         before = max(_FEWEST, round(_BEFORE_S * rate_hz))
         self._untouched: deque[Signal] = deque(maxlen=self._lead + before)  # since the last touch
         self._signals: deque[Signal] = deque(maxlen=frames)  # of the present touch
@@ -117,6 +120,7 @@ class TouchImage:
             "left": self._left.copy(),
             "touched": np.array([float(self._touched)]),
             "noise": np.array([self._noise, self._residue]),
+            "skip": np.array([float(self._skip)]),
         }
 
     def restore(self, state: State) -> None:
@@ -129,17 +133,22 @@ class TouchImage:
         self._left = state["left"].copy()
         self._touched = bool(state["touched"][0]) and bool(self._signals)
         self._noise, self._residue = state["noise"].tolist()
+        self._skip = int(state["skip"][0])
 
     def _rest(self, signal: Signal, *, released: bool) -> None:
         """Take an image, (rows, columns), without a gesture; several of them end the touch."""
         if not self._touched:
-            self._untouched.append(signal)
+            if self._skip:
+                self._skip -= 1
+            else:
+                self._untouched.append(signal)
             return
         self._gap.append(signal)
         if released or len(self._gap) > _GRACE:
             self._touched = False
             self._untouched.clear()
-            self._untouched.extend(self._gap)
+            self._untouched.extend(self._gap[self._rising :])
+            self._skip = max(0, self._rising - len(self._gap))
             self._signals.clear()
             self._gap.clear()
 
@@ -155,7 +164,7 @@ class TouchImage:
             self._residue *= noise / (1.0 + noise)
         self._signals.clear()
         self._signals.extend(signal - self._left for signal in recent[-self._lead :])
-        self._touched = True
+        self._touched, self._skip = True, 0
 
     def _stack(self, signals: "deque[Signal] | list[Signal]") -> Signal:
         """Return images (rows, columns) as (n, rows, columns)."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from controller import __version__
 from controller.errors import UserError
 from controller.recognition.event_metric import Event
-from controller.recognition.frames import State
+from controller.recognition.frames import State, same_rate
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
 
 SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
@@ -25,7 +25,6 @@ READABLE: Final = (1, 2, SCHEMA)
 PICOFARAD: Final = "pF"
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
-RATE_TOLERANCE: Final = 0.02  # greatest relative difference between the rates of data and network
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: three times that of the longest labels
 TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
@@ -125,7 +124,7 @@ def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
             f"the recording is of a {shape[0]}×{shape[1]} sensor, the bundle for "
             f"{expected[0]}×{expected[1]}; choose another with --bundle"
         )
-    if abs(recording.rate_hz / bundle.preprocess.rate_hz - 1.0) > RATE_TOLERANCE:
+    if not same_rate(recording.rate_hz, bundle.preprocess.rate_hz):
         raise RecordingError(
             f"the recording runs at {recording.rate_hz:.2f} Hz, the bundle at "
             f"{bundle.preprocess.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"

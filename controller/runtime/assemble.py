@@ -25,9 +25,10 @@ from controller.links import Link, LinkError, open_link
 from controller.protocol import psk
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.recognition.frames import same_rate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
-from controller.recordings.recording import RATE_TOLERANCE
+from controller.recordings import reader
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter, status_file
 from controller.runtime.process import IdleCollector
@@ -67,6 +68,9 @@ class Parts:
 def prepare(options: Namespace) -> Parts:
     """Return all parts of a run, or raise UserError."""
     bundle, mapping, recognizer = _deployed(options)
+    sensor = _sensor(options, bundle)
+    if not same_rate(sensor.rate_hz, bundle.rate_hz):  # it cannot be read as fast
+        bundle, mapping, recognizer, sensor = _slower(options, bundle, sensor)
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
@@ -74,7 +78,6 @@ def prepare(options: Namespace) -> Parts:
         from controller.runtime import recording_session
 
         plan = recording_session.plan(options, bundle.labels)
-    sensor = _sensor(options, bundle)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tested, too
     if options.record is not None:
         runs = RunFiles(options.record, options.user, options.session)
@@ -144,6 +147,8 @@ def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
         store = BundleStore()
         path, engine = store.current()
         installed = path.parent == store.folder
+        if not installed:
+            path = bundles.default_path(_rate(options))
         try:
             bundle = bundles.read(path)
         except bundles.BundleError as error:
@@ -155,6 +160,35 @@ def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
     return bundle, mapping, Recognizer(bundle, options.engine or engine)
+
+
+def _rate(options: Namespace) -> float | None:
+    """Return the frames per second that the options ask for; None: they do not say."""
+    if options.replay is None:
+        rate_hz: float | None = options.rate
+        return rate_hz
+    return reader.survey(options.replay).origin.rate_hz
+
+
+def _slower(
+    options: Namespace, bundle: Bundle, sensor: Sensor
+) -> tuple[Bundle, Mapping, Recognizer, Sensor]:
+    """Return bundle, mapping, networks and sensor for a sensor slower than the bundle needs.
+
+    SensorError unless the shipped bundle is in use, and the other one is slow enough.
+    """
+    most_hz, slow_hz = sensor.rate_hz, bundles.SLOW_HZ
+    sensor.close()
+    shipped = BundleStore().current()[0] == bundles.default_path()
+    if options.bundle is not None or options.rate is not None or not shipped or most_hz < slow_hz:
+        raise SensorError(
+            f"the sensor gives at most {most_hz:g} frames a second, the bundle needs "
+            f"{bundle.rate_hz:g}; shorten [times] of its wiring, or choose a slower bundle"
+        )
+    _log.warning("it is read at %g Hz, with the bundle for that", slow_hz)
+    options.rate = slow_hz
+    bundle, mapping, recognizer = _deployed(options)
+    return bundle, mapping, recognizer, _sensor(options, bundle)
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
@@ -170,7 +204,7 @@ def _check_user(options: Namespace, bundle: Bundle) -> None:
 def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
     """Return the sensor of the options; its grid and rate must be those of the bundle."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
-    if abs(wanted_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
+    if not same_rate(wanted_hz, bundle.rate_hz):
         raise SensorError(
             f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
             "choose a bundle that was trained for it"
@@ -251,13 +285,14 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         recorder = recording_session.recorder(parts, parts.runs, sensor, pipeline, keyboard)
     latency = LatencyReporter(
         1.0 / sensor.rate_hz,
-        lambda report: link.send(report, 0) if link.connected else None,
+        lambda report: link.send(report, round(device.now_s * 1000)) if link.connected else None,
         collector=parts.collector,
         status=status_file(),
         about={"device": sensor.device_id, "link": options.link, **_about(parts)},
     )
     hand = _hand(parts, sensor)
-    return Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)
+    device = Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)
+    return device
 
 
 def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
@@ -291,7 +326,8 @@ def _pipeline(
     if source is None:
         kept = calibration_store.load(sensor.device_id)
         fits = kept is not None and kept.rest.shape == (bundle.rows, bundle.columns)
-        return Pipeline(settings, recognizer, mapping, kept.known if kept and fits else None, user)
+        known = kept.known(bundle.rate_hz) if kept is not None and fits else None
+        return Pipeline(settings, recognizer, mapping, known, user)
     if source.origin.bundle != bundle.hash:
         return Pipeline(settings, recognizer, mapping, None, user)
     pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user)

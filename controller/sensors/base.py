@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 REPLAY = "replay"
+RATE_HZ = 40.0  # of sensors that no bundle says otherwise for; the paper has 10 (section 4.1)
 
 
 class SensorError(UserError, ValueError):

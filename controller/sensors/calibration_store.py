@@ -18,6 +18,7 @@ from controller.recognition.frames import Frame
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
+_FIRST_HZ: Final = 10.0  # of calibrations that do not say
 _LONGEST: Final = 100  # letters of a file's name
 _MAX_BYTES: Final = 4 << 20  # of a file: some hundred thousand taxels
 
@@ -33,11 +34,11 @@ class Calibration:
     idle: float  # mean of |z - 1| meanwhile
     made: str  # when, ISO 8601
     verdict: str  # "good" or "doubtful"
+    rate_hz: float = _FIRST_HZ  # frames per second
 
-    @property
-    def known(self) -> StoredBaseline:
-        """The same for the preprocessor."""
-        return StoredBaseline(self.rest, self.idle)
+    def known(self, rate_hz: float) -> StoredBaseline:
+        """Return the same for the preprocessor of a rate: a shorter scan is noisier."""
+        return StoredBaseline(self.rest, self.idle * math.sqrt(rate_hz / self.rate_hz))
 
 
 def folder() -> Path:
@@ -60,6 +61,7 @@ def save(calibration: Calibration, where: Path | None = None) -> Path:
         "made": calibration.made,
         "verdict": calibration.verdict,
         "idle": round(calibration.idle, 6),
+        "rate_hz": calibration.rate_hz,
         "rest_pf": [[round(float(v), 4) for v in row] for row in calibration.rest],
     }
     files.atomic_write(file, json.dumps(plain, indent=1).encode())
@@ -74,9 +76,11 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
         if plain["version"] != VERSION or plain["device_id"] != device_id:
             return None
         rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
-        if not (math.isfinite(idle) and 0.0 <= idle < 1.0):
+        rate_hz = float(plain.get("rate_hz", _FIRST_HZ))
+        if not (math.isfinite(idle) and 0.0 <= idle < 1.0 and 0.1 <= rate_hz <= 1000.0):
             raise ValueError("its noise is out of range")
-        return Calibration(device_id, rest, idle, str(plain["made"]), str(plain["verdict"]))
+        made, verdict = str(plain["made"]), str(plain["verdict"])
+        return Calibration(device_id, rest, idle, made, verdict, rate_hz)
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -12,6 +12,7 @@ import numpy as np
 
 from controller.recognition.frames import Frame
 from controller.sensors import virtual as virtuals
+from controller.sensors.base import RATE_HZ
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
@@ -43,6 +44,7 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
         faults = [WiringFault.parse(text, wiring.rows, wiring.columns) for text in names]
     except (PresetError, FaultError) as error:
         raise HardwareError(str(error)) from None
+    rate_hz = Driver(EmulatedBoard(wiring, faults=faults).board).affordable(rate_hz or RATE_HZ)
     orb = virtuals.arguments(replace(options, fault=others), rate_hz, model)
     readout = model.electronics.readout
     around = BoardModel(readout.noise_lsb, readout.mains, readout.mains_hz, readout.finger_pf)

@@ -1,19 +1,13 @@
 """A real orb on this computer's pins: paper, section 3.2; docs/hardware.md."""
 
-import logging
 from dataclasses import dataclass
 from pathlib import Path
 
 from controller.recognition.frames import Frame
-from controller.sensors.base import Geometry, Sensor, SensorOptions
-from controller.sensors.hardware import HardwareError
+from controller.sensors.base import RATE_HZ, Geometry, Sensor, SensorOptions
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.raspberry_pi import open_board, serial
 from controller.sensors.hardware.wiring import read
-
-RATE_HZ = 10.0  # paper, section 4.1
-
-_log = logging.getLogger("controller")
 
 
 @dataclass(frozen=True)
@@ -26,21 +20,13 @@ class Options(SensorOptions):
 def create(options: Options, rate_hz: float | None = None) -> "Orb":
     """Return the orb of a wiring, after a first frame.
 
-    HardwareError if it cannot be opened or is too slow; HardwareAwayError if nothing answers.
+    HardwareError if it cannot be opened; HardwareAwayError if nothing answers.
     """
-    wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
+    wiring = read(options.wiring)
     driver = Driver(open_board(wiring))
     try:
         driver.frame()  # whatever is missing is missed now
-        began_s = driver.board.clock()
-        driver.scanner.scan()
-        took_s = driver.board.clock() - began_s
-        _log.info("a scan takes %.1f ms here", took_s * 1e3)
-        if took_s > 1.0 / rate_hz:
-            raise HardwareError(
-                f"a scan takes {took_s * 1e3:.0f} ms and {rate_hz:g} Hz leave {1e3 / rate_hz:.0f}; "
-                'shorten [times], or scan with scheme = "column" (docs/hardware.md)'
-            )
+        rate_hz = driver.affordable(rate_hz or RATE_HZ)
     except BaseException:
         driver.close()
         raise

@@ -9,14 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from controller.protocol.messages import Perform
-from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
+from controller.sensors.base import RATE_HZ, Geometry, Sensor, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.gesture import GestureError
 from controller.simulator.gesture_file import Repertoire, load
 from controller.simulator.orb import NOMINAL, OrbModel, PresetError, preset
 from controller.simulator.virtual_orb import VirtualOrb
-
-RATE_HZ = 10.0  # paper, section 4.1
 
 _FIRST_S = 3.0  # the rest image is there, and somebody has read the first line
 _EVERY_S = (1.8, 3.2)  # from one performance to the next
@@ -33,6 +31,7 @@ class Options(SensorOptions):
     gestures: tuple[Path, ...] = ()  # files of further gestures of its hand
     user: str = ""  # user whose hand it is; "" the first one
     day: str = ""  # name of one of their sessions; "" the first one
+    quick: int = 0  # 1: the hand is as quick as in fast play, where a gesture has such a form
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Virtual":
@@ -90,6 +89,7 @@ class Virtual(VirtualOrb, Sensor):
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
         self.seed, self.device_id = seed, f"virtual-{seed}"
         if options is not None:
+            self.quick = bool(options.quick)
             self.preset, self.hardware = options.preset, " ".join(["virtual orb", *options.fault])
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:

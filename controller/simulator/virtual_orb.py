@@ -17,6 +17,7 @@ from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import SLOTS, Performance, perform
 from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.pointer import FOLLOW_S, SINK_MM_S
 from controller.simulator.session_script import hold_button
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
@@ -29,8 +30,6 @@ EDGE: Final = 0.96  # of the dome's radius: where fingers end, as in host/ui/poi
 DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
 WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
 _UPDATES: Final = 1024  # of the host's fingers that wait for a scan
-_SINK_MM_S: Final = 75.0  # a finger presses 9 mm deep in 0.12 s
-_FOLLOW_S: Final = 0.03  # a finger lags the pointer by this much
 
 
 @dataclass(slots=True, eq=False)
@@ -43,7 +42,13 @@ class _Running:
 
 
 class VirtualOrb:
-    """A sensor that is simulated: its own hand performs, and a host's fingers touch it."""
+    """A sensor that is simulated: its own hand performs, and a host's fingers touch it.
+
+    Attributes:
+        quick: Whether the hand is as quick as in fast play.
+    """
+
+    quick = False
 
     def __init__(
         self,
@@ -104,7 +109,7 @@ class VirtualOrb:
         grid = (model.rows, model.columns, model.pitch_mm)
         done = perform(
             label, (x, y), self.style, self._rng,
-            grid=grid, step_hz=self._step_hz, repertoire=self._repertoire,
+            grid=grid, step_hz=self._step_hz, repertoire=self._repertoire, quick=self.quick,
         )  # fmt: skip
         self._running.append(_Running(number, t_s, done))
         if not self._repertoire[label].distractor:
@@ -177,7 +182,7 @@ class VirtualOrb:
         """Let the host's fingers sink in, move and rise as fast as fingers can."""
         while self._updates and self._updates[0][0] <= now:
             self._assign(self._updates.popleft()[1])
-        step, share = _SINK_MM_S * step_s, 1.0 - exp(-step_s / _FOLLOW_S)
+        step, share = SINK_MM_S * step_s, 1.0 - exp(-step_s / FOLLOW_S)
         for slot in {*self._wanted, *np.flatnonzero(self._pointer_depth).tolist()}:
             wanted = self._wanted.get(slot)
             goal = wanted.depth_mm if wanted else 0.0

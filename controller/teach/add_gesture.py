@@ -32,7 +32,7 @@ Say = Callable[[str], None]
 
 def source(options: argparse.Namespace) -> Path:
     """Return the bundle that is to learn: the named one, else that in use."""
-    return Path(options.bundle or BundleStore().current()[0])
+    return Path(options.bundle or BundleStore().current(options.rate)[0])
 
 
 def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
@@ -100,6 +100,12 @@ def learn(
         f"{time.monotonic() - begun:.1f} s; of the gestures that were rehearsed "
         f"{taught.kept:.1%} are taken for what they were"
     )
+    waiting = [label for label in taught.debounce.patient if label not in loaded.debounce.patient]
+    if waiting:
+        say(
+            f"{entry.label} begins like {' and '.join(waiting)}, which now waits "
+            f"{taught.debounce.patience_s:.2f} s for it"
+        )
     return made
 
 

@@ -28,11 +28,10 @@ from controller.keymap.terminal import Keyboard
 from controller.links.base import Link
 from controller.protocol.messages import Message
 from controller.recognition.debounce import NULL, DebounceSettings
-from controller.recognition.frames import PreprocessSettings, Window
+from controller.recognition.frames import PreprocessSettings, Window, same_rate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import RATE_TOLERANCE
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
@@ -94,7 +93,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
                 )
     elif options.speed != 1.0:
         raise TeachError("--speed is for --sensor virtual; a real sensor has its own time")
-    model = bundles.read(options.bundle or bundles.default_path())
+    model = bundles.read(options.bundle or bundles.default_path(options.rate))
     lesson = TeachPlan(
         options,
         dataset_folder.lay(options.out, vocabulary),
@@ -118,7 +117,7 @@ def begin(lesson: TeachPlan, user: str) -> Session:
     runs = RunFiles(options.out, user, options.session)
     name = runs.next().stem
     sensor = sensors.load(
-        options.sensor, options.rate,
+        options.sensor, options.rate or (lesson.model.rate_hz if options.bundle else None),
         seed=options.seed, preset=options.preset, fault=tuple(options.fault),
         gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
     )  # fmt: skip
@@ -187,7 +186,7 @@ def _fitting(lesson: TeachPlan, sensor: Sensor) -> Bundle | None:
         why = (
             f"is for {model.rows}×{model.columns} taxels, the sensor has {grid.rows}×{grid.columns}"
         )
-    elif abs(sensor.rate_hz / model.rate_hz - 1.0) > RATE_TOLERANCE:
+    elif not same_rate(sensor.rate_hz, model.rate_hz):
         why = f"is for {model.rate_hz:g} Hz, the sensor has {sensor.rate_hz:g} Hz"
     else:
         return model

@@ -32,7 +32,6 @@ from tetris.window.tiles import ThemeChoice
 # piece falls for 12 s, and what has landed can still be moved by one more gesture.
 PACE: Final = Config(gravity_cap=3, lock_delay_s=1.0)
 AGAIN_S: Final = 1.0  # a drop meant for the last piece does not start the next game
-PACED_FRAMES: Final = 10  # frames of the orb between two looks at the ledger
 
 ACTIONS: Final[dict[str, Action]] = {
     "left": Action.LEFT,
@@ -262,8 +261,9 @@ class TetrisTarget(Target):
 
     def paced(self, hops: EndToEndLatency) -> None:
         """Show the latency of frames, about once a second."""
-        if hops.frames % PACED_FRAMES == 0 and hops.pace is not None:
-            self.orb.hops, self.orb.period_ms = tuple(hops.digest()), hops.pace.period_ms
+        pace = hops.pace
+        if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
+            self.orb.hops, self.orb.period_ms = tuple(hops.digest()), pace.period_ms
 
     def _hint(self) -> str:
         if message := self.correcting.told(self._now_s):

@@ -47,9 +47,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--rate",
         dest="rate_hz",
         type=options.number(1.0, 200.0),
-        default=10.0,
+        default=40.0,
         metavar="HZ",
-        help="frames per second, 1 to 200 (default: 10)",
+        help="frames per second, 1 to 200 (default: 40)",
     )
     words = "share of turns in which several quick gestures follow each other (default: 0)"
     add("--quick", type=options.number(0.0, 1.0), default=0.0, metavar="SHARE", help=words)

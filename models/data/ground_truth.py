@@ -33,6 +33,11 @@ class GroundTruth:
     place: NDArray[np.float32]  # position of the touch, grid units, NaN elsewhere, (n, 2)
     excluded: NDArray[np.bool_]  # frames that do not count, (n,)
 
+    @property
+    def rate_hz(self) -> float:
+        """Frames per second, as they came."""
+        return 1.0 / float(np.median(np.diff(self.t))) if len(self.t) > 1 else 10.0
+
     @classmethod
     def of(
         cls, recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"

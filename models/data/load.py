@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.errors import count
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.frames import PreprocessSettings, same_rate
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
 from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
-from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, Recording
+from controller.recordings.recording import PICOFARAD, UNKNOWN, Recording
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
@@ -233,8 +233,7 @@ def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
 
 def _failed(report: check.Report, recording: Recording) -> str:
     """Return why a recording should not be learned from; "": it may."""
-    off = recording.rate_hz / recording.origin.rate_hz - 1.0
-    if abs(off) > RATE_TOLERANCE:
+    if not same_rate(recording.rate_hz, recording.origin.rate_hz):
         return (
             f"it runs at {recording.rate_hz:.2f} Hz, more than 2 % off the "
             f"{recording.origin.rate_hz:g} Hz that it was meant for"

@@ -16,6 +16,7 @@ from models.data.splits import BLOCKS, SHARE, Index, Mask, Parts, Split, covered
 # Until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAG_S: Final = 0.15
 LAG_FRAMES: Final = 2  # at least
+IMAGES_HZ: Final = 10.0  # images of a second: neighbours are nearly the same
 WINDOWS: Final = 3  # of a touch's images are remembered, as in controller/recognition/pipeline.py
 
 
@@ -37,17 +38,21 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
     Images are of the touch so far, averaged as on the device, or each alone as in the paper.
     """
     frames = np.flatnonzero(np.isfinite(examples.touch[:, 0]))
+    number = np.cumsum(run_starts(frames, examples.session[frames], gap=1)) - 1
+    if averaged:
+        some = frames % max(1, round(examples.rate_hz / IMAGES_HZ)) == 0
+        frames, number = frames[some], number[some]
     images = examples.images[frames]
     blur = np.full(len(frames), np.nan)
     if averaged and len(frames):
         shown, images, blur = _laid(examples, frames, seed)
-        frames = frames[shown]
-    begins = run_starts(frames, examples.session[frames], gap=1)
-    last = np.append(begins[1:], np.ones(len(frames[:1]), dtype=np.bool_))
-    number = np.cumsum(begins) - 1
+        frames, number = frames[shown], number[shown]
+    number = np.unique(number, return_inverse=True)[1].reshape(-1)
+    begins = np.flatnonzero(np.diff(number, prepend=-1))
+    last = np.diff(number, append=-1) != 0
     place = examples.touch[frames]
     if averaged:  # one place for each touch
-        for one in np.split(np.arange(len(frames)), np.flatnonzero(begins)[1:]):
+        for one in np.split(np.arange(len(frames)), begins[1:]):
             place[one] = np.median(place[one], axis=0) if len(one) else place[one]
     return Touches(images, place, frames.astype(np.int64), number, last, blur)
 

@@ -125,7 +125,8 @@ def debounced_stream(
     """Return the stream of window probabilities, (windows, classes), without touch positions."""
     ready, probabilities = spread(outputs, inputs, len(truth.t), len(labels))
     nowhere = np.full((len(truth.t), 3), np.nan)
-    fired = fire(smooth(probabilities, settings.smoothing), settings)
+    means = smooth(probabilities, settings.smoothing)
+    fired = fire(means, settings, truth.rate_hz, labels)
     answers = tuple(Answer(float(truth.t[frame]), labels[kind]) for frame, kind in fired)
     return Stream(truth, ready, probabilities, nowhere[:, :2], nowhere[:, 2], answers)
 

@@ -1,6 +1,8 @@
 """Tuning of the debounce settings on labelled streams, and calibration of position errors.
 
-Every point of a grid is replayed. A point is on the front if no other is at least as good in
+The settings are searched in blocks, each over its whole grid while the others stay, until none
+gets better: first when a clear gesture fires, then what counts as a tap, then how the evidence
+that is needed falls over a touch. A point is on the front if no other is at least as good in
 recall, in false alarms and in latency, and better in one. Among these the cheapest is chosen, by
 the costs of a lost gesture, a false alarm and a second. The cost counts F1, not recall: a wrong
 answer is worse than none.
@@ -8,12 +10,14 @@ answer is worse than none.
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller import files
 from controller.bundles import bundle
@@ -26,12 +30,23 @@ from models.evaluation.event_counts import position_errors, tally
 from models.evaluation.replay import Stream
 from models.results.evaluation import Point, Tuning
 
-# Values to try of each debounce setting; a setting that is not here keeps the bundle's value.
-GRID: Final = {
-    "smoothing": (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0),
-    "on": (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95),
-    "off": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5),
-}
+# Values to try of each debounce setting, and the blocks that are searched together.
+_ON: Final = (0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 1.05)
+BLOCKS: Final[tuple[dict[str, tuple[float, ...]], ...]] = (
+    {
+        "smoothing": (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0),
+        "on": _ON,
+        "off": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6),
+    },
+    {"least": (2.0, 0.5, 0.6, 0.7, 0.8, 0.9), "brief_s": (0.0, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1)},
+    {
+        "on": _ON,
+        "wait_s": (0.0, 0.2, 0.3, 0.4, 0.6, 0.8),
+        "late": (1.0, 0.6, 0.7, 0.8, 0.9, 0.95, 0.97),
+    },
+)
+GRID: Final = {name: values for block in BLOCKS for name, values in block.items()}
+ROUNDS: Final = 3  # over all blocks at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +81,7 @@ def tune(
     goal: Goal,
     command: str = "",
 ) -> Tuning:
-    """Replay development streams over the grid, and choose; raise ValueError without gestures.
+    """Replay development streams over the grids, and choose; raise ValueError without gestures.
 
     Args:
         name: File name of the bundle.
@@ -80,15 +95,25 @@ def tune(
     if not events:
         raise ValueError("there are no gestures in these recordings; tune on labelled ones")
     idle = sum(tally(stream, labels).idle_minutes for stream in streams)
-    grid = {
-        dataclasses.replace(now, **dict(zip(GRID, values, strict=True)))
-        for values in itertools.product(*GRID.values())
-    }
-    scores = _scores(streams, labels, grid | {now})
-    points = [_point(settings, score, idle) for settings, score in scores.items()]
-    before = next(point for point in points if point.settings == now)
-    edge = front(points)
-    chosen = choose(edge, points, goal, events)
+    found: dict[DebounceSettings, Point] = {}
+    best, least, steps = now, math.inf, 0
+    for block in itertools.islice(itertools.cycle(BLOCKS), ROUNDS * len(BLOCKS)):
+        named = (
+            dict(zip(block, values, strict=True)) for values in itertools.product(*block.values())
+        )
+        grid = {dataclasses.replace(best, **some) for some in named}  # type: ignore[arg-type]
+        scores = _scores(streams, labels, (grid | {now}) - set(found))
+        found |= {settings: _point(settings, score, idle) for settings, score in scores.items()}
+        points = list(found.values())
+        edge = front(points)
+        chosen = choose(edge, points, goal, events)
+        cost = goal.cost(chosen)
+        steps = 0 if cost < least - 1e-9 else steps + 1
+        if cost < least:
+            best, least = chosen.settings, cost
+        if steps == len(BLOCKS):
+            break
+    before = found[now]
     return Tuning(
         bundle=name,
         sessions=len(streams),
@@ -131,9 +156,12 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
     allowed = quiet or fast or edge[:1]
     least = min(goal.cost(point) for point in allowed) + goal.lost * 100.0 / events
 
+    places = np.array([_place(point) for point in points])
+    costs = np.array([goal.cost(point) for point in points])
+
     def around(point: Point) -> float:
-        near = [goal.cost(other) for other in points if _near(point, other)]
-        return float(np.mean([goal.cost(point), *(one for one in near if np.isfinite(one))]))
+        near = costs[(np.abs(places - _place(point)) <= 1).all(axis=1) & np.isfinite(costs)]
+        return float(np.mean([goal.cost(point), *near]))
 
     return min((point for point in allowed if goal.cost(point) <= least + 1e-9), key=around)
 
@@ -166,13 +194,10 @@ def write(
     return bundle.read(path)
 
 
-def _near(one: Point, other: Point) -> bool:
-    """Whether two points of the grid differ by a step at most, in each of their settings."""
-    return all(
-        abs(int(np.searchsorted(steps, a)) - int(np.searchsorted(steps, b))) <= 1
-        for name, steps in GRID.items()
-        for a, b in [(getattr(one.settings, name), getattr(other.settings, name))]
-    )
+def _place(point: Point) -> NDArray[np.int64]:
+    """Return the place of a point's settings in the grid, steps, (settings,)."""
+    given = {name: getattr(point.settings, name) for name in GRID}
+    return np.array([np.searchsorted(sorted(GRID[name]), own) for name, own in given.items()])
 
 
 def _scores(
@@ -185,7 +210,7 @@ def _scores(
         for settings, score in scores.items():
             if settings.smoothing not in means:  # one at a time, since the grid is in order
                 means = {settings.smoothing: smooth(stream.probabilities, settings.smoothing)}
-            fired = fire(means[settings.smoothing], settings)
+            fired = fire(means[settings.smoothing], settings, stream.truth.rate_hz, labels)
             answers = [Answer(float(stream.truth.t[at]), labels[kind]) for at, kind in fired]
             score.add(judge(stream.truth.events, answers))
     return scores

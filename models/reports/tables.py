@@ -141,7 +141,7 @@ def broken(rows: Iterable[Broken]) -> Table:
 
 def thresholds(found: Tuning) -> Table:
     """Return the debounce settings before and after a tuning, and their figures."""
-    names = list(asdict(found.chosen.settings))
+    names = [name for name, own in asdict(found.chosen.settings).items() if isinstance(own, float)]
     rows = [
         [
             title,

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 from controller.bundles import bundle
 from controller.recordings.recording import software
 from models.data import load
-from models.data.examples import Choice, refuse_test_seed
+from models.data.examples import Choice, read_training, refuse_test_seed
 from models.data.recipe import RECIPES, Recipe
 from models.results import storage
 from models.results.training import Training, UserResult
@@ -144,10 +144,15 @@ def train(request: Request, say: Say) -> Training | UserResult:
     refuse_test_seed(request.seed, "this training")
     storage.bundle_target(request.out)
     users = request.task == "user"
-    base = bundle.read(request.base or bundle.default_path())  # before anything that takes long
+    paths = (*request.paths, *request.auxiliary, *request.others)
+    rate_hz = read_training(paths).surveys[0].origin.rate_hz
+    shipped = bundle.default_path(rate_hz)
+    base = bundle.read(request.base or shipped)  # before anything that takes long
+    if users:
+        request = replace(request, base=request.base or shipped)
     device = prepare_torch(request.seed)
     data = load.read(
-        (*request.paths, *request.auxiliary, *request.others),
+        paths,
         request.networks(),
         request.labels,
         say,

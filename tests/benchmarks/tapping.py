@@ -39,6 +39,7 @@ DWELLS_S: Final = (0.06, 0.08, 0.10, 0.15, 0.25)
 RATES_HZ: Final = (1, 2, 3, 4, 5)
 LONGER_S: Final = {"pinch": (0.15, 0.25, 0.35), "twist": (0.25, 0.35, 0.5)}
 TURN_DEG: Final = 75.0  # of a twist with the mouse
+RIM: Final = 3.7  # grid units from the middle: outside of the taxels, on the dome
 SEED: Final = 910_000
 
 
@@ -161,7 +162,7 @@ class Mouse:
 
     def _rim(self, share: float) -> tuple[float, float]:
         angle = self._turn[0] + share * self._turn[1]
-        return 2.0 + 3.2 * np.cos(angle), 2.0 + 3.2 * np.sin(angle)
+        return 2.0 + RIM * np.cos(angle), 2.0 + RIM * np.sin(angle)
 
 
 class Fingers:

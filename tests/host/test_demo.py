@@ -116,6 +116,7 @@ def test_a_demo_plays_and_the_same_seed_is_the_same_game(capsys: Capture) -> Non
 
 def test_a_demo_over_a_link_is_the_same_game_as_with_an_orb_of_its_own() -> None:
     command = [sys.executable, "-m", "controller", "--seed", "7", "--link", "listen://127.0.0.1:0"]
+    command += demo.QUICK
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as orb:
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]

@@ -21,7 +21,7 @@ from controller.runtime.device import Device, TimedPerform, VirtualHand
 from controller.runtime.loop import Loop
 from controller.sensors.base import Geometry, Sensor, SensorError
 
-SHIPPED = bundle.read(bundle.default_path())
+SHIPPED = bundle.read(bundle.default_path(10.0))
 HELLO = Hello(2, 2, "", "test", granted=False)
 GRANTING = dataclasses.replace(HELLO, granted=True)
 FINGER = Contacts((Contact(1, 0.0, 3.0, 8.0, 7.0),))

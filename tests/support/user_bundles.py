@@ -16,7 +16,7 @@ from controller.bundles import bundle, users_table
 from controller.bundles.inference import onnx_writer
 from controller.bundles.inference.onnx_reader import Graph, Node
 
-SHIPPED = bundle.default_path()
+SHIPPED = bundle.default_path(10.0)
 NAMES = ("ann", "bob")
 TABLE = """
 [users]

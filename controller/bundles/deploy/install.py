@@ -45,7 +45,7 @@ def install(
     new = bundles.read(path)
     check_packets(new)
     if not other_sensor:
-        check_fits(new, bundles.read(store.current()[0]))
+        check_fits(new, bundles.read(store.current(new.rate_hz)[0]))
     report(f"{path} is whole: {summary(new)}")
     results = selftest.run(path)
     for result in results:

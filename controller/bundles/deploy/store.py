@@ -81,15 +81,18 @@ class BundleStore:
             "install yours again"
         )
 
-    def path(self, name: str) -> Path:
-        """Return the path of a bundle; "" is the shipped one."""
-        return self.folder / f"{name}.orb" if name else bundles.default_path()
+    def path(self, name: str, rate_hz: float | None = None) -> Path:
+        """Return the path of a bundle; "" is the shipped one, of a rate if there is one for it."""
+        return self.folder / f"{name}.orb" if name else bundles.default_path(rate_hz)
 
-    def current(self) -> tuple[Path, str]:
-        """Return the bundle in use, and its fastest engine; "" if it was not measured."""
+    def current(self, rate_hz: float | None = None) -> tuple[Path, str]:
+        """Return the bundle in use, and its fastest engine; "" if it was not measured.
+
+        If none is installed, it is the shipped one of a rate.
+        """
         record = self.record()
         entry = record.entry(record.current)
-        return self.path(record.current), entry.engine if entry else ""
+        return self.path(record.current, rate_hz), entry.engine if entry else ""
 
     def install(self, data: bytes, entry: StoredBundle) -> InstalledRecord:
         """Take a tested bundle into use; the old one is kept for `rollback`.

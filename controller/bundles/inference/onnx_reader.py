@@ -3,7 +3,8 @@
 An ONNX file is a protocol buffer, and the format allows far more than a network needs: references
 to other files, functions, loops, arrays of any size. Here it is read field by field, and only the
 fields and operators listed below are accepted: a short chain of known operators whose weights are
-in the file. `onnx_shapes` computes its cost.
+in the file. `onnx_shapes` computes its cost. Weights may be stored with 16 bits, each with a Cast
+to float32; what is read has float32 only.
 
 Sources: onnx.proto3 (version 1.17 of ONNX) for the fields, and the protocol buffers' encoding
 for the bytes.
@@ -29,6 +30,7 @@ _DOMAINS: Final = ("", "ai.onnx")  # of ONNX's own operators
 # Each operator and its allowed attributes: integers, or lists of them.
 OPERATORS: Final[dict[str, str]] = {
     "Add": "",
+    "Cast": "to",
     "Conv": "strides pads",
     "Flatten": "axis",
     "Gemm": "transB",
@@ -42,9 +44,11 @@ OPERATORS: Final[dict[str, str]] = {
 
 Attribute = int | tuple[int, ...]
 Array = NDArray[Any]  # float32 or int64, of any shape
-_TYPES: Final[dict[int, np.dtype[Any]]] = {  # TensorProto.DataType: FLOAT, INT64
-    1: np.dtype("<f4"),
+_FLOAT32: Final = 1  # TensorProto.DataType
+_TYPES: Final[dict[int, np.dtype[Any]]] = {  # FLOAT, INT64, FLOAT16
+    _FLOAT32: np.dtype("<f4"),
     7: np.dtype("<i8"),
+    10: np.dtype("<f2"),
 }
 
 
@@ -259,6 +263,7 @@ def _graph(graph: _Message) -> Graph:
     if len(shape) < 2 or not all(shape[1:]):
         raise GraphError(f"takes {name!r} of a shape that it leaves open; only the batch may be")
     nodes = tuple(_node(node) for node in graph.messages(1, _NODE))
+    nodes, weights = _widened(nodes, weights)
     known = {*weights, name}
     for node in nodes:
         if missing := [word for word in node.inputs if word not in known]:
@@ -269,6 +274,27 @@ def _graph(graph: _Message) -> Graph:
     if output not in {node.output for node in nodes}:
         raise GraphError(f"gives {output!r}, which none of its operators makes")
     return Graph(nodes, weights, name, (1, *shape[1:]), output)
+
+
+def _widened(
+    nodes: tuple[Node, ...], weights: dict[str, Array]
+) -> tuple[tuple[Node, ...], dict[str, Array]]:
+    """Return operators and weights, those of 16 bits as the float32 that they are cast to."""
+    casts = {node.inputs[0]: node for node in nodes if node.op == "Cast"}
+    halves = {name for name, array in weights.items() if array.dtype == np.float16}
+    plain = all(node.attributes == {"to": _FLOAT32} for node in casts.values())
+    if set(casts) != halves or not plain or len(casts) != sum(node.op == "Cast" for node in nodes):
+        raise GraphError("has weights of 16 bits that are not each cast to float32 once")
+    if taken := {node.output for node in casts.values()} & set(weights):
+        raise GraphError(f"has two arrays named {taken.pop()!r}")
+    wide = {
+        casts[name].output if name in halves else name:
+            array.astype(np.float32) if name in halves else array
+        for name, array in weights.items()
+    }  # fmt: skip
+    if len(wide) != len(weights):
+        raise GraphError("has two arrays of one name")
+    return tuple(node for node in nodes if node.op != "Cast"), wide
 
 
 def _node(node: _Message) -> Node:
@@ -297,7 +323,7 @@ def _tensor(tensor: _Message) -> tuple[str, Array]:
     name, shape, raw = tensor.text(8), tensor.numbers(1), tensor.data(9)
     dtype = _TYPES.get(tensor.number(2))
     if dtype is None:
-        raise GraphError(f"has the array {name!r} of another type than float32 and int64")
+        raise GraphError(f"has the array {name!r} of another type than float32, float16 and int64")
     if len(shape) > MAX_RANK or any(size < 0 for size in shape):
         raise GraphError(f"has the array {name!r} of the shape {shape[:MAX_RANK]}")
     if math.prod(shape) * dtype.itemsize != len(raw):

@@ -1,7 +1,8 @@
 """Write a network as an ONNX file, field by field: the inverse of `onnx_reader`.
 
 A device needs no `onnx` package to store an adapted network. Only the fields that `read` accepts
-are written, and the same network always gives the same bytes.
+are written, and the same network always gives the same bytes. Matrices whose values 16 bits hold
+exactly are stored with 16 bits.
 """
 
 from typing import Final
@@ -13,7 +14,9 @@ from controller.bundles.inference.onnx_reader import Array, Attribute, Graph, No
 OPSET: Final = 17  # as trained networks are exported (models/training/export.py)
 IR_VERSION: Final = 8
 PRODUCER: Final = "orbtouch"
-_FLOAT32, _INT64 = 1, 7  # TensorProto.DataType
+_KINDS: Final = {"<f4": 1, "<i8": 7, "<f2": 10}  # TensorProto.DataType
+_MOST: Final = 65504.0  # that 16 bits hold
+_HALF: Final = ".half"  # ends the names of weights of 16 bits
 _INT, _INTS = 2, 7  # AttributeProto.AttributeType
 _VARINT, _BYTES = 0, 2  # the wire types of protocol buffers
 
@@ -26,9 +29,13 @@ def write(graph: Graph, title: str = "gesture", width: int | None = None) -> byt
     if width is None:
         last = [name for node in graph.nodes for name in node.inputs if name in graph.weights][-1]
         width = graph.weights[last].shape[0]
-    parts = [_message(1, _node(node)) for node in graph.nodes]
+    stored = {name: _stored(array) for name, array in graph.weights.items()}
+    halves = [name for name, array in stored.items() if array.dtype == np.float16]
+    casts = [Node("Cast", (name + _HALF,), name, {"to": _KINDS["<f4"]}) for name in halves]
+    parts = [_message(1, _node(node)) for node in (*casts, *graph.nodes)]
     parts.append(_text(2, title))
-    parts += [_message(5, _tensor(name, array)) for name, array in graph.weights.items()]
+    for name, array in stored.items():
+        parts.append(_message(5, _tensor(name + _HALF * (name in halves), array)))
     parts.append(_message(11, _value(graph.input, graph.shape[1:])))
     parts.append(_message(12, _value(graph.output, (width,))))
     imported = _number(2, OPSET)
@@ -51,17 +58,25 @@ def _attribute(name: str, value: Attribute) -> bytes:
 
 def _tensor(name: str, array: Array) -> bytes:
     """Return an array of any shape as a TensorProto."""
-    kind = _FLOAT32 if array.dtype.kind == "f" else _INT64
-    plain = np.ascontiguousarray(array, dtype="<f4" if kind == _FLOAT32 else "<i8")
     sizes = b"".join(_number(1, size) for size in array.shape)
-    return sizes + _number(2, kind) + _text(8, name) + _message(9, plain.tobytes())
+    kind = _number(2, _KINDS[array.dtype.str])
+    return sizes + kind + _text(8, name) + _message(9, array.tobytes())
+
+
+def _stored(array: Array) -> Array:
+    """Return an array of any shape as it is stored: a matrix with 16 bits if nothing is lost."""
+    plain = np.asarray(array, dtype="<f4" if array.dtype.kind == "f" else "<i8", order="C")
+    if plain.ndim < 2 or plain.dtype.kind != "f" or float(np.abs(plain).max(initial=0.0)) > _MOST:
+        return plain
+    half = plain.astype("<f2")
+    return half if np.array_equal(half.astype("<f4"), plain) else plain
 
 
 def _value(name: str, shape: tuple[int, ...]) -> bytes:
     """Return an input or output, float32, whose first axis is an open batch."""
     axes = _message(1, _text(2, "batch"))
     axes += b"".join(_message(1, _number(1, size)) for size in shape)
-    kind = _message(1, _number(1, _FLOAT32) + _message(2, axes))
+    kind = _message(1, _number(1, _KINDS["<f4"]) + _message(2, axes))
     return _text(1, name) + _message(2, kind)
 
 

@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.frames import same_rate
 from controller.recordings.quality.taxels import Response
-from controller.recordings.recording import LABELLERS, RATE_TOLERANCE, UNKNOWN, Recording
+from controller.recordings.recording import LABELLERS, UNKNOWN, Recording
 
 MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap
 USELESS: Final = 0.2  # beyond this share nearly every window has one
@@ -45,8 +46,8 @@ class FrameTiming:
     def complaints(self) -> list[str]:
         """Return sentences about problems."""
         lines = []
-        off = self.measured_hz / self.intended_hz - 1.0
-        if abs(off) > RATE_TOLERANCE:
+        if not same_rate(self.measured_hz, self.intended_hz):
+            off = self.measured_hz / self.intended_hz - 1.0
             lines.append(
                 f"frames came at {self.measured_hz:.2f} Hz, {abs(100 * off):.0f} % "
                 f"{'faster' if off > 0 else 'slower'} than the {self.intended_hz:g} Hz intended"

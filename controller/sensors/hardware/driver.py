@@ -16,6 +16,8 @@ _DARK_FIRST: Final = 16  # looks at the rows' own readings before the first fram
 _DARK_EVERY: Final = 10  # frames from one later look to the next
 _DARK_WEIGHT: Final = 1 / 64  # of a later look: leakage drifts slowly, and looks are noisy
 _SILENT: Final = 0.004  # of full scale, in the mean: a thirtieth of an orb, and above noise
+_BUSY: Final = 0.8  # share of the time between two frames that a scan may take
+_TINY_S: Final = 1e-6
 _BOUNCES: Final = 2  # frames that a plug which was out may still bounce
 
 _log = logging.getLogger("controller")
@@ -68,6 +70,21 @@ class Driver:
         self._frames += 1
         frame = self._inversion.picofarads(reading.counts, reading.age_s, self.dark)
         return np.asarray(frame, dtype=np.float32)
+
+    def affordable(self, wanted_hz: float) -> float:
+        """Return the rate at which to scan: as wanted, or what a scan takes leaves time for."""
+        began_s = self.board.clock()
+        self.scanner.scan()
+        took_s = self.board.clock() - began_s
+        _log.info("a scan takes %.1f ms here", took_s * 1e3)
+        most_hz = max(1.0, float(np.floor(_BUSY / max(took_s, _TINY_S))))
+        if wanted_hz <= most_hz:
+            return wanted_hz
+        _log.warning(
+            "that is too long for %g Hz, so the orb is read at %g Hz; shorten [times], or scan "
+            'with scheme = "column" (docs/hardware.md)', wanted_hz, most_hz,
+        )  # fmt: skip
+        return most_hz
 
     def button(self) -> str | None:
         """Return what the label button says: "" down, "null" up; None: there is none."""

@@ -34,7 +34,7 @@ from tests.support.loop_bench import FINGER, Bench
 
 RATE_HZ = 10.0
 Run = tuple[Parts, Device, BundleStore]
-SHIPPED = bundles.default_path()
+SHIPPED = bundles.default_path(10.0)
 
 
 def images(*touches: tuple[int, int], frames: int = 40) -> np.ndarray:
@@ -190,7 +190,8 @@ def run_of_a_bundle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
     monkeypatch.setattr("controller.files.state_folder", lambda: tmp_path / "state")
     words = (
-        f"--sensor virtual --link listen://127.0.0.1:0 --record {tmp_path} --user ab --session 1"
+        f"--sensor virtual --rate 10 --link listen://127.0.0.1:0 --record {tmp_path} "
+        "--user ab --session 1"
     )
     parts = prepare(parser().parse_args(words.split()))
     device = open_device(parts, 1)

@@ -19,7 +19,7 @@ from controller.simulator.orb import preset
 from controller.simulator.session import simulate
 from controller.simulator.user_style import person
 
-SHIPPED = bundles.default_path()
+SHIPPED = bundles.default_path(10.0)
 LOADED = bundles.read(SHIPPED)
 DATA = SHIPPED.read_bytes()
 

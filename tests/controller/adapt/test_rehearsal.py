@@ -11,7 +11,7 @@ from models.data.simulate import DataSet
 from models.evaluation.replay import network_inputs
 from models.training import rehearsal as rehearse
 
-SHIPPED = bundle.default_path()
+SHIPPED = bundle.default_path(10.0)
 LOADED = bundle.read(SHIPPED)
 PLAYED = [DataSet(seed=77, minutes=1.0).session(user, 0) for user in range(3)]
 

@@ -20,7 +20,7 @@ from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.touch_position import PositionSpread
 
-SHIPPED = bundle.default_path()
+SHIPPED = bundle.default_path(10.0)
 
 
 def parts_of(path: Path = SHIPPED) -> tuple[bytes, dict[str, bytes]]:
@@ -40,9 +40,11 @@ def test_shipped_bundle_knows_the_paper_s_five_classes_and_proves_itself() -> No
 
 def test_what_ships_takes_less_than_five_megabytes_the_paper_s_network_with_it() -> None:
     bundles = sorted(SHIPPED.parent.glob("*.orb"))
-    assert [path.name for path in bundles] == ["orbtouch.orb", "paper.orb"]
+    assert [path.name for path in bundles] == ["orbtouch-10hz.orb", "orbtouch.orb", "paper.orb"]
     assert sum(path.stat().st_size for path in bundles) < 5_000_000
-    paper = bundle.read(bundles[1])
+    slow, usual, paper = map(bundle.read, bundles)
+    assert (slow.rate_hz, usual.rate_hz) == (10.0, 40.0)
+    assert (slow.labels, slow.mapping) == (usual.labels, usual.mapping)
     assert not paper.locates
     Recognizer(paper)  # replays the golden vectors
 
@@ -226,7 +228,7 @@ def test_a_model_that_is_none_is_refused() -> None:
 
 
 def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
-    shipped = bundle.read(bundle.default_path())
+    shipped = bundle.read(bundle.default_path(10.0))
     whole = onnx_reader.read(shipped.gesture_onnx)
     cut = dataclasses.replace(whole, nodes=whole.nodes[:-1], output=whole.nodes[-2].output)
     with pytest.raises(BundleError, match="gesture network does not end in Softmax"):
@@ -237,7 +239,7 @@ def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.Monke
     def nothing(answers: int) -> Network:
         return lambda question: np.full((1, answers), np.nan, dtype=np.float32)
 
-    recognizer = Recognizer(bundle.read(bundle.default_path()))
+    recognizer = Recognizer(bundle.read(bundle.default_path(10.0)))
     for network, answers in (("gesture", 5), ("location", 2)):
         monkeypatch.setitem(recognizer._networks, network, nothing(answers))
     window = np.ones((10, 5, 5), dtype=np.float32)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import onnx_reader, onnx_writer
+from controller.bundles.inference import onnx_reader, onnx_writer, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Graph, Node
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -35,6 +35,35 @@ def test_every_number_is_read_as_it_was_written(several: list[int], one: int, re
     weights = np.array([[np.clip(real, -3e38, 3e38)]], dtype=np.float32)
     given_ = Graph((node,), {"w": weights}, "x", (1, 1), "y")
     assert same(onnx_reader.read(onnx_writer.write(given_)), given_)
+
+
+def _gemm(weights: np.ndarray) -> Graph:
+    node = Node("Gemm", ("x", "w"), "y", {"transB": 1})
+    return Graph((node,), {"w": weights.astype(np.float32)}, "x", (1, weights.shape[1]), "y")
+
+
+def test_weights_that_sixteen_bits_hold_are_stored_with_sixteen() -> None:
+    exact = np.random.default_rng(0).normal(size=(30, 40)).astype(np.float16)
+    short, long = (onnx_writer.write(_gemm(w)) for w in (exact, exact + np.float32(1e-4)))
+    assert len(long) - len(short) == pytest.approx(2 * exact.size, abs=60)
+    assert same(onnx_reader.read(short), _gemm(exact))
+    x = np.ones((3, 40), dtype=np.float32)
+    session = onnxruntime_engine.session(short)
+    (seen,) = session.run(None, {"x": x})
+    np.testing.assert_allclose(seen, x @ exact.astype(np.float32).T, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (b"w.half", b"w.HALF"),  # of one of two places: what is cast is not there
+        (b"Cast", b"Tanh"),  # 16 bits that are not cast
+    ],
+)
+def test_sixteen_bits_are_cast_to_float32_or_refused(before: bytes, after: bytes) -> None:
+    model = onnx_writer.write(_gemm(np.ones((2, 3))))
+    with pytest.raises(onnx_reader.GraphError):
+        onnx_reader.read(model.replace(before, after, 1))
 
 
 def test_the_onnx_package_finds_nothing_wrong() -> None:

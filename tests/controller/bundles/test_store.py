@@ -292,7 +292,7 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     with pytest.raises(BundleError, match=r"for 4×5 taxels at 20 Hz, .* this device has 5×5"):
         install.check_fits(other, shipped)
     denser = dataclasses.replace(shipped, pitch_mm=5.0)
-    with pytest.raises(BundleError, match=r"5×5 taxels at 10 Hz, 5 mm apart, and .* 10 mm apart"):
+    with pytest.raises(BundleError, match=r"5×5 taxels at 40 Hz, 5 mm apart, and .* 10 mm apart"):
         install.check_fits(denser, shipped)
 
 

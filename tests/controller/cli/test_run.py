@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -19,11 +20,13 @@ from controller.bundles.inference import engines
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
+from controller.cli.run import parser
 from controller.protocol import messages as wire
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
+from controller.runtime import assemble
 from controller.runtime.assemble import TOKEN
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.process import signals
@@ -33,7 +36,7 @@ from tests.support import manual_host
 from tests.support.loop_bench import MessageLog
 from tests.support.manual_host import HandMadeHost
 
-BUNDLE = bundle.default_path()
+BUNDLE = bundle.default_path(10.0)
 JOIN = dataclasses.replace(manual_host.JOIN, granted=True)
 PLAY_S = 40.0
 PATIENCE_S = float(os.environ.get("ORBTOUCH_PATIENCE_S", "30"))  # an emulated processor needs more
@@ -172,7 +175,29 @@ def test_without_an_orb_the_message_says_what_to_do(capsys: pytest.CaptureFixtur
 def test_a_recording_of_other_rate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "fast.npz"
     session(path, rate_hz=12.5, seconds=2.0)
-    assert "12.50 Hz, the bundle at 10.00 Hz" in complaint(capsys, "--replay", path)
+    assert "12.50 Hz, the bundle at 40.00 Hz" in complaint(capsys, "--replay", path)
+
+
+def test_the_bundle_that_ships_is_the_one_for_the_rate(caplog: pytest.LogCaptureFixture) -> None:
+    def begun(*words: str) -> tuple[float, float]:
+        parts = assemble.prepare(parser().parse_args([*words, "--link", "-"]))
+        return parts.sensor.rate_hz, parts.bundle.rate_hz
+
+    assert begun() == (40.0, 40.0)
+    assert begun("--rate", "10") == (10.0, 10.0)
+    assert begun("--replay", str(files("assets") / "demo.npz"))[1] == 10.0
+    with caplog.at_level("INFO"):
+        assert begun("--sensor", "emulated", "--fault", "slow_clock=3") == (10.0, 10.0)
+    assert "it is read at 10 Hz, with the bundle for that" in caplog.text
+
+
+def test_an_orb_that_is_too_slow_for_its_bundle_is_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    slow = ("--sensor", "emulated", "--fault", "slow_clock=3")
+    for words in (("--rate", "40"), ("--bundle", bundle.default_path())):
+        told = complaint(capsys, *slow, *words)
+        assert "frames a second, the bundle needs 40; shorten [times]" in told
 
 
 @pytest.mark.parametrize(
@@ -304,7 +329,7 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
     assert process.stop()[0] == 0
     assert [m.number for m in heard if isinstance(m, wire.GroundTruth)] == [1, 2, 3]
     commands = [
-        (m.name, m.frame / 10) for m in heard if isinstance(m, wire.Command | wire.NumberedCommand)
+        (m.name, m.frame / 40) for m in heard if isinstance(m, wire.Command | wire.NumberedCommand)
     ]
     assert [name for name, _ in commands] == ["left", "right", "down"]
     assert main(["--replay", str(path)]) == 0

@@ -158,3 +158,18 @@ def test_a_refused_calibration_leaves_the_old_one(
 def test_wrong_usage_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["calibrate", "--preset", "loud"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_noise_of_a_calibration_grows_with_the_rate(tmp_path: Path) -> None:
+    rest = np.full((5, 5), 40.0, dtype=np.float32)
+    made = Calibration("orb-1", rest, 0.02, "2026-11-21T10:00:00+00:00", "good", rate_hz=10.0)
+    calibration_store.save(made, tmp_path)
+    kept = calibration_store.load("orb-1", tmp_path)
+    assert kept is not None
+    assert kept.known(40.0).idle == pytest.approx(0.04)  # a quarter of the time, twice the noise
+    old = json.loads(calibration_store.path("orb-1", tmp_path).read_text())
+    del old["rate_hz"]  # as before there were other rates than the paper's
+    calibration_store.path("orb-1", tmp_path).write_text(json.dumps(old))
+    kept = calibration_store.load("orb-1", tmp_path)
+    assert kept is not None
+    assert kept.known(10.0).idle == pytest.approx(0.02)

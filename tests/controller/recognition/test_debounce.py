@@ -97,7 +97,8 @@ def test_a_touch_that_was_hardly_one_fires_nothing(probability: float, frames: i
 
 def test_waiting_has_a_bound() -> None:
     bounded = replace(TAPS, wait_s=0.2, late=0.9)
-    assert taps(0.9, 20, bounded) == [(5 + 8, "press")]
+    assert taps(0.9, 20, bounded) == [(5 + 7, "press")]
+    assert taps(0.94, 20, bounded) == [(5 + 3, "press")]  # halfway
     assert taps(0.9, 20) == [(25, "press")]
 
 
@@ -105,6 +106,29 @@ def test_two_taps_a_tenth_of_a_second_apart_are_two() -> None:
     stage = Debouncer(LABELS, TAPS, rate_hz=40.0)
     tap, rest = [sure(PRESS, 0.99)] * 3, [sure(NULL)] * 4
     assert [stage.step(newest) for newest in (tap + rest) * 2].count("press") == 2
+
+
+PATIENT = replace(TAPS, patient=("press",), awaited=("pinch",), patience_s=0.2)  # 8 frames
+TAP, PAUSE, PINCHED = [PRESS] * 4, [NULL] * 4, [PINCH] * 4
+
+
+@pytest.mark.parametrize(
+    ("stream", "expected"),
+    [
+        (TAP + [NULL] * 20, [(8, "press")]),  # nothing follows
+        (TAP + PAUSE + PINCHED + [NULL] * 20, [(8, "pinch")]),  # as a double tap after its first
+        (TAP + PINCHED + [NULL] * 20, [(4, "pinch")]),  # as a swipe after it came down
+        (TAP + PAUSE + TAP + [NULL] * 20, [(8, "press"), (16, "press")]),  # two are two
+        ([PRESS] * 30 + [NULL] * 9, [(8, "press")]),  # held
+        (PINCHED + PAUSE + TAP + [NULL] * 9, [(0, "pinch"), (16, "press")]),
+    ],
+)
+def test_a_patient_gesture_waits_for_one_that_begins_like_it(
+    stream: list[int], expected: list[tuple[int, str]]
+) -> None:
+    stage = Debouncer(LABELS, PATIENT, rate_hz=40.0)
+    steps = ((i, stage.step(sure(label, 0.99))) for i, label in enumerate(stream))
+    assert [(i, label) for i, label in steps if label is not None] == expected
 
 
 SHARE = st.floats(0.01, 1.0)
@@ -117,6 +141,8 @@ SHARE = st.floats(0.01, 1.0)
         DebounceSettings, SHARE, SHARE, SHARE,
         wait_s=st.sampled_from([0.0, 0.2, 1.0]), late=SHARE,
         least=st.sampled_from([2.0, 0.4, 0.7]), brief_s=st.sampled_from([0.0, 0.1, 0.3]),
+        patient=st.sampled_from([(), ("press",)]), awaited=st.sampled_from([(), ("pinch",)]),
+        patience_s=st.sampled_from([0.2, 0.5]),
     ),
 )  # fmt: skip
 def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
@@ -125,5 +151,5 @@ def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
     probabilities = (weights + 1e-3) / (weights + 1e-3).sum(axis=1, keepdims=True)
     stage = Debouncer(LABELS[:4], chosen)
     steps = [(frame, stage.step(newest)) for frame, newest in enumerate(probabilities)]
-    at_once = fire(smooth(probabilities, chosen.smoothing), chosen)
+    at_once = fire(smooth(probabilities, chosen.smoothing), chosen, labels=LABELS[:4])
     assert [(frame, LABELS[label]) for frame, label in at_once] == [s for s in steps if s[1]]

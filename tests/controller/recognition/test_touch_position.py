@@ -161,3 +161,16 @@ def test_it_goes_on_exactly_where_its_state_was_taken() -> None:
             assert one is None or whole.blur == copy.blur
             assert (one is None) == (other is None)
             assert one is None or other is None or one.tobytes() == other.tobytes()
+
+
+def test_a_finger_that_still_rises_is_not_taken_from_the_next_one() -> None:
+    touch = TouchImage(120, 5, 5, rate_hz=40.0)
+    for _ in range(20):
+        touch.step(QUIET, 0.0, null=True)
+    for _ in range(6):
+        touch.step(finger(1), 0.0, null=False)
+    for depth in (0.1, 0.05, 0.02):  # it rises
+        touch.step(finger(1, depth), 0.0, null=True)
+    for _ in range(4):
+        touch.step(finger(3), 0.0, null=False)
+    np.testing.assert_allclose(seen(touch), finger(3), atol=1e-6)

@@ -41,15 +41,15 @@ def felt(*words: str) -> list[Frame]:
     virtual = assemble.prepare(parser().parse_args(words)).sensor
     assert isinstance(virtual, Virtual)
     virtual.perform(1, "twist_cw", 2.0, 2.0, 0.5)
-    return [virtual.read(k / 10) for k in range(1, 25)]
+    return [virtual.read(k / 40) for k in range(1, 97)]
 
 
 def test_the_virtual_orb_has_the_hand_of_user_and_day(capsys: pytest.CaptureFixture[str]) -> None:
     day = "sub-ada_ses-6_run-01"  # `teach` names it so
-    taught = sensors.load("virtual", 10.0, user="ada", day=day)
+    taught = sensors.load("virtual", 40.0, user="ada", day=day)
     assert isinstance(taught, Virtual)
     taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
-    frames = [taught.read(k / 10) for k in range(1, 25)]
+    frames = [taught.read(k / 40) for k in range(1, 97)]
     assert np.array_equal(felt("--hand-of", "ada:6"), frames)
     for other in ((), ("--hand-of", "ben:6"), ("--hand-of", "ada:7")):
         assert not np.array_equal(felt(*other), frames)

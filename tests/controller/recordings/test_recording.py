@@ -133,7 +133,7 @@ def test_a_recording_of_the_form_before_is_still_read(tmp_path: Path) -> None:
 
 
 def test_a_rate_two_percent_from_the_bundle_s_is_refused(tmp_path: Path) -> None:
-    shipped = bundle.read(bundle.default_path())
+    shipped = bundle.read(bundle.default_path(10.0))
     for rate_hz in (9.9, 10.15):
         near = reader.load(record(tmp_path / f"near-{rate_hz}.npz", rate_hz=rate_hz))
         refuse_misfit(near, shipped.settings)
@@ -151,7 +151,7 @@ def test_a_missed_frame_does_not_change_the_rate(tmp_path: Path) -> None:
 
 
 def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
-    shipped = bundle.read(bundle.default_path())
+    shipped = bundle.read(bundle.default_path(10.0))
     path = record(tmp_path / "one.npz")
     other = changed(path, frames=FRAMES[:, :4].copy(), meta=meta(rows=4))
     with pytest.raises(RecordingError, match="4×5 sensor, the bundle for 5×5"):

@@ -3,12 +3,16 @@
 import gc
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from controller.cli.run import parser
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime import process
+from controller.runtime.assemble import open_device, prepare
 from controller.runtime.latency import HOPS, LatencyReporter, LatencyStatistics
 
 
@@ -75,3 +79,19 @@ def test_frames_count_after_all_hops_and_reports_come_once_a_second(tmp_path: Pa
     assert json.loads(status.read_text())["frames"] == 1
     reporter.close()
     assert not status.exists()
+
+
+def test_a_report_carries_the_time_of_its_frame_as_every_message() -> None:
+    sent: list[tuple[object, int]] = []
+    link = SimpleNamespace(
+        connected=True, touchable=True, send=lambda message, t_ms: sent.append((message, t_ms))
+    )
+    parts = prepare(parser().parse_args(["--seed", "3"]))
+    device = open_device(replace(parts, link=link), 1)  # type: ignore[arg-type]
+    assert device.latency is not None
+    for number in range(1, 91):
+        device.advance(40.0)
+        device.latency.idle(now_s=number / 40, left_s=0.02, missed=0)
+    device.close()
+    times = [t_ms for message, t_ms in sent if isinstance(message, LatencyReport)]
+    assert times == [1000, 2000]  # a host that reads them sets its clock by them

@@ -1,6 +1,7 @@
 """The real orb's driver: spidev and lgpio as far as they can be tried without a Raspberry Pi."""
 
 import errno
+import re
 import sys
 import time
 from types import ModuleType
@@ -108,18 +109,29 @@ def test_missing_library_is_told(pi: Spidev, monkeypatch: pytest.MonkeyPatch, mo
         sensors.load("orb", 10.0)
 
 
-@pytest.mark.parametrize(
-    ("fault", "told"),
-    [
-        ("unplugged", "the membrane is plugged in"),
-        ("slow_clock=40", r"a scan takes \d+ ms and 10 Hz leave 100"),
-    ],
-)
-def test_faults_at_start_are_told(fault: str, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def bench_of(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let `--sensor orb` find an emulated board with a fault."""
     bench = EmulatedBoard(seed=3, faults=[WiringFault.parse(fault)])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
-    with pytest.raises(HardwareError, match=told):
+
+
+def test_a_fault_at_start_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench_of("unplugged", monkeypatch)
+    with pytest.raises(HardwareError, match="the membrane is plugged in"):
         sensors.load("orb", 10.0)
+
+
+def test_a_slow_orb_is_read_as_fast_as_it_can_be(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    bench_of("slow_clock=3", monkeypatch)
+    with caplog.at_level("INFO"):
+        slow = sensors.load("orb", 40.0)
+    scan_ms = float(re.findall(r"a scan takes ([\d.]+) ms here", caplog.text)[0])
+    assert scan_ms > 0.8 * 1000 / 40
+    assert slow.rate_hz == int(0.8 * 1000 / scan_ms)
+    assert f"so the orb is read at {slow.rate_hz:g} Hz" in caplog.text
+    assert sensors.load("orb", 10.0).rate_hz == 10.0
 
 
 def test_waiting_is_never_too_short() -> None:

@@ -11,7 +11,7 @@ from controller.bundles.inference.networks import Recognizer
 from controller.recordings import reader
 from controller.teach import add_gesture
 
-SHIPPED = str(bundle.default_path())
+SHIPPED = str(bundle.default_path(10.0))
 EXAMPLE = Path(add_gesture.__file__).parent / "example"
 
 
@@ -66,7 +66,7 @@ def test_a_users_own_pinch_is_learned(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "ada is understood anyway" in capsys.readouterr().err
     learned = bundle.read(tmp_path / "pinch-ada.orb")
     assert learned.users.heads == ("ada",)
-    assert learned.labels == bundle.read(bundle.default_path()).labels
+    assert learned.labels == bundle.read(bundle.default_path(10.0)).labels
 
 
 @pytest.mark.parametrize(

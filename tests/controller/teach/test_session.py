@@ -134,7 +134,7 @@ def test_a_mistake_is_one_sentence(
 def test_a_named_model_must_fit_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = [*FAST, "--out", str(tmp_path), "--rate", "20", "--bundle", str(bundle.default_path())]
     assert main(argv) == 2
-    assert "is for 10 Hz, the sensor has 20 Hz; leave out --bundle" in capsys.readouterr().err
+    assert "is for 40 Hz, the sensor has 20 Hz; leave out --bundle" in capsys.readouterr().err
 
 
 def test_the_hand_must_know_cues(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -68,9 +68,9 @@ def test_pinch_closes_in_while_the_button_is_held() -> None:
     touch = PointerInput()
     touch.press(2.0, 2.0, now_s=1.0, pinch=True)
     assert positions(touch.contacts(1.0)) == [(0.3, 2.0), (3.7, 2.0)]
-    assert positions(touch.contacts(1.25)) == [(0.8, 2.0), (3.2, 2.0)]
-    assert positions(touch.contacts(1.5)) == [(1.3, 2.0), (2.7, 2.0)]
-    assert touch.contacts(9.0) == touch.contacts(1.5)
+    assert positions(touch.contacts(1.05)) == [(0.8, 2.0), (3.2, 2.0)]
+    assert positions(touch.contacts(1.1)) == [(1.3, 2.0), (2.7, 2.0)]
+    assert touch.contacts(9.0) == touch.contacts(1.1)
     touch.release()
     touch.press(4.0, 4.0, now_s=0.0, pinch=True)  # near the rim: both fingers stay on the dome
     left, right = touch.contacts(0.0)

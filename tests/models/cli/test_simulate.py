@@ -64,12 +64,12 @@ def test_a_recording_says_who_played_and_holds_the_truth(data: Path) -> None:
     origin = loaded.origin
     assert (origin.user, origin.session, origin.seed) == ("02", "01", 0)
     assert (origin.protocol, origin.preset) == ("free", "nominal")
-    assert loaded.frames.shape == (300, 5, 5)
-    assert loaded.rate_hz == pytest.approx(10.0)
+    assert loaded.frames.shape == (1200, 5, 5)
+    assert loaded.rate_hz == pytest.approx(40.0)
     assert set(loaded.button.tolist()) > {0}
     truth = loaded.truth
     assert truth is not None
-    assert truth.contact.shape[::2] == (300, 3)
+    assert truth.contact.shape[::2] == (1200, 3)
     for event in truth.events:
         if event.kind in origin.labels:
             inside = (loaded.t >= event.onset_s) & (loaded.t < event.release_s)

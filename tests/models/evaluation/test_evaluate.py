@@ -19,7 +19,7 @@ from models.results import storage
 from models.results.evaluation import Evaluation
 from tests.support.recordings import LABELS, played
 
-SHIPPED = bundle.read(bundle.default_path())
+SHIPPED = bundle.read(bundle.default_path(10.0))
 times = st.floats(0.0, 20.0).map(lambda x: round(x, 2))
 kinds = st.sampled_from(LABELS[1:])
 

@@ -14,7 +14,7 @@ from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from tests.support.recordings import of, origin, played
 
-SHIPPED = bundle.read(bundle.default_path())
+SHIPPED = bundle.read(bundle.default_path(10.0))
 LABELS = SHIPPED.labels
 NETWORKS = replay.Batched(SHIPPED)
 

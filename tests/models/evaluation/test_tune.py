@@ -25,7 +25,7 @@ from tests.support.model_commands import refused
 from tests.support.pytest_types import Capture
 from tests.support.recordings import of, origin, played
 
-PATH = bundle.default_path()
+PATH = bundle.default_path(10.0)
 SHIPPED = bundle.read(PATH)
 LABELS = SHIPPED.labels
 
