@@ -63,7 +63,12 @@ class DebounceSettings:
 
 
 class Debouncer:
-    """Debouncer of a session: one gesture per touch."""
+    """Debouncer of a session: one gesture per touch.
+
+    Attributes:
+        tapped: Greatest smoothed probability of the gesture that the last frame decided for at the
+            end of its touch; 0 if it did not.
+    """
 
     def __init__(
         self, labels: Sequence[str], settings: DebounceSettings, rate_hz: float = 10.0
@@ -88,6 +93,7 @@ class Debouncer:
         self._awaited = {self.labels.index(one) for one in settings.awaited}
         self._queue: list[tuple[int, int]] = []  # classes that wait, and for how many frames
         self._here = False  # the last of them is of the present touch
+        self.tapped = 0.0
 
     @property
     def held(self) -> str:
@@ -132,6 +138,7 @@ class Debouncer:
 
     def _decide(self, mean: NDArray[np.float64]) -> int:
         """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
+        self.tapped = 0.0
         touched = bool(1.0 - mean[NULL] >= self.settings.off)
         found = self._in_touch(mean) if touched else self._end()
         return self._waited(found, touched=touched) if self._patient else found
@@ -191,6 +198,7 @@ class Debouncer:
             and self._sum[best] / self._rate_hz >= self.settings.brief_s
         )
         self._held, self._frames, self._here = NULL, 0, False
+        self.tapped = float(self._peak[best]) if enough else 0.0
         self._sum[:], self._peak[:] = 0.0, 0.0
         return best if enough else NULL
 

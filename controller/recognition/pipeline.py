@@ -35,7 +35,7 @@ class CommandRecord:
         t_s: Time of the deciding frame.
         frame: Its number.
         gesture: The label.
-        probability: Of that label in that frame.
+        probability: Of that label in that frame, or in its tap.
         touch: (x, y) in grid units; None if nothing was touched.
         command: Its name.
     """
@@ -302,7 +302,8 @@ class Pipeline:
         name = rules.command(gesture, touch)
         if name is None:
             return None
-        probability = float(probabilities[self.labels.index(gesture)])
+        now = float(probabilities[self.labels.index(gesture)])
+        probability = max(now, self._debouncer.tapped)  # a tap has left when it is answered
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
     def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:

@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.day [--hours N] [--preset NAME] [--seed N] [--json]
 
-The device's own loop, pipeline and networks take 864,000 frames of one orb that drifts all day
+The device's own loop, pipeline and networks take 3,456,000 frames of one orb that drifts all day
 while a hand plays on it, hour after hour; some hours have a fault, and the host goes away and comes
 back. What became of each of the hand's events is asked stage by stage, from the skin to the host,
 and the first stage that lost it has it on its account. The orb and the hand live in a process of
@@ -42,8 +42,8 @@ from tests.support.processes import memory_mib
 
 from .results import Results, command_line, row, say
 
-RATE_HZ: Final = 10.0
-HOUR: Final = 36_000  # frames
+RATE_HZ: Final = 40.0
+HOUR: Final = 144_000  # frames
 CHUNK: Final = 600  # frames that come from the orb's process at once
 WARM: Final = 1  # hours before memory is compared
 # What is broken in which hour of the day.

@@ -32,7 +32,7 @@ from tests.support.recordings import drifting, sound
 
 from .results import Results, command_line, row
 
-RATE_HZ: Final = 10.0
+RATE_HZ: Final = 40.0
 CHANGE_S: Final = 60.0  # when what happens happens
 FINGER_S: Final = 10.0
 PRESS_S: Final = 600.0

@@ -124,7 +124,7 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
 
 
 def main() -> None:
-    arguments = command_line(__doc__, minutes=10.0, rate=10.0, realtime=False).parse_args()
+    arguments = command_line(__doc__, minutes=10.0, rate=40.0, realtime=False).parse_args()
     if arguments.realtime:
         real_time()
     stolen = steal_s()

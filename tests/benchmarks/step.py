@@ -260,7 +260,7 @@ def main() -> None:
         report(f"inference_ratio_{name}", ours / medians[peer] if known else "missing", "")
     tail_ratio = float(np.percentile(_times(timed[f"shipped@{chosen}"]), 99)) / ours
     report("inference_p99_over_p50", tail_ratio, "")
-    for rate_hz in (10.0, 100.0):
+    for rate_hz in (10.0, 40.0, 100.0):
         steps = paced(shipped, chosen, rate_hz, arguments.seconds)
         for label, share in (("p99", 99), ("p50", 50), ("p999", 99.9)):
             report(f"step_{label}_ms@{rate_hz:g}Hz", float(np.percentile(steps, share)), "ms")

@@ -90,6 +90,15 @@ def test_a_tap_too_short_to_be_clear_fires_when_it_ends() -> None:
     assert taps(0.9, 3) == [(8, "press")]
 
 
+def test_a_tap_is_told_with_its_greatest_probability() -> None:
+    stage = Debouncer(LABELS, TAPS, rate_hz=40.0)
+    told = []
+    for newest in [sure(PRESS, 0.9)] * 3 + [sure(NULL)] * 2:
+        stage.step(newest)
+        told.append(round(stage.tapped, 3))
+    assert told == [0.0, 0.0, 0.0, 0.9, 0.0]
+
+
 @pytest.mark.parametrize(("probability", "frames"), [(0.7, 3), (0.9, 2), (0.5, 20)])
 def test_a_touch_that_was_hardly_one_fires_nothing(probability: float, frames: int) -> None:
     assert taps(probability, frames) == []
