@@ -95,7 +95,7 @@ def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path
     assert correct("") == "taken back (1 left)"
     assert bundles.read(shelf.current()[0]).card["added"] == ["corrected in play: twist_cw"]
     assert correct("") == "taken back (0 left)"
-    assert shelf.current()[0] == SHIPPED
+    assert shelf.current(RATE_HZ)[0] == SHIPPED
     with pytest.raises(BundleError, match="no correction to take back"):
         correct("")
     assert not list((tmp_path / "incoming").iterdir())

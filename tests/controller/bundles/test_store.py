@@ -235,7 +235,7 @@ def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
 def test_installing(tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["install", str(variant(tmp_path, 1))]) == 0
     out = capsys.readouterr().out
-    assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 10 Hz" in out
+    assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 40 Hz" in out
     assert "µs a step" in out
     assert "`controller rollback` goes back to the shipped bundle" in out
     assert main(["models", "--json"]) == 0

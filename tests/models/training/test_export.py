@@ -31,6 +31,8 @@ def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], stride
     torch.manual_seed(0)
     recipe = NetworkRecipe(strides=strides)
     gesture, location = gesture_net(shape, 5, recipe).eval(), location_net(shape[1:], recipe).eval()
+    for net in (gesture, location):
+        export.flush(net)  # as an export does: weights of 16 bits
     windows = 1.0 + 0.1 * torch.randn(20, *shape)
     with torch.no_grad():
         probabilities = torch.softmax(gesture(windows), dim=1).numpy()
