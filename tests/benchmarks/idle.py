@@ -1,4 +1,4 @@
-"""An idle day: false alarms an hour on orbs that nobody touches, at the shipped bundle's rate.
+"""An idle day: false alarms per hour on untouched orbs, at the shipped bundle's rate.
 
     python -m tests.benchmarks.idle [--hours N] [--bundle FILE] [--json]
 
