@@ -26,7 +26,7 @@ ROW: Final = 40  # design units from one row of a card to the next
 # Icon, what to do, what the default table makes of it, how a mouse does it.
 _TOUCHES: Final = (
     ("press", "press", "moves: left, right, down", "click; hold to repeat"),
-    ("pinch", "pinch", "drops the piece", "press the right button, or 2"),
+    ("pinch", "pinch", "drops the piece", "click right, or 2 and left"),
     ("twist_cw", "twist", "turns the piece", "drag round the rim"),
 )
 _SHOWN: Final = {"press", "pinch", "twist_cw", "twist_ccw"}  # by these rows

@@ -18,6 +18,7 @@ _REST_S: Final = 1.0  # time constant of the level at rest
 _ANSWER_S: Final = 0.2  # after its end, in which a touch may still be answered
 _LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
 _SHORT_S: Final = 0.3
+_RECOVER_S: Final = 1.0  # in which the dome springs back after an answered touch, like a light one
 _RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
 
 
@@ -32,6 +33,7 @@ class UnansweredTouches:
         self._begun_s: float | None = None  # of the touch under way, or just over
         self._ended_s: float | None = None
         self._answered = False
+        self._recovered_s = 0.0  # when the dome has sprung back from the last answered touch
         self._peaks = np.zeros(len(labels))  # greatest probabilities
         self._null = 1.0  # smallest probability of none
 
@@ -67,7 +69,9 @@ class UnansweredTouches:
         self._null = min(self._null, float(probabilities[0]))
         if self._ended_s is None or now_s - self._ended_s < _ANSWER_S:
             return ""
-        reason = "" if self._answered else self._reason(self._ended_s - self._begun_s)
+        reason = "" if self._answered else self._reason(self._begun_s, self._ended_s)
+        if self._answered:
+            self._recovered_s = self._ended_s + _RECOVER_S
         self._begun_s = self._ended_s = None
         return reason
 
@@ -75,14 +79,15 @@ class UnansweredTouches:
         self._begun_s, self._ended_s, self._answered = now_s, None, False
         self._peaks[:], self._null = 0.0, 1.0
 
-    def _reason(self, lasted_s: float) -> str:
-        """Return why a touch that lasted so long was not answered."""
+    def _reason(self, begun_s: float, ended_s: float) -> str:
+        """Return why a touch was not answered; "" if it may be none."""
         first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])
         if 1.0 - self._null < _LIGHT:
-            return "too light: press a little more firmly"
+            light = "too light: press a little more firmly"
+            return light if begun_s >= self._recovered_s else ""
         if others and self._peaks[others[0]] > _RIVAL * self._peaks[first]:
             one, other = (words(self._labels[i]) for i in (first, others[0]))
             return f"undecided between {one} and {other}"
-        if lasted_s < _SHORT_S:
+        if ended_s - begun_s < _SHORT_S:
             return "too short: stay a little longer"
         return f"not clearly a {words(self._labels[first])}"

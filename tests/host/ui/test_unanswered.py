@@ -75,3 +75,19 @@ def test_rest_is_no_touch_on_a_noisy_orb_either() -> None:
     assert {watch.step(level, shares(1.0), "", i * FRAME_S) for i, level in enumerate(levels)} == {
         ""
     }
+
+
+@pytest.mark.parametrize(
+    ("rest", "said"), [(12, []), (60, ["too light: press a little more firmly"])]
+)
+def test_what_comes_soon_after_an_answered_touch_is_the_dome_springing_back(
+    rest: int, said: list[str]
+) -> None:
+    watch, found = UnansweredTouches(LABELS), []
+    levels = [REST] * 40 + [TOUCHED] * 10 + [REST] * rest + [0.04] * 6 + [REST] * 20
+    for frame, level in enumerate(levels):
+        pressed = level == TOUCHED
+        probabilities = shares(0.0, press=1.0) if pressed else shares(0.9, press=0.1)
+        held = "press" if pressed else ""
+        found.append(watch.step(level, probabilities, held, frame * FRAME_S))
+    assert [reason for reason in found if reason] == said
