@@ -33,6 +33,7 @@ class UnansweredTouches:
         self._begun_s: float | None = None  # of the touch under way, or just over
         self._ended_s: float | None = None
         self._answered = False
+        self._left_s = 0.0  # end of the last touch
         self._recovered_s = 0.0  # when the dome has sprung back from the last answered touch
         self._peaks = np.zeros(len(labels))  # greatest probabilities
         self._null = 1.0  # smallest probability of none
@@ -61,7 +62,7 @@ class UnansweredTouches:
             share = min(1.0, passed_s / _REST_S)
             self._rest += share * (deviation - self._rest)
         elif self._ended_s is None:
-            self._ended_s = now_s
+            self._ended_s = self._left_s = now_s
         if self._begun_s is None:
             return ""
         self._answered |= bool(held)
@@ -70,12 +71,12 @@ class UnansweredTouches:
         if self._ended_s is None or now_s - self._ended_s < _ANSWER_S:
             return ""
         reason = "" if self._answered else self._reason(self._begun_s, self._ended_s)
-        if self._answered:
-            self._recovered_s = self._ended_s + _RECOVER_S
         self._begun_s = self._ended_s = None
         return reason
 
     def _begin(self, now_s: float) -> None:
+        if self._answered:
+            self._recovered_s = self._left_s + _RECOVER_S
         self._begun_s, self._ended_s, self._answered = now_s, None, False
         self._peaks[:], self._null = 0.0, 1.0
 
