@@ -78,7 +78,7 @@ def test_rest_is_no_touch_on_a_noisy_orb_either() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rest", "said"), [(12, []), (60, ["too light: press a little more firmly"])]
+    ("rest", "said"), [(3, []), (12, []), (60, ["too light: press a little more firmly"])]
 )
 def test_what_comes_soon_after_an_answered_touch_is_the_dome_springing_back(
     rest: int, said: list[str]
