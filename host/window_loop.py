@@ -47,22 +47,25 @@ def play(
     """
     pace = pygame.time.Clock()
     began_s = clock()
-    playing, connected = True, False
+    playing, connected, fullscreen = True, False, False
     while playing:
         now_s = clock() - began_s
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
                 playing = False
             elif event.type == pygame.KEYDOWN and event.key == pygame.K_F11:
-                surface = set_fullscreen(not pygame.display.is_fullscreen(), SIZE)
+                target.fullscreen = not target.fullscreen
             else:
                 target.handle(event, now_s)
         connected = _exchange(target, orb, now_s, connected)
+        if target.fullscreen is not fullscreen:
+            fullscreen = target.fullscreen
+            surface = set_fullscreen(fullscreen, target.size)
         target.draw(surface)
         pygame.display.flip()
         drawn()
         pace.tick(FRAMES_PER_S)
-        playing = playing and (seconds is None or now_s < seconds)
+        playing = playing and not target.closed and (seconds is None or now_s < seconds)
     if screenshot is not None:
         save(surface, screenshot)
 

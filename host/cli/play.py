@@ -9,12 +9,15 @@ import signal
 from contextlib import ExitStack
 from pathlib import Path
 
+import pygame
+
 from controller import __version__
 from controller.errors import complain
 from controller.protocol import psk
 from controller.protocol.link_events import Connected
 from host import taps, targets
 from host import window_loop as loop
+from host.app.application import SIZE, OrbApp
 from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
@@ -25,6 +28,8 @@ from host.connection.virtual_orb import VirtualOrbProcess
 from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
+from tetris.files import config_folder, data_folder
+from tetris.window.app import Start
 
 _DEMO_S = 120.0  # default length of the demo
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
@@ -74,10 +79,8 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             receiver.subscribe(worker.hear)
         if seeker is not None:
             receiver.subscribe(seeker.on_received, Connected)
-        target = targets.load(options.target, wish)
+        target, surface = _open(options, wish)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
-        unseen = options.headless and options.target in _UNSEEN
-        surface = None if unseen else loop.window(headless=options.headless, size=target.size)
         if options.link is not None or seeker is not None:
             noted = remembering.DeviceDefaults(memory, options, target, seeker)
             stack.callback(noted.close)
@@ -103,6 +106,21 @@ def _play(options: argparse.Namespace, seed: int) -> None:
                 screenshot=options.screenshot,
                 drawn=lambda: _drawn(target, hops),
             )
+
+
+def _open(
+    options: argparse.Namespace, wish: TargetOptions
+) -> tuple[targets.Target, pygame.Surface | None]:
+    """Return the target, and its window unless it needs none."""
+    if options.target == _USUAL:
+        surface = loop.window(headless=options.headless, size=SIZE)
+        at_once = options.seed is not None or options.seconds is not None
+        start = Start(seed=wish.seed) if at_once else Start()
+        app = OrbApp(start, config=config_folder(), data=data_folder(), sound=not options.headless)
+        return app, surface
+    target = targets.load(options.target, wish)
+    unseen = options.headless and options.target in _UNSEEN
+    return target, None if unseen else loop.window(headless=options.headless, size=target.size)
 
 
 def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:

@@ -48,15 +48,19 @@ class Target(ABC):
         size: Initial size of its window, pixels.
         orb: State of the orb, updated by `tick`.
         touch: Contacts on a virtual orb.
+        closed: Whether the player has left it, so that the program ends.
+        fullscreen: Whether its window fills the screen.
     """
 
     size: tuple[int, int]
+    fullscreen = False
 
     def __init__(self) -> None:
         """Begin without an orb."""
         self.orb = OrbState()
         self.touch = PointerInput()
         self._button = 0  # mouse button held on the dome
+        self.closed = False
 
     @abstractmethod
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> object:

@@ -1,6 +1,9 @@
 """Tetris in a window of its own: the loop that owns the clock."""
 
 import time
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +14,7 @@ from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
 from tetris.window.display import open_window, set_fullscreen
 from tetris.window.game_session import Saves
+from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.settings import Settings, stepped
@@ -43,6 +47,14 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
     return app.game
 
 
+@dataclass(frozen=True, slots=True)
+class HostWindow:
+    """A larger window that the game is a part of."""
+
+    items: Callable[[ScreenStack], Sequence[Item]]  # that the title page offers besides its own
+    mode_setting: str = "mode"  # name of the setting with the mode that is offered
+
+
 class App:
     """The whole window, without a clock: each frame passes the time."""
 
@@ -54,8 +66,12 @@ class App:
         config: Path | None = None,
         data: Path | None = None,
         sound: bool = True,
+        host: HostWindow | None = None,
     ) -> None:
-        """Set up the first screen; without a folder, settings or games are not kept."""
+        """Set up the first screen; without a folder, settings or games are not kept.
+
+        With a host window, the surface is a part of it, which `place` changes.
+        """
         settings, notice = Settings(), ""
         if config is not None:
             settings, notice = settings_file.load(config / settings_file.FILE_NAME)
@@ -63,6 +79,10 @@ class App:
         self._size = surface.get_size()
         self.stage = ScreenStack(settings, config, surface.get_rect())
         self.stage.notice = notice
+        self._host = host
+        if host is not None:
+            self.stage.mode_setting = host.mode_setting
+            self.stage.further = partial(host.items, self.stage)
         self._flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
         self._settled_s = 0.0  # when the window has come to rest after filling the screen
@@ -79,6 +99,13 @@ class App:
 
     def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
         """Take events, let time pass, draw; return whether the window stays open."""
+        stays = self.advance(time_s, events)
+        if stays:
+            self.draw(time_s)
+        return stays
+
+    def advance(self, time_s: float, events: list[pygame.event.Event]) -> bool:
+        """Take events and let time pass; return whether the window stays open."""
         stage = self.stage
         stage.time_s = time_s
         for event in events:
@@ -90,17 +117,32 @@ class App:
         if stage.screen is not None:
             stage.screen.tick(time_s)
         self._obey_fullscreen()
-        if stage.screen is None:
-            return False
-        if stage.screen.pointer is not pygame.mouse.get_visible():
-            pygame.mouse.set_visible(stage.screen.pointer)
-        stage.screen.draw(self._surface, time_s)
-        return True
+        return stage.screen is not None
+
+    def draw(self, time_s: float) -> None:
+        """Draw the screen that is seen."""
+        screen = self.stage.screen
+        assert screen
+        if self._host is None and screen.pointer is not pygame.mouse.get_visible():
+            pygame.mouse.set_visible(screen.pointer)
+        screen.draw(self._surface, time_s)
+
+    def place(self, surface: pygame.Surface) -> None:
+        """Draw into another part of the host window from now on."""
+        self._surface = surface
+        if surface.get_size() != self._size:
+            self._size = surface.get_size()
+            self.stage.resize(surface.get_rect())
 
     def act(self, action: Action) -> None:
         """Take a command of a controller that gives actions, such as the orb."""
         if self.stage.screen is not None:
             self.stage.screen.act(action, self.stage.time_s)
+
+    def hold(self, held: Collection[Action], repeats: Sequence[Action]) -> None:
+        """Take what such a controller holds down, and the repeats that are due."""
+        if self.stage.screen is not None:
+            self.stage.screen.hold(held, repeats, self.stage.time_s)
 
     def _take(self, event: pygame.event.Event, time_s: float) -> None:
         stage, screen = self.stage, self.stage.screen
@@ -122,7 +164,7 @@ class App:
             case pygame.WINDOWFOCUSLOST if time_s >= self._settled_s:
                 stage.pads.release_all()
                 screen.release_all("pause.focus")
-            case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED:
+            case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED if self._host is None:
                 self._resize()
             case kind if kind in _MOUSE:
                 screen.mouse(event, time_s)

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 FALLBACK: Final = "en"
+_PARTS: Final = ("tetris", "host")  # folders of assets with texts for the window
 
 
 class Words:
@@ -44,8 +45,12 @@ def names() -> tuple[str, ...]:
 @cache
 def table(name: str) -> Mapping[str, str]:
     """Return all words of a language by their keys, such as `menu.play`."""
-    file = files("assets") / "tetris" / "languages" / f"{name}.toml"
-    return MappingProxyType(_flat("", tomllib.loads(file.read_text("utf-8"))))
+    flat: dict[str, str] = {}
+    for part in _PARTS:
+        file = files("assets") / part / "languages" / f"{name}.toml"
+        if file.is_file():
+            flat |= _flat("", tomllib.loads(file.read_text("utf-8")))
+    return MappingProxyType(flat)
 
 
 def _flat(prefix: str, nested: Mapping[str, Any]) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Base class of all screens, and their stack with what they share: settings, look, sounds, pads."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 import pygame
@@ -8,7 +9,7 @@ import pygame
 from tetris.engine.events import Action
 from tetris.window import settings as settings_file
 from tetris.window.keys import Code
-from tetris.window.menu import OF_ACTION, MenuStep
+from tetris.window.menu import OF_ACTION, Item, MenuStep
 from tetris.window.pads import Pads
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds
@@ -40,6 +41,11 @@ class Screen(ABC):
         if step := OF_ACTION.get(action):
             self.nav(step, time_s)
 
+    def hold(  # noqa: B027
+        self, held: Collection[Action], repeats: Sequence[Action], time_s: float
+    ) -> None:
+        """Take the actions that such a controller holds down, and the repeats that are due."""
+
     def mouse(self, event: pygame.event.Event, time_s: float) -> None:  # noqa: B027
         """Take an event of the mouse."""
 
@@ -67,6 +73,8 @@ class ScreenStack:
         self.notice = ""  # a sentence that the player should read
         self.area = area  # the window, in pixels
         self.time_s = 0.0  # by the clock of the window
+        self.mode_setting = "mode"  # name of the setting with the mode that the title page offers
+        self.further: Callable[[], Sequence[Item]] = tuple  # further items of the title page
         self._folder = folder
         self._screens: list[Screen] = []
 

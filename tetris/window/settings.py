@@ -27,6 +27,7 @@ class Settings:
     """Settings of the player."""
 
     mode: str = "marathon"  # played last, like the next
+    orb_mode: str = "orb"  # the same, where an orb plays
     level: int = 1
     das_ms: int = 167  # before a held direction repeats: docs/tetris.md "auto_repeat"
     arr_ms: int = 33  # between repeats; 0 goes to the wall at once
@@ -44,6 +45,7 @@ class Settings:
     effects: int = 70  # volume, per cent, like the next two
     clicks: int = 40  # of menus
     tones: int = 0  # of a tone per piece as it enters
+    introduced: bool = False  # whether the introduction to the orb was offered
     keys: Names = field(default_factory=lambda: bindings.KEYS)
     pads: Names = field(default_factory=lambda: bindings.PADS)
 
@@ -63,7 +65,7 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
 """Of each number the least, the most, and the step with which a menu changes it."""
 
 _SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
-    "play": ("mode", "level"),
+    "play": ("mode", "orb_mode", "level", "introduced"),
     "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard"),
     "screen": ("theme", "patterns", "motion", "ghost", "grid", "fullscreen", "language"),
     "sound": ("effects", "clicks", "tones"),

@@ -37,7 +37,8 @@ def title_screen(
     def turn_mode(step: int) -> None:
         names = list(MODES)
         place = names.index(chosen_mode(stage).name) + step
-        stage.change(changed(stage.settings, mode=names[place % len(names)]))
+        chosen = {stage.mode_setting: names[place % len(names)]}
+        stage.change(changed(stage.settings, **chosen))
 
     def turn_level(step: int) -> None:
         stage.change(stepped(stage.settings, "level", step))
@@ -53,6 +54,7 @@ def title_screen(
             level = str(stage.settings.level)
             items.append(Item(words("menu.level"), value=level, step=turn_level, hint=text))
         items += [
+            *stage.further(),
             Item(words("menu.best"), best, hint=words("title.best")),
             Item(words("menu.replays"), replays, hint=words("title.replays")),
             Item(words("menu.settings"), settings, hint=words("title.settings")),
@@ -66,7 +68,7 @@ def title_screen(
 
 def chosen_mode(stage: ScreenStack) -> Mode:
     """Return the mode of the settings; the first one for a name that is unknown here."""
-    return MODES.get(stage.settings.mode) or next(iter(MODES.values()))
+    return MODES.get(getattr(stage.settings, stage.mode_setting)) or next(iter(MODES.values()))
 
 
 def best_screen(stage: ScreenStack, shelf: Saves, attract: AttractMode) -> MenuScreen:

@@ -1,6 +1,6 @@
 """The game itself: keys and buttons in, the board and what happens on it out."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from operator import itemgetter
 from typing import Final
 
@@ -54,12 +54,18 @@ class PlayScreen(Screen):
         self._over_s: float | None = None
         self._hint: Piece | None = None
         self._given: list[DueAction] = []
+        self._held: frozenset[Action] = frozenset()  # by a controller of actions
         self._take_over_hands()
 
     def _take_over_hands(self) -> None:
         settings = self._stage.settings
         self._keys = hands(settings)
         self._hint_codes = bindings.codes(bindings.HINT, settings.keys, settings.pads)
+
+    @property
+    def by_hand(self) -> bool:
+        """Whether the player plays, not a bot."""
+        return self._bot is None
 
     # -- what comes in -----------------------------------------------------------------
 
@@ -75,7 +81,13 @@ class PlayScreen(Screen):
 
     def act(self, action: Action, time_s: float) -> None:
         """Take a command, which is one press and never repeats."""
-        self._given.append(DueAction(time_s + self._offset_s, action, held=self._keys.held))
+        self._given.append(DueAction(time_s + self._offset_s, action, held=self._down))
+
+    def hold(self, held: Collection[Action], repeats: Sequence[Action], time_s: float) -> None:
+        """Take what a controller of actions holds down, and the repeats that are due."""
+        self._held = frozenset(held)
+        at_s = time_s + self._offset_s
+        self._given += [DueAction(at_s, action, True, self._down) for action in repeats]
 
     def release_all(self, reason: str) -> None:
         """Let go of everything, and pause a game that is played by hand."""
@@ -105,6 +117,10 @@ class PlayScreen(Screen):
     # -- time --------------------------------------------------------------------------
 
     @property
+    def _down(self) -> frozenset[Action]:
+        return self._keys.held | self._held
+
+    @property
     def _begun(self) -> bool:
         return self._begin_s is not None and self._time_s >= self._begin_s
 
@@ -115,7 +131,7 @@ class PlayScreen(Screen):
             self._begin_s = now_s + (0.0 if self._bot else READY_S)
             self._stage.sounds.effect("ready")
         if self._begun and self.session.game.phase is Phase.PAUSED:
-            self._update(now_s, [Action.PAUSE], self._keys.held)  # no menu covers it any more
+            self._update(now_s, [Action.PAUSE], self._down)  # no menu covers it any more
         due = sorted(self._keys.due(now_s) + self._given, key=itemgetter(0))
         self._given = []
         wanted = [each.action for each in due if each.action in _OURS]
@@ -137,7 +153,7 @@ class PlayScreen(Screen):
             if not (repeated and self._idle(action)):
                 self._update(max(at_s, began_s), [action], held, commands=int(not repeated))
         planned = self._bot.actions(game, time_s) if self._bot else []
-        self._update(time_s, planned, self._keys.held, commands=len(planned))
+        self._update(time_s, planned, self._down, commands=len(planned))
         if game.phase is Phase.OVER and self._over_s is None:
             self._over_s = time_s + _REST_S
 

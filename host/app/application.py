@@ -1,0 +1,273 @@
+"""The application: the game's window with the dome docked, and what passes between the two."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import pygame
+
+from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
+from host.app.layout import Dock
+from host.app.screen import OrbScreen
+from host.connection.latency import EndToEndLatency
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.targets import Target
+from host.targets.tetris import ACTIONS, HeldGestures
+from host.ui.correction_keys import CorrectionKeys
+from host.ui.orb_state import OrbState
+from host.ui.panel import Panel
+from tetris.engine.game import Action
+from tetris.window import bindings
+from tetris.window.app import App, HostWindow, Start
+from tetris.window.menu import Item, MenuStep
+from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.settings import changed
+
+SIZE: Final = (1280, 720)  # the window's first; it can be resized
+_MOUSE: Final = (
+    pygame.MOUSEMOTION,
+    pygame.MOUSEBUTTONDOWN,
+    pygame.MOUSEBUTTONUP,
+    pygame.MOUSEWHEEL,
+)
+_FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
+_TWO_FINGERS: Final = pygame.K_2
+_CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
+_HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
+
+
+class OrbApp(Target):
+    """The game's screens, and the orb that plays in them.
+
+    Attributes:
+        game: The window of the game, which is a part of this one.
+        ghost, zones, note: As in `host.app.screen.Orb`.
+    """
+
+    size = SIZE
+
+    def __init__(
+        self,
+        start: Start = Start(),  # noqa: B008 (frozen)
+        *,
+        config: Path | None = None,
+        data: Path | None = None,
+        sound: bool = True,
+    ) -> None:
+        """Set up the first screen; without a folder, settings or games are not kept."""
+        super().__init__()
+        self.ghost: tuple[Contact, ...] = ()
+        self.zones, self.note = False, ""
+        self._dock = Dock.of(SIZE)
+        self.game = App(
+            pygame.Surface(self._dock.game.size),
+            start,
+            config=config,
+            data=data,
+            sound=sound,
+            host=HostWindow(self._items, mode_setting="orb_mode"),
+        )
+        self.panel = Panel()
+        self.correcting = CorrectionKeys()
+        self._gestures = HeldGestures(self.stage.settings)
+        self._events: list[pygame.event.Event] = []  # for the game, since the last tick
+        self._due: list[Message] = []  # for the orb
+        self._paused: Screen | None = None  # the menu of a pause that the link made
+        self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
+        self._now_s = 0.0
+        self._surface: pygame.Surface | None = None
+        self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
+
+    @property
+    def stage(self) -> ScreenStack:
+        """The screens."""
+        return self.game.stage
+
+    @property
+    def state(self) -> OrbState:
+        """The orb as it is drawn."""
+        return self.orb
+
+    @property
+    def virtual(self) -> bool:
+        """Whether the orb is connected, and a virtual one, which a mouse can touch."""
+        return self._touchable
+
+    @property
+    def fullscreen(self) -> bool:
+        """Whether the player wants the window to fill the screen."""
+        return self.stage.settings.fullscreen
+
+    @fullscreen.setter
+    def fullscreen(self, wanted: bool) -> None:
+        self.stage.change(changed(self.stage.settings, fullscreen=wanted))
+
+    def send(self, message: Message) -> None:
+        """Send a message to the orb with the next ones."""
+        self._due.append(message)
+
+    def _items(self, stage: ScreenStack) -> Sequence[Item]:
+        """Return what the title page offers about the orb."""
+        return ()
+
+    # -- what comes over the link --------------------------------------------------------
+
+    def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
+        """Advance to the present time and process received events, oldest first."""
+        self._now_s = now_s
+        for item in received:
+            self._take(item, now_s)
+        repeats = self._gestures.poll(now_s)
+        lowering = [Action.DOWN] if self._gestures.soft_drop(now_s) else []
+        self.game.hold(lowering, repeats)
+        events, self._events = self._events, []
+        self.closed = not self.game.advance(now_s, events)
+        self.orb.advance(now_s)
+
+    def _take(self, item: Received, now_s: float) -> None:
+        """Process a received event."""
+        self._observe(item, now_s)
+        match item:
+            case Connected(welcome=welcome):
+                self.correcting.labels = welcome.labels
+                self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
+                self._go_on(now_s)
+            case Stale() | Lost() | Refused():
+                self._gestures.hold((), now_s)
+                self._stop(isinstance(item, Stale))
+            case Delivered(message=message):
+                self._go_on(now_s)
+                self._deliver(message, now_s)
+
+    def _deliver(self, message: Message, now_s: float) -> None:
+        screen = self.stage.screen
+        match message:
+            case Command():
+                taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
+                if not taken and (action := ACTIONS.get(message.name)):
+                    self.game.act(action)
+            case State():
+                self._gestures.hold(message.pressed, now_s)
+            case UploadStatus():
+                self.correcting.answer(message, now_s)
+        if isinstance(screen, OrbScreen) and isinstance(message, Report):
+            screen.report(message, now_s)
+
+    def _stop(self, silent: bool) -> None:
+        """Pause a game that is being played while the orb is away."""
+        screen = self.stage.screen
+        if self._paused is None and isinstance(screen, PlayScreen) and screen.by_hand:
+            words = self.stage.look.words
+            screen.pause(words("orb.silent") if silent else words("orb.lost"))
+            if self.stage.screen is not screen:
+                self._paused = self.stage.screen
+
+    def _go_on(self, now_s: float) -> None:
+        """End the pause that the link made; one that the player made stays."""
+        paused, self._paused = self._paused, None
+        if paused is not None and self.stage.screen is paused:
+            paused.nav(MenuStep.BACK, now_s)
+
+    def outgoing(self, now_s: float) -> list[Message]:
+        """Return the messages for the device: wishes, corrections, contacts on a virtual orb."""
+        due, self._due = self._due, []
+        return [*due, *self.correcting.outgoing(), *super().outgoing(now_s)]
+
+    # -- the window ----------------------------------------------------------------------
+
+    def handle(self, event: pygame.event.Event, now_s: float) -> None:
+        """Process an event of the window: a key, the mouse, a finger, the focus."""
+        match event.type:
+            case pygame.KEYDOWN if self.correcting.key(event.key, getattr(event, "mod", 0), now_s):
+                self._waiting = 0
+            case pygame.KEYDOWN if event.key in _CTRL and self._waits(event.key):
+                self._waiting = event.key
+            case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
+                self.touch.hold_two(event.type == pygame.KEYDOWN)
+            case pygame.KEYDOWN:
+                self._act()
+                self._events.append(event)
+            case pygame.KEYUP:
+                if event.key == self._waiting:
+                    self._act()
+                self._events.append(event)
+            case kind if kind in _MOUSE:
+                self._mouse(event, now_s)
+            case kind if kind in _FINGERS:
+                self._touch(event, now_s)
+            case _:
+                if event.type == pygame.WINDOWFOCUSLOST:
+                    self._waiting = 0
+                    self.touch.lift_all()
+                self._events.append(event)
+
+    def _touch(self, event: pygame.event.Event, now_s: float) -> None:
+        self._point(event, now_s, self.panel.projection, self._size)
+
+    def _mouse(self, event: pygame.event.Event, now_s: float) -> None:
+        """Pass an event of the mouse to the dome, or with its place there to the game."""
+        self._touch(event, now_s)
+        place = getattr(event, "pos", pygame.mouse.get_pos())
+        if self._dock.game.collidepoint(place) and event.type != pygame.MOUSEBUTTONUP:
+            left, top = self._dock.game.topleft
+            moved = {**event.dict, "pos": (place[0] - left, place[1] - top)}
+            self._events.append(pygame.event.Event(event.type, moved))
+
+    def _waits(self, code: int) -> bool:
+        """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
+        action = bindings.table(self.stage.settings.keys).get(code)
+        return bool(self.correcting.labels) and action not in _HELD
+
+    def _act(self) -> None:
+        """Press the Ctrl that waits: it was no part of a correction."""
+        code, self._waiting = self._waiting, 0
+        if code:
+            self._events += [
+                pygame.event.Event(kind, key=code) for kind in (pygame.KEYDOWN, pygame.KEYUP)
+            ]
+
+    def draw(self, surface: pygame.Surface) -> None:
+        """Draw the game's screen and the orb as they were at the last tick."""
+        self._place(surface)
+        if self.closed:
+            return
+        self.game.draw(self._now_s)
+        surface.fill(self.stage.look.palette.background, self._panel_side)
+        self.orb.hint = self.note or self._hint()
+        self.panel.place(self._dock.panel, self.touch.pad)
+        self.panel.draw(surface, self.orb, self._now_s)
+
+    def _place(self, surface: pygame.Surface) -> None:
+        """Lay out the window anew when its surface is another one."""
+        if surface is self._surface and surface.get_size() == self._size:
+            return
+        self._surface, self._size = surface, surface.get_size()
+        self._dock = dock = Dock.of(self._size)
+        self.game.place(surface.subsurface(dock.game))
+        beside = dock.game.left > 0
+        self._panel_side = (
+            pygame.Rect(0, 0, dock.game.left, self._size[1])
+            if beside
+            else pygame.Rect(0, dock.game.bottom, self._size[0], self._size[1] - dock.game.bottom)
+        )
+
+    def _hint(self) -> str:
+        words = self.stage.look.words
+        if message := self.correcting.told(self._now_s):
+            return message
+        if not self._touchable:
+            return ""
+        if self.touch.two_fingers:
+            return words("orb.two_fingers")
+        return "" if self.orb.history else words("orb.first_touch")
+
+    def paced(self, hops: EndToEndLatency) -> None:
+        """Show the latency of frames, about once a second."""
+        pace = hops.pace
+        if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
+            self.orb.hops, self.orb.period_ms = tuple(hops.digest()), pace.period_ms
+
+    def close(self) -> None:
+        """Let go of the devices."""
+        self.game.close()

@@ -1,0 +1,57 @@
+"""Base class of the screens about the orb."""
+
+from typing import Protocol
+
+from controller.protocol.messages import Command, Contact, Message, Report
+from host.ui.orb_state import OrbState
+from tetris.window.menu import Menu
+from tetris.window.screen_stack import ScreenStack
+from tetris.window.screens.menu_screen import MenuScreen
+
+
+class Orb(Protocol):
+    """What screens know of the window's orb, and ask it for.
+
+    Attributes:
+        state: The orb as it is drawn: link, image, labels, history.
+        ghost: Fingers drawn on the dome that show a gesture; grid units.
+        zones: Whether the dome shows which command a press gives where.
+        note: A sentence under the dome; "": the usual ones.
+    """
+
+    state: OrbState
+    ghost: tuple[Contact, ...]
+    zones: bool
+    note: str
+
+    @property
+    def virtual(self) -> bool:
+        """Whether the orb is connected, and a virtual one, which a mouse can touch."""
+
+    def send(self, message: Message) -> None:
+        """Send a message to the orb."""
+
+
+class OrbScreen(MenuScreen):
+    """A menu page that takes what the orb recognises and reports before the menu does."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb) -> None:
+        """Show a page in the stage about an orb; `page` builds its menu."""
+        self.orb = orb
+        super().__init__(stage, self.page, back=self.leave)
+
+    def page(self) -> Menu:
+        """Return the menu as things are now."""
+        raise NotImplementedError
+
+    def recognised(self, command: Command, time_s: float) -> bool:
+        """Take a recognised gesture; return whether it is no step in the menu."""
+        return False
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Take a report of the orb; those for its picture have been taken already."""
+
+    def leave(self) -> None:
+        """Go back, and leave no trace on the dome."""
+        self.orb.ghost, self.orb.zones, self.orb.note = (), False, ""
+        self._stage.pop()
