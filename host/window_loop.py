@@ -47,7 +47,8 @@ def play(
     """
     pace = pygame.time.Clock()
     began_s = clock()
-    playing, connected, fullscreen = True, False, False
+    playing, connected = True, False
+    fullscreen = pygame.display.is_fullscreen()
     while playing:
         now_s = clock() - began_s
         for event in pygame.event.get():

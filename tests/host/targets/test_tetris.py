@@ -324,10 +324,10 @@ def test_loop_plays_until_its_time_is_up() -> None:
 
 
 def test_f11_fills_the_screen_and_comes_back() -> None:
-    surface = loop.window(headless=True)
+    surface, target = loop.window(headless=True), TetrisTarget(seed=1)
     for expected in (pygame.display.get_desktop_sizes()[0], loop.SIZE):
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_F11))
-        loop.play(TetrisTarget(seed=1), FakeReceiver(), surface, seconds=1e-9)
+        loop.play(target, FakeReceiver(), surface, seconds=1e-9)
         assert pygame.display.get_window_size() == expected
 
 
