@@ -7,7 +7,7 @@ Reading checks every value and raises one of `BAD_BYTES`; it never reads beyond 
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
-from math import isfinite
+from math import inf, isfinite
 from typing import Annotated, Any, Final, NamedTuple
 
 from controller.errors import one_line
@@ -231,6 +231,7 @@ Nonce32 = Annotated[int, number("I", 1, _U32)]
 Size = Annotated[int, number("B", 1, 0xFF)]
 Span = Annotated[int, number("H", 1, 0xFFFF)]  # milliseconds
 F32 = Annotated[float, number("f", -_LARGEST, _LARGEST)]  # finite
+Bound = Annotated[float, number("f", -inf, inf)]  # infinite: no bound
 Deviation = Annotated[float, number("f", 0, _LARGEST)]
 Share = Annotated[float, number("f", 0, 1)]
 Text40 = Annotated[str, _NAME]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from controller.protocol import codec
+from controller.protocol import teaching as teaching  # registers its messages
 from controller.protocol.auth import SIZE as TAG
 from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.codec import ProtocolError
