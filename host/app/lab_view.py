@@ -111,8 +111,8 @@ def _quality(quality: Quality, words: Words) -> str:
     worst = np.unravel_index(int(quality.level.argmax()), quality.level.shape)
     return words(
         "lab.quality",
-        usual=f"{1000 * quality.usual:.1f}",
-        worst=f"{1000 * float(quality.level[worst]):.1f}",
+        usual=f"{100 * quality.usual:.2f}",
+        worst=f"{100 * float(quality.level[worst]):.2f}",
         place=f"{int(worst[0]) + 1}/{int(worst[1]) + 1}",
     )
 

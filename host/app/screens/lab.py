@@ -49,7 +49,8 @@ class LabScreen(OrbScreen):
         ]
         if self.orb.virtual:
             items += self._faults(words)
-        return Menu("", [*items, Item(words("menu.back"), self.leave)])
+        items.append(Item(words("menu.back"), self.leave, hint=words("lab.back_hint")))
+        return Menu("", items)
 
     def _faults(self, words: Words) -> list[Item]:
         kind = _KINDS[self._kind]
@@ -97,7 +98,8 @@ class LabScreen(OrbScreen):
         area = stage.area.inflate(-round(24 * unit), -round(16 * unit))
         surface.fill(stage.look.palette.background)
         below = area.copy()
-        below.height = min(area.height // 2, self._view.height(self.menu, unit))
+        needed = self._view.height(self.menu, unit) + len(self.menu.items)  # rounded up
+        below.height = min(area.height // 2, needed)
         below.bottom = area.bottom
         self._view.draw(surface, below, self.menu, self.selected, unit)
         area.height -= below.height + round(8 * unit)
