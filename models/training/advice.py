@@ -61,14 +61,13 @@ def advise(result: Training, job: TrainingJob, *, measured: bool) -> Training:
         rows = _with_curves(rows, job)
     rows = [null, *(_judged(row, own) for row, own in zip(rows, held[1:], strict=True))]
     gesture = _with_verdict(result.labels, result.gesture, rows)
+    table = gesture.answered or gesture.event_confusion
     failing = {one.label: one.advice for one in gesture.verdict if one.advice}
     rows = [replace(row, advice=failing.get(row.label, row.advice)) for row in rows]
     lines = [
         *(row.advice for row in rows if row.more and row.label not in failing),
         *confused(result.labels, gesture.event_confusion),
-        *safest(
-            result.labels, gesture.answered or gesture.event_confusion, job.data.vocabulary.table
-        ),
+        *safest(result.labels, table, job.data.vocabulary.table),
     ]
     if not (lines or failing):
         lines = [ENOUGH]

@@ -104,8 +104,8 @@ class NetworkPlan:
             tried = folder / "tried.orb"
             export.write_bundle(tried, manifest, gesture, location)
             answered, unanswered = evaluate.replay_held_out(bundle.read(tried), data, split)
-            gesture = replace(result.gesture, answered=answered, unanswered=unanswered)
-            result = replace(result, gesture=gesture)
+            scores = replace(result.gesture, answered=answered, unanswered=unanswered)
+            result = replace(result, gesture=scores)
             measured = not (request.unmeasured or request.auxiliary)
             if measured:
                 say("measuring how much more examples would help")
