@@ -11,7 +11,7 @@ from tetris.window.keys import Code
 from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card, draw_logo
-from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.screen_stack import ATTRACT_HZ, IDLE_HZ, Screen, ScreenStack
 from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
@@ -78,12 +78,13 @@ class MenuScreen(Screen):
             behind: The screen over which it is a panel; without one it fills the window.
             logo: Whether the program's name stands above it.
             back: What a step back does; None goes to the screen below.
-            quiet_s: For how long input, meant for the game that has just ended, is ignored.
+            quiet_s: For how long no input may have come before any is taken, so that presses
+                meant for the game that has just ended do nothing.
         """
         self._stage, self._build = stage, build
         self._attract, self._behind, self._logo = attract, behind, logo
         self._back = back or stage.pop
-        self._open_s = stage.time_s + quiet_s
+        self._quiet_s, self._open_s = quiet_s, stage.time_s + quiet_s
         self._cursor, self._repeater = Cursor(), Repeater()
         self._view = MenuView(stage.look)
         self._menu = build()
@@ -94,6 +95,11 @@ class MenuScreen(Screen):
         return self._menu
 
     @property
+    def frames_hz(self) -> int:
+        """Faster beside the bot's game, which moves."""
+        return ATTRACT_HZ if self._attract else IDLE_HZ
+
+    @property
     def selected(self) -> int:
         """The number of the chosen item."""
         return min(self._cursor.selected, len(self._menu.items) - 1)
@@ -101,6 +107,7 @@ class MenuScreen(Screen):
     def nav(self, nav: MenuStep, time_s: float) -> None:
         """Take a step."""
         if time_s < self._open_s:
+            self._open_s = time_s + self._quiet_s
             return
         if nav is MenuStep.BACK:
             self._stage.sounds.click("back")
@@ -132,6 +139,8 @@ class MenuScreen(Screen):
     def mouse(self, event: pygame.event.Event, time_s: float) -> None:
         """Choose the item under the pointer; take it, or turn its value, by a click."""
         match event.type:
+            case pygame.MOUSEBUTTONDOWN if event.button == pygame.BUTTON_RIGHT:
+                self.nav(MenuStep.BACK, time_s)
             case pygame.MOUSEMOTION | pygame.MOUSEBUTTONDOWN:
                 for spot in self._view.spots:
                     if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):

@@ -9,6 +9,7 @@ from tetris.engine.game import Finish
 from tetris.engine.modes import MODES, Mode, Ranking
 from tetris.history.high_scores import Entry
 from tetris.history.stats import Summary
+from tetris.window import bindings
 from tetris.window.game_session import SavedGame, Saves
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
@@ -126,6 +127,31 @@ def replays_screen(
         return Menu(words("replays.title"), [*map(item, paths), back_item(stage)], notice=notice)
 
     return MenuScreen(stage, build, attract=attract)
+
+
+def help_screen(stage: ScreenStack) -> MenuScreen:
+    """Return the keys in use; the sentence below has the buttons of pads."""
+
+    def item(action: str) -> Item:
+        words, settings = stage.look.words, stage.settings
+        caps, buttons = (
+            [bindings.caption(name) for name in names.get(action, ())]
+            for names in (settings.keys, settings.pads)
+        )
+        none = words("bindings.none")
+        hint = f"{words('settings.pads')}: {', '.join(buttons) or none}"
+        return Item(words(f"actions.{action}"), value=none, caps=tuple(caps), hint=hint)
+
+    def build() -> Menu:
+        words = stage.look.words
+        fixed = [
+            Item(words("settings.fullscreen"), caps=("F11",), hint=words("help.mouse")),
+            Item(words("help.title"), caps=("F1", "?"), hint=words("help.mouse")),
+        ]
+        items = (*map(item, bindings.ACTIONS), *fixed, back_item(stage))
+        return Menu(words("help.title"), items, notice=stage.notice)
+
+    return MenuScreen(stage, build)
 
 
 # -- over a game -------------------------------------------------------------------------------

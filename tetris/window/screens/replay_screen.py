@@ -11,7 +11,7 @@ from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import FILM_SUFFIXES
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.window.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.video import VideoExport
 from tetris.window.view import GameView, clock, figures_of
@@ -62,6 +62,11 @@ class ReplayScreen(MenuScreen):
             self._stage.sounds.show(events)
             self._playing = not player.at_end
         self.rebuild()
+
+    @property
+    def frames_hz(self) -> int:
+        """As a game while it plays, or while a film is made."""
+        return PLAY_HZ if self._playing or (self._film and self._film.going_on) else IDLE_HZ
 
     def refresh(self) -> None:
         """Take over another look, or another size."""
