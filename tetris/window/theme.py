@@ -75,6 +75,7 @@ def shade(colour: Colour, share: float) -> Colour:
     return mix(colour, WHITE if share > 0 else BLACK, abs(share))
 
 
+@lru_cache(maxsize=256)
 def fitted(words: str, size: int, colour: Colour, widest: int) -> pygame.Surface:
     """Return words as a picture, smaller where they would be too wide, and then cut short."""
     least = round(LEAST_PX / _EM)
