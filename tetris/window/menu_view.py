@@ -14,7 +14,7 @@ from tetris.window.tiles import ThemeChoice
 _TITLE: Final = 58
 _ITEM: Final = 48  # height of a line
 _TABLE: Final = 36
-_FIRST: Final = 0.07  # of a table's width: its first column, of places
+_BETWEEN: Final = 12  # columns of a table, at least
 _BELOW: Final = 14  # a table
 _FOOT: Final = 94
 _SENTENCE: Final = 22
@@ -171,33 +171,43 @@ class MenuView:
 
     def _draw_table(self, inner: pygame.Rect, top: int, menu: Menu, foot: int) -> int:
         high = self._row
-        columns = max(len(row.cells) for row in menu.table)
         # The last item of a long menu is to be seen, so a table gives up its last rows first.
         below = foot + len(menu.items) * self._high + self._px(_BELOW)
         rows = menu.table[: max(1, (inner.bottom - top - below) // high)]
+        widths = self._widths(menu.table, inner.width)
         for place, row in enumerate(rows):
             line = pygame.Rect(inner.left, top + place * high, inner.width, high)
-            self._draw_row(line, row, columns)
+            self._draw_row(line, row, widths if len(row.cells) > 1 else [inner.width])
         return top + len(rows) * high + self._px(_BELOW)
 
-    def _draw_row(self, line: pygame.Rect, row: Row, columns: int) -> None:
+    def _widths(self, rows: Sequence[Row], whole: int) -> list[int]:
+        """Return the widths of columns: what their cells need, or their share of what there is."""
+        cells = [
+            [theme.font(self._letters(row)).size(cell)[0] for cell in row.cells]
+            for row in rows
+            if len(row.cells) > 1
+        ]
+        needed = [max(column) for column in zip(*cells, strict=True)]
+        gap = self._px(_BETWEEN)
+        share = min(1.0, (whole - gap * (len(needed) - 1)) / max(1, sum(needed)))
+        return [max(1, int(width * share)) for width in needed]
+
+    def _letters(self, row: Row) -> int:
+        return self._px(21 if row.quiet else 25)
+
+    def _draw_row(self, line: pygame.Rect, row: Row, widths: Sequence[int]) -> None:
         """Draw a row: the first cell at the left, the others end where their columns do."""
-        palette, size = self._palette, self._px(21 if row.quiet else 25)
-        first = round(line.width * _FIRST) if columns > 2 else 0
-        wide = (line.width - first) // max(1, columns - 1)
-        for column, words in enumerate(row.cells):
-            second = row.quiet or (column == 0 and columns == 2)
+        palette, left = self._palette, float(line.left)
+        gap = (line.width - sum(widths)) / max(1, len(widths) - 1)
+        for column, (words, width) in enumerate(zip(row.cells, widths, strict=True)):
+            second = row.quiet or (column == 0 and len(widths) == 2)
             colour = palette.accent if row.marked else palette.dim if second else palette.text
-            if len(row.cells) == 1:
-                widest = line.width
-            else:
-                share = 0.9 if first else 0.64 if column == 0 else 0.36
-                widest = first if first and column == 0 else max(1, round(wide * share))
-            picture = theme.fitted(words, size, colour, widest)
-            place = picture.get_rect(midleft=line.midleft)
+            picture = theme.fitted(words, self._letters(row), colour, width)
+            place = picture.get_rect(midleft=(round(left), line.centery))
             if column:
-                place.right = line.left + first + column * wide
+                place.right = round(left + width)
             self._surface.blit(picture, place)
+            left += width + gap
 
     # -- an item -----------------------------------------------------------------------
 

@@ -33,7 +33,7 @@ _FIGURES: Final = 5
 _FIGURE: Final = 2.55  # height of a number with its label, in letters
 _CHIPS: Final = 1.6  # height of the chains below the figures, in letters
 _STRIP: Final = 16  # width of the cards above and below a board in a tall area, in cells
-_STRIP_SLOT: Final = 3.7  # from one next piece to the one beside it
+_STRIP_SLOT: Final = 3.5  # from one next piece to the one beside it
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
     step = following.width / count
     middle = top + round((1.2 * scale + 1.1) * cell)
     slots = [(round(following.left + (number + 0.5) * step), middle) for number in range(count)]
-    number = max(1, min(_FIGURES, int(width / (4.6 * letter))))
+    number = max(1, min(_FIGURES, int(width / (3.4 * letter))))
     pad, one = round(0.5 * cell), width // number
     figures = [
         pygame.Rect(left + pad + one * place, stats.top, one - pad, round(2.5 * letter))

@@ -113,13 +113,14 @@ class ScreenFlow:
     def _over(self, screen: PlayScreen) -> None:
         kept = self._shelf.keep(screen.session)
         self._stage.notice = kept.notice
-        replay = screen.session.recorder.replay()
+        replay, mode = screen.session.recorder.replay(), screen.session.mode
         self._stage.push(
             over_screen(
                 self._stage,
                 screen,
                 kept,
-                again=lambda: self.play(screen.session.mode),
+                replays=[replay, self._shelf.best_replay(mode.name, kept.place)],
+                again=lambda: self.play(mode),
                 watch=lambda: self._watch(Player(replay)),
                 leave=lambda: self._stage.home(),
             )

@@ -19,6 +19,7 @@ _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
 _LEAST_BESIDE: Final = 0.4  # of the height: a narrower rest of the window shows no game
 _EDGE: Final = 30  # of the column, outside of its letters
 _TOP: Final = 56
+_BOTTOM: Final = 16
 _LOGO: Final = 150
 _LEAST_LOGO: Final = 480  # of the height: a lower window shows no logo
 _PANEL: Final = 520
@@ -192,7 +193,7 @@ class MenuScreen(Screen):
             high = logo + self._view.height(self._menu, unit)
             column.top = max(round(_TOP * unit / 2), (area.height - high) // 2)
             column.centerx = area.centerx
-        column.height = area.height - column.top
+        column.height = area.height - column.top - round(_BOTTOM * unit)
         if logo:
             place = pygame.Rect(column.left, column.top, column.width, logo)
             draw_logo(surface, place.inflate(-round(60 * unit), 0), stage.look)
