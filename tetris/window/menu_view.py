@@ -29,7 +29,7 @@ _BESIDE: Final = 26  # the place of an arrow
 _BAR: Final = 110
 _NUMBER: Final = 62  # beside a bar, so that bars stand below each other
 _LEAST_TARGET: Final = 24  # pixels: what a pointer can hit, WCAG 2.5.8
-_MOST: Final = 0.56  # of a line, for its value
+_MOST: Final = 0.64  # of a line, for its value
 
 
 class Spot(NamedTuple):
@@ -126,13 +126,14 @@ class MenuView:
             max(1e-9, *(point[axis] for curve in curves for point in curve.points), 0.0)
             for axis in (0, 1)
         )
-        plot = place.inflate(-self._px(16), -self._px(16))
+        plot = place.inflate(-self._px(16), -self._px(8))
         left = plot.left
         for number, curve in enumerate(curves):
             colour = palette.dim if number else palette.accent
             label = theme.fitted(curve.label, size, colour, max(1, plot.right - left))
             self._surface.blit(label, (left, place.top + self._px(4)))
             left += label.get_width() + self._px(18)
+        plot.top, plot.height = plot.top + self._line, max(1, plot.height - self._line)
         for number, curve in reversed(tuple(enumerate(curves))):
             points = [
                 (plot.left + plot.width * x / most_x, plot.bottom - plot.height * y / most_y)

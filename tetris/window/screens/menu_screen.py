@@ -23,6 +23,7 @@ _BOTTOM: Final = 16
 _LOGO: Final = 150
 _LEAST_LOGO: Final = 480  # of the height: a lower window shows no logo
 _PANEL: Final = 520
+_LEAST_COLUMN: Final = 310  # pixels, like a panel: letters do not become smaller without end
 _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
 _LONGEST_S: Final = 0.1  # time that one frame may bring; it stands still while it is not seen
@@ -183,7 +184,9 @@ class MenuScreen(Screen):
     def _draw_page(self, surface: pygame.Surface) -> None:
         stage, area, unit = self._stage, self._stage.area, self._stage.unit
         surface.fill(stage.look.palette.background)
-        column = pygame.Rect(0, 0, min(area.width, round(_COLUMN * unit)), area.height)
+        column = pygame.Rect(
+            0, 0, min(area.width, max(_LEAST_COLUMN, round(_COLUMN * unit))), area.height
+        )
         logo = round(_LOGO * unit) if self._logo and area.height > _LEAST_LOGO * unit else 0
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
         if self._attract and beside.width >= _LEAST_BESIDE * area.height:
@@ -227,7 +230,12 @@ class MenuScreen(Screen):
             self._backdrop = surface.copy()
         surface.blit(self._backdrop, (0, 0))
         height = self._view.height(self._menu, unit) + round(52 * unit)
-        panel = pygame.Rect(0, 0, min(area.width, round(_PANEL * unit)), min(height, area.height))
+        panel = pygame.Rect(
+            0,
+            0,
+            min(area.width, max(_LEAST_COLUMN, round(_PANEL * unit))),
+            min(height, area.height),
+        )
         panel.center = area.center
         draw_card(surface, panel, round(16 * unit), stage.look)
         inner = panel.inflate(-round(20 * unit), -round(44 * unit))
