@@ -75,6 +75,11 @@ class Effects:
         if len(self._alive) > count:
             self._lit_s = event.time_s
 
+    @property
+    def alive(self) -> bool:
+        """Whether anything is seen at present."""
+        return bool(self._alive)
+
     def clear(self) -> None:
         """Forget all."""
         self._alive.clear()

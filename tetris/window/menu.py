@@ -117,6 +117,11 @@ class Repeater:
         self._held: MenuStep | None = None
         self._next_s = 0.0
 
+    @property
+    def held(self) -> bool:
+        """Whether a direction is held."""
+        return self._held is not None
+
     def press(self, nav: MenuStep, time_s: float) -> None:
         """Take note of a press, which acts by itself; the latest direction repeats."""
         self._held = nav if nav in _REPEATED else None

@@ -16,9 +16,9 @@ from tetris.window.tiles import ThemeChoice
 
 _HEIGHT = 720  # design units of the window's height
 _WIDTH = 620  # and the least of its width
-PLAY_HZ = 60  # frames of a game; of a menu beside the bot's game; of a menu alone
-ATTRACT_HZ = 30
-IDLE_HZ = 20
+PLAY_HZ = 60  # frames of a game
+ATTRACT_HZ = 30  # of effects beside a menu
+IDLE_HZ = 10  # of a menu; an event ends the wait for the next one
 
 
 class Screen(ABC):

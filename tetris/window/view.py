@@ -99,6 +99,11 @@ class GameView:
         self._veil.fill(self._look.palette.background)
         self._veil.set_alpha(_VEIL_ALPHA)
 
+    @property
+    def lively(self) -> bool:
+        """Whether an effect is going on, so that the next picture differs from the last one."""
+        return self._effects.alive
+
     def show(self, events: Iterable[Event]) -> None:
         """Let what happened be seen in the next frames."""
         events = list(events)

@@ -1,6 +1,7 @@
 """A game in the window: beginning, pausing, ending, watching, and playing on."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pygame
@@ -143,6 +144,37 @@ def test_a_finished_game_is_kept_watched_and_played_on_from(player: Player, tmp_
     assert player.game.session.game.pieces_placed >= placed + 1
     player.lose()
     assert len(list((tmp_path / "data").rglob("*.tetris"))) == 2
+
+
+def test_a_list_of_replays_says_what_is_in_them(player: Player, tmp_path: Path) -> None:
+    summary = player.play().session.summary
+    player.lose()
+    player.choose("Leave the game")
+    player.choose("Replays")
+    (game, _) = player.menu.menu.items
+    assert game.late
+    score, length, _ = game.late().split(" · ")
+    assert int(score.replace(",", "")) > summary.score
+    assert length.startswith("0:")
+    (path,) = (tmp_path / "data").rglob("*.tetris")
+    path.write_text("damaged")
+    player.key(pygame.K_ESCAPE)
+    player.choose("Replays")
+    assert " · " not in (player.menu.menu.items[0].late or str)()
+
+
+def test_the_results_show_the_course_beside_the_best_games(player: Player) -> None:
+    player.play()
+    player.lose()
+    (first,) = player.menu.menu.curves
+    assert first.label == "This game"
+    assert first.points[0] == (0.0, 0.0)
+    assert first.points[-1][1] > 0
+    player.choose("Play again")
+    player.wait(READY_S + 0.1)
+    player.lose()
+    assert [curve.label for curve in player.menu.menu.curves] == ["This game", "Best game"]
+    assert player.menu.menu.curves[1] == replace(first, label="Best game")
 
 
 def watching(player: Player) -> ReplayScreen:

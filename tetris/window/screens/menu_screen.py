@@ -26,7 +26,7 @@ _PANEL: Final = 520
 _LEAST_COLUMN: Final = 310  # pixels, like a panel: letters do not become smaller without end
 _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
-_LONGEST_S: Final = 0.1  # time that one frame may bring; it stands still while it is not seen
+_LONGEST_S: Final = 0.25  # time that one frame may bring; it stands still while it is not seen
 _SEED: Final = 7
 
 
@@ -40,6 +40,11 @@ class AttractMode:
         self._area = pygame.Rect(0, 0, 0, 0)
         self._look: ThemeChoice | None = None
         self._time_s = self._seen_s = 0.0
+
+    @property
+    def lively(self) -> bool:
+        """Whether an effect is going on; the bot itself moves a few times a second."""
+        return self._view is not None and self._view.lively
 
     def tick(self, time_s: float) -> None:
         """Let time pass."""
@@ -100,8 +105,9 @@ class MenuScreen(Screen):
 
     @property
     def frames_hz(self) -> int:
-        """Faster beside the bot's game, which moves."""
-        return ATTRACT_HZ if self._attract else IDLE_HZ
+        """Faster while a direction repeats, and while something flies in the bot's game."""
+        lively = self._repeater.held or (self._attract and self._attract.lively)
+        return ATTRACT_HZ if lively else IDLE_HZ
 
     @property
     def selected(self) -> int:

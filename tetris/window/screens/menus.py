@@ -126,7 +126,7 @@ def replays_screen(
             return when
         lines, length = words("replays.lines", lines=head.outcome.lines), clock(head.length_s)[:-3]
         figure = f"{head.outcome.score:,}" if ranking == "score" else lines
-        return "  ·  ".join((figure, length, when[5:]))
+        return " · ".join((figure, length, when[5:]))
 
     def item(path: Path) -> Item:
         title, when, _ = _named(path, words)
