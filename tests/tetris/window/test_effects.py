@@ -1,5 +1,7 @@
 """Feedback: what lights up after an event, what is said, and that nothing hides the board."""
 
+from dataclasses import replace
+
 import pygame
 import pytest
 
@@ -71,8 +73,7 @@ def test_light_begins_three_times_a_second_at_most() -> None:
     effects, lit = Effects(look), []
     for tick in range(300):
         game, events = drop("", Piece("O", 4, 18))
-        for event in events:
-            event.time_s = tick / 100
+        events = [replace(event, time_s=tick / 100) for event in events]
         before = len(effects._alive)
         effects.show(events, layout, game.board.rows)
         if len(effects._alive) > before:
