@@ -111,8 +111,8 @@ def teach(
         if one.label in streams:
             streams[one.label].append(_stream(content[GESTURE], one, loaded.window))
     debounce = loaded.debounce
-    for label, own in streams.items():
-        debounce = patience.patient(debounce, labels, {label: own}, loaded.rate_hz)
+    for label, seen in streams.items():
+        debounce = patience.patient(debounce, labels, {label: seen}, loaded.rate_hz)
     table["debounce"] = asdict(debounce)
     table["labels"] = list(labels)
     if command is not None:
@@ -138,7 +138,7 @@ class _Extended(NamedTuple):
     model: bytes
     base: tuple[int, int]  # units and classes when it was trained
     kept: float  # share of the rehearsed gestures whose class is unchanged
-    recognised: dict[str, float]  # by label: that of a taught one is of its examples' windows
+    recognised: dict[str, float]  # by label: that of a taught one is of its examples' last windows
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ class _Training:
         for label in by_label:
             k = self.labels.index(label)
             if k >= split.classes:
-                own = kinds == k
+                own = (kinds == k) & (weights >= 0.99 * weights[kinds == k].max())  # its last part
                 recognised[label] = float((after[len(old) :][own].argmax(axis=1) == k).mean())
         if kept < LEAST_KEPT:
             raise AdaptError(
