@@ -1,5 +1,6 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -48,6 +49,7 @@ _MOUSE: Final = (
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
+_LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
@@ -94,6 +96,7 @@ class OrbApp(Target):
         self._paused: Screen | None = None  # the menu of a pause that the link made
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
+        self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
 
@@ -153,6 +156,10 @@ class OrbApp(Target):
         if self.orbs is not None:
             self.orbs.tick(now_s, received)
         self.programs.tick(now_s, received, behind=self._behind)
+        if now_s >= self._long_s:
+            self._long_s = math.inf
+            if isinstance(self.stage.screen, PlayScreen):
+                self.game.act(Action.PAUSE)
         repeats = self._gestures.poll(now_s)
         lowering = [Action.DOWN] if self._gestures.soft_drop(now_s) else []
         self.game.hold(lowering, repeats)
@@ -190,6 +197,7 @@ class OrbApp(Target):
                     self.game.act(action)
             case State():
                 self._gestures.hold(message.pressed, now_s)
+                self._long_s = now_s + _LONG_S if "drop" in message.pressed else math.inf
             case UploadStatus():
                 self.correcting.answer(message, now_s)
         if isinstance(screen, OrbScreen) and isinstance(message, Report):

@@ -55,12 +55,12 @@ class LabScreen(OrbScreen):
     def _faults(self, words: Words) -> list[Item]:
         kind = _KINDS[self._kind]
         hint = words("lab.fault_hint")
-        items = [Item(words("lab.fault"), None, words(f"fault.{kind or 'none'}"), (), self._turn)]
+        items = [Item(words("lab.fault"), value=words(f"fault.{kind or 'none'}"), step=self._turn)]
         if place := FAULTS.get(kind):
             row, column = divmod(self._taxel, self.data.shape[1])
             at = {"taxel": f"{row + 1} / {column + 1}", "row": row + 1, "column": column + 1}
             value = str(at[place])
-            items.append(Item(words(f"lab.{place}"), None, value, (), self._move, hint=hint))
+            items.append(Item(words(f"lab.{place}"), value=value, step=self._move, hint=hint))
         return items
 
     def _turn(self, step: int) -> None:

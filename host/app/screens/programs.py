@@ -42,8 +42,8 @@ class ProgramsScreen(OrbScreen):
                 self._control.stop if on else self._start,
                 hint=words("programs.start_hint", key=self.mapping.key_map.arm_key),
             ),
-            Item(words("programs.mapping"), None, self.mapping.path.stem, (), self._turn),
-            Item(words("programs.profile"), None, self.profile, (), self._turn_profile),
+            Item(words("programs.mapping"), value=self.mapping.path.stem, step=self._turn),
+            Item(words("programs.profile"), value=self.profile, step=self._turn_profile),
             Item(words("programs.edit"), edit, hint=words("programs.edit_hint")),
             Item(words("menu.back"), self.leave),
         ]
@@ -103,7 +103,7 @@ class KeysScreen(OrbScreen):
 
     def _item(self, command: str) -> Item:
         key = self._mapping.key(self._page.profile, command)
-        return Item(command, None, key, (), partial(self._turn, command))
+        return Item(command, value=key, step=partial(self._turn, command))
 
     def _turn(self, command: str, step: int) -> None:
         profile = self._page.profile
