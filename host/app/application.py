@@ -132,8 +132,8 @@ class OrbApp(Target):
         """Return what the title page offers about the orb."""
         if self.orbs is None:
             return ()
-        words, lab = stage.look.words, LabScreen(stage, self, self.lab)
-        show = partial(OrbsScreen, stage, self, self.orbs, self.programs, lab)
+        words = stage.look.words
+        show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
         return [Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))]
 
     def _show_lab(self) -> None:

@@ -60,18 +60,19 @@ class Pen:
 
         `ages_s` are seconds, (n,), oldest first; `heights` (n,) from 0, the bottom, to 1.
         """
-        stride = max(1, len(ages_s) // max(1, area.width))
+        stride = max(1, 2 * len(ages_s) // max(1, area.width))
         x = area.right - 1 - ages_s[::stride] / SECONDS * (area.width - 1)
         y = area.bottom - 1 - np.clip(heights[::stride], 0.0, 1.0) * (area.height - 1)
         if len(x) > 1:
             pygame.draw.lines(self.surface, colour, False, np.column_stack((x, y)).tolist())
 
 
-def taxels(pen: Pen, area: pygame.Rect, recent: Recent, now_s: float, words: Words) -> None:
+def taxels(
+    pen: Pen, area: pygame.Rect, recent: Recent, quality: Quality, now_s: float, words: Words
+) -> None:
     """Draw a trace for each taxel, in rows and columns as they lie, and a line on their quality."""
     times_s, images, _ = recent
     rows, columns = images.shape[1:]
-    quality = Quality(images)
     last = pygame.Rect(area.left, area.bottom - pen.px(_LINE), area.width, pen.px(_LINE))
     line = pen.words(_quality(quality, words), pen.palette.dim, area.width)
     pen.surface.blit(line, last)

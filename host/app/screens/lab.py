@@ -110,7 +110,7 @@ class LabScreen(OrbScreen):
         grid.width = round(area.width * 0.66)
         shares = pygame.Rect(grid.right, area.top, area.width - grid.width, area.height)
         recent = self.data.recent(time_s)
-        lab_view.taxels(pen, grid, recent, time_s, stage.look.words)
+        lab_view.taxels(pen, grid, recent, self.data.quality(), time_s, stage.look.words)
         names = [self._name(label) for label in self.data.labels]
         lab_view.probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
 

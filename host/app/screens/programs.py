@@ -7,7 +7,7 @@ from controller.config import ConfigError
 from controller.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
-from host.app.screen import Orb, OrbScreen
+from host.app.screen import Orb, OrbScreen, rows
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -40,7 +40,7 @@ class ProgramsScreen(OrbScreen):
             Item(
                 words("programs.stop" if on else "programs.start"),
                 self._control.stop if on else self._start,
-                hint=words("programs.start_hint", key=self.mapping.key_map.arm_key),
+                hint=words("programs.start_hint", arm_key=self.mapping.key_map.arm_key),
             ),
             Item(words("programs.mapping"), value=self.mapping.path.stem, step=self._turn),
             Item(words("programs.profile"), value=self.profile, step=self._turn_profile),
@@ -52,8 +52,7 @@ class ProgramsScreen(OrbScreen):
     def _state(self) -> list[Row]:
         words, control = self._stage.look.words, self._control
         state = "armed" if control.armed else "disarmed" if control.on else "off"
-        lines = [Row((words(f"programs.{state}"),), True)]
-        return lines + ([Row((control.said,))] if control.said else [])
+        return [*rows(words(f"programs.{state}"), marked=True), *rows(control.said)]
 
     def _start(self) -> None:
         self._control.start(self.mapping, self.profile)
