@@ -7,8 +7,10 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
+from controller.protocol.teaching import Describe
 from host.app.layout import Dock
 from host.app.screen import OrbScreen
+from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import Target
@@ -130,6 +132,10 @@ class OrbApp(Target):
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
+                for gesture in shipped_gestures():  # until it has described its own
+                    if gesture.label in welcome.labels:
+                        self.orb.described(gesture)
+                self.send(Describe())
                 self.correcting.labels = welcome.labels
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
                 self._go_on(now_s)
@@ -209,6 +215,8 @@ class OrbApp(Target):
         """Pass an event of the mouse to the dome, or with its place there to the game."""
         self._touch(event, now_s)
         place = getattr(event, "pos", pygame.mouse.get_pos())
+        point = self.panel.projection.to_grid(*place)
+        self.orb.pointer = point if self.touch.pad.on_dome(*point) else None
         if self._dock.game.collidepoint(place) and event.type != pygame.MOUSEBUTTONUP:
             left, top = self._dock.game.topleft
             moved = {**event.dict, "pos": (place[0] - left, place[1] - top)}
@@ -234,7 +242,9 @@ class OrbApp(Target):
             return
         self.game.draw(self._now_s)
         surface.fill(self.stage.look.palette.background, self._panel_side)
-        self.orb.hint = self.note or self._hint()
+        self.orb.hint, self.orb.ghost = self.note or self._hint(), self.ghost
+        playing = isinstance(self.stage.screen, PlayScreen)
+        self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
         self.panel.place(self._dock.panel, self.touch.pad)
         self.panel.draw(surface, self.orb, self._now_s)
 

@@ -15,6 +15,7 @@ import pygame
 
 from controller.errors import UserError
 from controller.protocol.messages import Command, Health, Message, Telemetry, UserIdentified
+from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.orb_state import LinkState, OrbState
@@ -125,6 +126,8 @@ class Target(ABC):
                 self.orb.telemetry(message, now_s)
             case Health(found=found):
                 self.orb.health = found
+            case Vocabulary() | GestureInfo():
+                self.orb.described(message)
             case UserIdentified():
                 self.orb.who(message)
 

@@ -20,6 +20,7 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
+from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.ui.unanswered import UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
@@ -62,6 +63,10 @@ class OrbState:
     ready: bool = False
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()  # that this host puts on a virtual dome, for the rings
+    ghost: tuple[Contact, ...] = ()  # fingers that show a gesture, drawn only
+    zones: bool = False  # whether the dome shows which command a press gives where
+    pointer: tuple[float, float] | None = None  # where the mouse is over the dome, grid units
+    gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
     hint: str = ""  # the line below the dome while no gesture is held
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
@@ -73,12 +78,13 @@ class OrbState:
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
+    _labels: tuple[str, ...] = ()
     _touches: UnansweredTouches = field(default_factory=lambda: UnansweredTouches(("null",)))
 
     @property
     def labels(self) -> tuple[str, ...]:
         """The gesture classes of the device, "null" first; empty before the handshake."""
-        return self.welcome.labels if self.welcome else ()
+        return self._labels
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -90,13 +96,28 @@ class OrbState:
         self.welcome, self.link, self.reason = welcome, "live", ""
         self.felt = np.zeros((welcome.rows, welcome.columns), np.float32)
         self.shown = self.felt.copy()
-        self._target = np.zeros(len(welcome.labels), np.float32)
-        self.probabilities = self._target.copy()
+        self._recognise(welcome.labels)
+        self.gestures = {}
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
         self.health = ()
         self.user, self.sure = "", 0.0
         self.trace.clear()
-        self._touches, self.unanswered = UnansweredTouches(welcome.labels), None
+
+    def described(self, message: Vocabulary | GestureInfo) -> None:
+        """Take the gestures in use, or one of them."""
+        if isinstance(message, GestureInfo):
+            self.gestures[message.label] = message
+            return
+        self.gestures = {}
+        if message.labels != self._labels:
+            self._recognise(message.labels)
+
+    def _recognise(self, labels: tuple[str, ...]) -> None:
+        """Begin with the gestures of labels, "null" first."""
+        self._labels = labels
+        self._target = np.zeros(len(labels), np.float32)
+        self.probabilities = self._target.copy()
+        self._touches, self.unanswered = UnansweredTouches(labels), None
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:
         """Take what the device felt in one frame; an image of a foreign shape is left out."""

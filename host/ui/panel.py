@@ -6,7 +6,8 @@ from typing import Final
 
 import pygame
 
-from host.ui import dome, sprites
+from controller.protocol.messages import Contact
+from host.ui import dome, ghost, sprites, zones
 from host.ui.orb_state import TRACE_S, LinkState, OrbState
 from host.ui.pointer_input import DomeArea
 from tetris.window import theme
@@ -140,14 +141,20 @@ class Panel:
         if view.welcome and view.welcome.virtual and view.link == "live":
             arrows = sprites.rim_arrows(round(radius * 0.90), (255, 238, 226), 120)
             surface.blit(arrows, arrows.get_rect(center=place.centre))
+        if view.zones and (rules := zones.rules_in_use(view.gestures.values())):
+            lit = zones.zone_at(rules, view.pointer) if view.pointer else None
+            picture = zones.picture(rules, place.pad, radius, lit, theme.ACCENT)
+            surface.blit(picture, picture.get_rect(center=place.centre))
         mark = view.mark(now_s)
         if mark and place.pad.on_dome(*mark[:2]):
             x, y, fresh = mark
             wide = self._unit.px(12 + 16 * (1 - fresh))
-            halo = sprites.ring(wide, 2.2 * self._unit.factor, theme.TEXT, _step(255 * fresh))
+            halo = sprites.ring(wide, 2.2 * self._unit.factor, theme.TEXT, sprites.in_steps(255 * fresh))
             surface.blit(halo, halo.get_rect(center=place.to_screen(x, y)))
+        fingers = [(one, place.to_screen(one.x, one.y), self._finger_px(one)) for one in view.ghost]
+        ghost.draw(surface, fingers, theme.ACCENT)
         for contact in view.contacts:
-            finger = round(contact.radius_mm / place.pad.pitch_mm * place.pixels_per_unit)
+            finger = round(self._finger_px(contact))
             tip = sprites.ring(finger, 2.0 * self._unit.factor, theme.TEXT, 230, 38)
             surface.blit(tip, tip.get_rect(center=place.to_screen(contact.x, contact.y)))
         if view.link != "live":
@@ -156,6 +163,11 @@ class Panel:
             self._banner(surface, _SILENT[view.link], _LINK[view.link][1])
         elif not view.ready:
             self._banner(surface, "taking the rest image: do not touch", theme.WARN)
+
+    def _finger_px(self, contact: Contact) -> float:
+        """Return the radius of a finger in pixels."""
+        place = self.projection
+        return contact.radius_mm / place.pad.pitch_mm * place.pixels_per_unit
 
     def _banner(self, surface: pygame.Surface, message: str, colour: Colour) -> None:
         label = self._unit.text(message, 20, colour)
@@ -264,10 +276,6 @@ class Panel:
             sprites.card(box.size, box.height // 2, sprites.mix(theme.SURFACE, tint, 0.16)), box
         )
         surface.blit(label, label.get_rect(center=box.center))
-
-
-def _step(alpha: float) -> int:
-    return min(255, max(0, round(alpha / 16) * 16))
 
 
 class OrbWindow:

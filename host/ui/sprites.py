@@ -61,6 +61,11 @@ def mix(low: Colour, high: Colour, share: float) -> Colour:
     return theme.mix(low, high, round(min(1.0, max(0.0, share)) * 16) / 16)
 
 
+def in_steps(alpha: float) -> int:
+    """Return an opacity, 0 to 255, in steps of 16, for the same reason."""
+    return min(255, max(0, round(alpha / 16) * 16))
+
+
 @lru_cache(maxsize=512)
 def text(words: str, size: int, colour: Colour, width: int | None = None) -> pygame.Surface:
     """Return a line of text, its letters spaced evenly at every size; see `fitted` for the width.
