@@ -149,7 +149,8 @@ class Panel:
         if mark and place.pad.on_dome(*mark[:2]):
             x, y, fresh = mark
             wide = self._unit.px(12 + 16 * (1 - fresh))
-            halo = sprites.ring(wide, 2.2 * self._unit.factor, theme.TEXT, sprites.in_steps(255 * fresh))
+            alpha = sprites.in_steps(255 * fresh)
+            halo = sprites.ring(wide, 2.2 * self._unit.factor, theme.TEXT, alpha)
             surface.blit(halo, halo.get_rect(center=place.to_screen(x, y)))
         fingers = [(one, place.to_screen(one.x, one.y), self._finger_px(one)) for one in view.ghost]
         ghost.draw(surface, fingers, theme.ACCENT)
