@@ -8,16 +8,18 @@ import pygame
 
 from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
 from controller.protocol.teaching import Describe
-from host.app.layout import Dock
 from host.app.screen import OrbScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import Target
 from host.targets.tetris import ACTIONS, HeldGestures
+from host.ui import rim
 from host.ui.correction_keys import CorrectionKeys
+from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
+from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.window import bindings
 from tetris.window.app import App, HostWindow, Start
@@ -36,6 +38,7 @@ _MOUSE: Final = (
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
+_IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
@@ -72,6 +75,7 @@ class OrbApp(Target):
             host=HostWindow(self._items, mode_setting="orb_mode"),
         )
         self.panel = Panel()
+        self.stage.watch = self._happened
         self.correcting = CorrectionKeys()
         self._gestures = HeldGestures(self.stage.settings)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
@@ -113,6 +117,20 @@ class OrbApp(Target):
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
         return ()
+
+    @property
+    def frames_hz(self) -> int:
+        """How often the window has something new to show: the screen's or the panel's need."""
+        screen = self.stage.screen
+        return max(
+            _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ,
+            getattr(screen, "frames_hz", _LIVELY_HZ),
+        )
+
+    def _happened(self, events: Sequence[Event]) -> None:
+        """Let the dome answer what happened in a game."""
+        if self.stage.settings.motion:
+            self.orb.rim.strike(rim.strength(events), self._now_s)
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -243,11 +261,15 @@ class OrbApp(Target):
             return
         self.game.draw(self._now_s)
         surface.fill(self.stage.look.palette.background, self._panel_side)
-        self.orb.hint, self.orb.ghost = self.note or self._hint(), self.ghost
+        look, settings = self.stage.look, self.stage.settings
+        self.orb.note = self.note or self.correcting.told(self._now_s, look.words)
+        self.orb.hint, self.orb.ghost = self._hint(), self.ghost
         playing = isinstance(self.stage.screen, PlayScreen)
         self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
-        self.panel.place(self.dock.panel, self.touch.pad)
-        self.panel.draw(surface, self.orb, self._now_s)
+        scale = getattr(settings, "scale", 100) / 100
+        gestures = len(self.orb.labels[1:])
+        self.panel.place(self.dock.panel, self.touch.pad, gestures=gestures, scale=scale)
+        self.panel.draw(surface, self.orb, self._now_s, look)
 
     def _place(self, surface: pygame.Surface) -> None:
         """Lay out the window anew when its surface is another one."""
@@ -265,8 +287,6 @@ class OrbApp(Target):
 
     def _hint(self) -> str:
         words = self.stage.look.words
-        if message := self.correcting.told(self._now_s):
-            return message
         if not self._touchable:
             return ""
         if self.touch.two_fingers:

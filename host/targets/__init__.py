@@ -56,6 +56,11 @@ class Target(ABC):
     size: tuple[int, int]
     fullscreen = False
 
+    @property
+    def frames_hz(self) -> int:
+        """How often there is something new to draw while no key is pressed."""
+        return 60
+
     def __init__(self) -> None:
         """Begin without an orb."""
         self.orb = OrbState()
@@ -107,9 +112,9 @@ class Target(ABC):
                 self.touch.lift_all()
                 self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
             case Stale():
-                self._end_touch("stale", "the orb is silent")
+                self._end_touch("stale", "")
             case Lost(reason=reason) | Refused(reason=reason):
-                self._end_touch("lost", reason or "the link to the orb is lost")
+                self._end_touch("lost", reason)
             case Delivered(message=message):
                 self.orb.heard()
                 self._show(message, now_s)

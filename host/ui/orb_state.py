@@ -21,7 +21,8 @@ from controller.protocol.messages import (
     Welcome,
 )
 from controller.protocol.teaching import GestureInfo, Vocabulary
-from host.ui.unanswered import UnansweredTouches
+from host.ui.rim import Rim
+from host.ui.unanswered import Reason, UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
 LinkState = Literal["connecting", "live", "stale", "lost"]
@@ -30,6 +31,8 @@ EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second
 MEMORY: Final = 8  # commands in the list
 TRACE_S: Final = 12.0  # seconds of deviation in the sparkline
 TRACE_POINTS: Final = 600  # at most, whatever the rate
+LATEST_S: Final = 2.5  # the last recognised gesture stands below the dome for so long
+TOUCHED: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
 REASON_S: Final = 2.5  # and why the last one gave no command stands there for so long
 
@@ -67,14 +70,16 @@ class OrbState:
     zones: bool = False  # whether the dome shows which command a press gives where
     pointer: tuple[float, float] | None = None  # where the mouse is over the dome, grid units
     gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
-    hint: str = ""  # the line below the dome while no gesture is held
+    note: str = ""  # a sentence below the dome, before all others
+    hint: str = ""  # and one for when there is nothing else
+    rim: Rim = field(default_factory=Rim)  # pulses round the dome
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
     health: tuple[str, ...] = ()  # what is wrong, worst first; stands in the hint's place
     user: str = ""  # the identified user; "" for none that it knows
     sure: float = 0.0  # how probable that is; 0 where the device knows no users
     history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
-    unanswered: tuple[str, float] | None = None  # why the last touch gave no command, and when
+    unanswered: tuple[Reason, float] | None = None  # why the last touch gave no command, and when
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
@@ -172,10 +177,26 @@ class OrbState:
         while self.trace and self.trace[0][0] < now_s - TRACE_S:
             self.trace.popleft()
 
-    def reason_unanswered(self, now_s: float) -> str:
-        """Return why the last touch gave no command; "" if it did, or it is long ago."""
-        reason, at_s = self.unanswered or ("", now_s)
-        return reason if now_s - at_s < REASON_S else ""
+    def reason_unanswered(self, now_s: float) -> Reason | None:
+        """Return why the last touch gave no command; None if it did, or it is long ago."""
+        reason, at_s = self.unanswered or (None, now_s)
+        return reason if now_s - at_s < REASON_S else None
+
+    def latest(self, now_s: float) -> RecentCommand | None:
+        """Return the last command while it is news."""
+        last = self.history[-1] if self.history else None
+        return last if last and now_s - last.time_s < LATEST_S else None
+
+    def lively(self, now_s: float) -> bool:
+        """Return whether the picture moves: touched, shown a gesture, or still fading."""
+        return bool(
+            self.contacts
+            or self.ghost
+            or self.gesture
+            or self.latest(now_s)
+            or self.rim.level(now_s)
+            or np.abs(self.shown).max(initial=0.0) > TOUCHED
+        )
 
     def mark(self, now_s: float) -> tuple[float, float, float] | None:
         """Return the last recognised touch as x, y and how fresh it is, 1 down to 0."""

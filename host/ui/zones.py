@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from controller.protocol.teaching import CommandRule, GestureInfo
 from host.ui import sprites
 from host.ui.pointer_input import DomeArea
-from tetris.window.theme import Colour
 
 Rules = tuple[CommandRule, ...]
 
@@ -49,9 +48,7 @@ def _numbers(rules: Rules, x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.int8]
 
 
 @lru_cache(maxsize=16)
-def picture(
-    rules: Rules, pad: DomeArea, radius_px: int, lit: int | None, accent: Colour
-) -> pygame.Surface:
+def picture(rules: Rules, pad: DomeArea, radius_px: int, lit: int | None) -> pygame.Surface:
     """Return the zones with their commands' icons, over the square round the dome."""
     side = 2 * radius_px
     line = ((np.arange(side) + 0.5) / radius_px - 1) * pad.radius
@@ -64,7 +61,6 @@ def picture(
     rgba[..., 3] = _LINE * _edges(numbers, max(1, radius_px // 90)) * inside
     if lit is not None:
         here = (numbers == lit) & (rgba[..., 3] == 0)
-        rgba[here, :3] = accent
         rgba[..., 3] += (_LIT * here * inside).astype(np.uint8)
     surface = pygame.image.frombuffer(rgba.tobytes(), (side, side), "RGBA").copy()
     for number, rule in enumerate(rules):
