@@ -82,7 +82,7 @@ def taxels(
     for row, column in np.ndindex(rows, columns):
         left, top = round(area.left + column * wide), round(area.top + row * high)
         cell = pygame.Rect(left, top, round(wide) - pen.px(_GAP), round(high) - pen.px(_GAP))
-        mark = quality.dead[row, column], quality.noisy[row, column]
+        mark = bool(quality.dead[row, column]), bool(quality.noisy[row, column])
         _cell(pen, cell, ages_s, images[:, row, column] / (2 * full) + 0.5, mark, words)
 
 
@@ -114,7 +114,7 @@ def _quality(quality: Quality, words: Words) -> str:
         "lab.quality",
         usual=f"{100 * quality.usual:.2f}",
         worst=f"{100 * float(quality.level[worst]):.2f}",
-        place=f"{int(worst[0]) + 1}/{int(worst[1]) + 1}",
+        place=f"{int(worst[0])}/{int(worst[1])}",
     )
 
 

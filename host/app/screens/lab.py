@@ -58,8 +58,7 @@ class LabScreen(OrbScreen):
         items = [Item(words("lab.fault"), value=words(f"fault.{kind or 'none'}"), step=self._turn)]
         if place := FAULTS.get(kind):
             row, column = divmod(self._taxel, self.data.shape[1])
-            at = {"taxel": f"{row + 1} / {column + 1}", "row": row + 1, "column": column + 1}
-            value = str(at[place])
+            value = {"taxel": f"{row}/{column}", "row": f"{row}", "column": f"{column}"}[place]
             items.append(Item(words(f"lab.{place}"), value=value, step=self._move, hint=hint))
         return items
 

@@ -116,17 +116,17 @@ def test_chosen_orb_is_connected_by_its_port_and_ours_is_started_again(
     orbs = Orbs(link, memory, lambda: VirtualOrbProcess(1, command=("true",)), moved=note)
     red = orbs.entries()[1]
     assert orbs.present(OWN)
-    assert orbs.choose(red)
+    orbs.choose(red)
     assert orbs.present(red)
     assert not orbs.present(OWN)
-    assert orbs.choose(OWN)
+    orbs.choose(OWN)
     assert moved == [("/dev/ttyACM0", ""), ("own", "")]
     assert [bool(token) for token in link.tokens] == [False, True]
     orbs.close()
 
 
 def test_key_that_cannot_be_read_changes_nothing_and_is_said(orbs: Orbs, link: Link) -> None:
-    assert not orbs.choose(OrbEntry("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
+    orbs.choose(OrbEntry("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
     assert "/nowhere/key" in orbs.notice
     assert link.opened == []
 
