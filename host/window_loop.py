@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pygame
+from pygame import Surface as Surface
 
 from controller.errors import TroubleError, reason
 from controller.files import atomic_write

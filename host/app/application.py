@@ -17,7 +17,7 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
-from controller.protocol.teaching import Describe
+from controller.protocol.teaching import Describe, Vocabulary
 from host.app.lab_data import LabData
 from host.app.orbs import Orbs
 from host.app.programs import Programs
@@ -215,6 +215,8 @@ class OrbApp(Target):
                 pass
             case Telemetry():
                 self.lab.step(message, now_s)
+            case Vocabulary(labels=labels):
+                self.lab.relabel(labels)
             case Command():
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):

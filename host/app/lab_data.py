@@ -42,6 +42,12 @@ class LabData:
         """Begin anew with an orb."""
         self._begin(welcome.rows, welcome.columns, welcome.labels)
 
+    def relabel(self, labels: tuple[str, ...]) -> None:
+        """Take other gestures; their probabilities begin anew."""
+        if labels != self.labels:
+            self.labels = labels
+            self._shares = np.zeros((FRAMES, len(labels)), np.float32)
+
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the taxels."""

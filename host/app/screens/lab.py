@@ -10,7 +10,7 @@ from controller.protocol.teaching import InjectFault, Record, RecordingStatus
 from host.app import lab_view
 from host.app.lab_data import LabData
 from host.app.screen import Orb, OrbScreen
-from host.ui import sprites
+from host.ui import naming
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ScreenStack
@@ -110,11 +110,8 @@ class LabScreen(OrbScreen):
         shares = pygame.Rect(grid.right, area.top, area.width - grid.width, area.height)
         recent = self.data.recent(time_s)
         lab_view.taxels(pen, grid, recent, self.data.quality(), time_s, stage.look.words)
-        names = [self._name(label) for label in self.data.labels]
+        names = [naming.gesture(stage.look.words, label) for label in self.data.labels]
         lab_view.probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
-
-    def _name(self, label: str) -> str:
-        return sprites.words(label)
 
     def _sentences(self) -> list[str]:
         """Return the latency by hop, and the rate, in words."""

@@ -15,6 +15,7 @@ from host.app.screens.pairing import PairScreen
 from host.app.screens.programs import ProgramsScreen
 from host.app.screens.skin import SkinScreen
 from host.connection import bundle_upload
+from host.ui.naming import health
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -129,8 +130,8 @@ class PresentOrbScreen(OrbScreen):
             lines.append(Row((words("orb.bundle"), self._bundle or words("orb.shipped"))))
         if state.sure:
             lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
-        health = [row for sentence in state.health for row in rows(sentence)]
-        return lines + (health or [Row((words("orb.health"), words("orb.healthy")))])
+        found = [row for said in state.health for row in rows(health(words, said))]
+        return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 
     def report(self, message: Report, time_s: float) -> None:
         """Take what the orb says of its gestures."""

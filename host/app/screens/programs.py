@@ -8,6 +8,7 @@ from controller.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
 from host.app.screen import Orb, OrbScreen, rows
+from host.ui import naming
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -102,7 +103,8 @@ class KeysScreen(OrbScreen):
 
     def _item(self, command: str) -> Item:
         key = self._mapping.key(self._page.profile, command)
-        return Item(command, value=key, step=partial(self._turn, command))
+        name = naming.command(self._stage.look.words, command)
+        return Item(name, value=key, step=partial(self._turn, command))
 
     def _turn(self, command: str, step: int) -> None:
         profile = self._page.profile

@@ -5,6 +5,7 @@ from typing import Final
 from controller.protocol.messages import Command, Contact, Report, Telemetry
 from host.app.screen import Orb, OrbScreen, rows
 from host.app.skin_check import QUARTERS, SkinCheck, named
+from host.ui.naming import health
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -39,7 +40,7 @@ class SkinScreen(OrbScreen):
     def _found(self) -> list[Row]:
         """Return the verdict, and what the orb itself has found."""
         words, verdict = self._stage.look.words, self._check.verdict
-        found = list(self.orb.state.health)
+        found = [health(words, sentence) for sentence in self.orb.state.health]
         if verdict.touched:
             found.append(words("skin.touched"))
         if verdict.noisy:

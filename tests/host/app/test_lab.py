@@ -57,6 +57,14 @@ def test_buffer_that_is_full_forgets_the_oldest() -> None:
     assert (np.diff(times_s) > 0).all()
 
 
+def test_probabilities_begin_anew_with_other_gestures() -> None:
+    data = buffer()
+    data.step(frame(press=0.5), 0.0)
+    data.relabel(("null", "press", "wave"))
+    data.step(Telemetry(1, bytes([128] * 25), (0.2, 0.0, 0.8), None, "", True, 40.0), 0.1)
+    assert data.recent(0.1)[2].tolist() == [[0.0, 0.0, 0.0], pytest.approx([0.2, 0.0, 0.8])]
+
+
 def test_image_of_another_shape_is_left_out() -> None:
     data = buffer()
     data.step(Telemetry(1, bytes([128] * 16), (1.0, 0.0), None, "", True, 40.0), 0.0)
@@ -96,7 +104,7 @@ def key(app: OrbApp, code: int, now_s: float) -> None:
 
 
 def sent(app: OrbApp) -> list[Message]:
-    return app.outgoing(5.0)
+    return [m for m in app.outgoing(5.0) if isinstance(m, Record | InjectFault)]
 
 
 def test_f2_shows_the_lab_over_a_paused_game_and_leaves_it(app: OrbApp) -> None:
