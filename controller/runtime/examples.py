@@ -31,7 +31,7 @@ MOST: Final = 60  # pending examples
 MOST_S: Final = 10.0  # of one
 LEAD_S: Final = 1.3  # of images before its start: a window of rest, and more
 TAIL_S: Final = 0.5  # and after its end: the finger is still letting go
-FELT: Final = 0.02  # greatest deviation, z, below which nothing touched the orb
+FELT: Final = 0.04  # greatest change of a taxel, z, below which nothing touched the orb
 _TOO_LONG: Final = f"that lasted longer than {MOST_S:g} s; make it shorter"
 _MAX_BYTES: Final = 4 << 20  # of a file
 _LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -53,7 +53,7 @@ class PendingExample:
     def report(self) -> ExampleTaken:
         """Return the message about it."""
         span = self.example.span or (0.0, 0.0)
-        seconds = (span[1] - span[0]) / self.rate_hz
+        seconds = round(float(span[1] - span[0]) / self.rate_hz, 3)
         image = image_bytes(firmest(self.example))
         return ExampleTaken(self.number, self.example.label, True, "", seconds, image)
 
@@ -66,10 +66,10 @@ def taken(number: int, label: str, images: Images, rate_hz: float) -> PendingExa
     if label == NULL_LABEL:
         whole = replace(one, span=(0.0, float(len(images))))
         return PendingExample(number, whole, rate_hz)
+    if float(np.abs(images - np.median(images, axis=0)).max()) < FELT:
+        raise ExampleError("nothing touched the orb; make it again")
     found = one.found(rate_hz)
     if found is None:
-        if float(np.abs(images - np.median(images, axis=0)).max()) < FELT:
-            raise ExampleError("nothing touched the orb; make it again")
         raise ExampleError("that touch is too weak to learn from; press more firmly")
     return PendingExample(number, found, rate_hz)
 
