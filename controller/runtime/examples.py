@@ -186,8 +186,9 @@ class ExampleTaker:
         if one.end is None:
             return [untaken(one.number, one.label, _TOO_LONG)]
         images = device.images(one.first, device.seen)
-        self._worker.begin(partial(self._keep, one, images, rate_hz))
-        return []
+        if self._worker.begin(partial(self._keep, one, images, rate_hz)):
+            return []
+        return [untaken(one.number, one.label, "the disk is too slow; make it again in a moment")]
 
     def _start(self, message: ExampleStart, device: Device) -> list[Message]:
         if message.number in self._store.pending:
