@@ -166,7 +166,7 @@ class ExampleTaker:
         if isinstance(message, ExampleDrop):
             self._worker.begin(partial(self._drop, message.number))
         elif self._open is not None and self._open.number == message.number:
-            self._open.end = device.seen
+            self._open.end = device.image_count
             if not message.keep:
                 self._open = None
         return []
@@ -178,14 +178,14 @@ class ExampleTaker:
             return []
         rate_hz = device.sensor.rate_hz
         last = one.end if one.end is not None else one.first + round((LEAD_S + MOST_S) * rate_hz)
-        if one.device is device and device.seen < last + round(TAIL_S * rate_hz):
+        if one.device is device and device.image_count < last + round(TAIL_S * rate_hz):
             return []
         self._open = None
         if one.device is not device:
             return [untaken(one.number, one.label, "the orb began anew; make it again")]
         if one.end is None:
             return [untaken(one.number, one.label, _TOO_LONG)]
-        images = device.images(one.first, device.seen)
+        images = device.images(one.first, device.image_count)
         if self._worker.begin(partial(self._keep, one, images, rate_hz)):
             return []
         return [untaken(one.number, one.label, "the disk is too slow; make it again in a moment")]
@@ -197,7 +197,7 @@ class ExampleTaker:
         if not _LABEL.fullmatch(message.label):
             why = f"{message.label!r} is no name: use small letters, digits and _, 40 at most"
             return [untaken(message.number, message.label, why)]
-        first = device.seen - round(LEAD_S * device.sensor.rate_hz)
+        first = device.image_count - round(LEAD_S * device.sensor.rate_hz)
         self._open = _Open(message.number, message.label, device, first)
         return []
 

@@ -270,4 +270,6 @@ def test_a_running_orb_takes_a_bundle_with_another_gesture(make: Callable[..., O
     assert step is not None
     assert step.ready
     assert step.probabilities.shape == (6,)
-    assert np.abs(orb.device.pipeline.rest / rest - 1.0).max() < 0.05
+    now = orb.device.pipeline.rest
+    assert now is not None
+    assert np.abs(now / rest - 1.0).max() < 0.05
