@@ -10,9 +10,8 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable
 
-from controller.protocol import codec
+from controller.protocol import codec, teaching
 from controller.protocol import messages as m
-from controller.protocol import teaching
 from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode
 
