@@ -222,6 +222,8 @@ class OrbApp(Target):
             case kind if kind in _FINGERS:
                 self._touch(event, now_s)
             case _:
+                if event.type == pygame.WINDOWLEAVE:
+                    self.orb.pointer = None
                 if event.type == pygame.WINDOWFOCUSLOST:
                     self._waiting = 0
                     self.touch.lift_all()

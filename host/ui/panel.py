@@ -30,6 +30,7 @@ _TEXT: Final = 18  # size of most text, in design units
 _LINES: Final = 4  # of a sentence below the dome at most
 _LIGHT: Final[Colour] = (255, 238, 226)  # marks on the dome, whose colours no theme changes
 _USUAL: Final = 4  # gestures
+_LEAST: Final = 80  # pixels; nothing is drawn into a narrower or lower panel
 _VISIBLE: Final = 0.008  # change of z - 1 from which the heat map is drawn anew
 
 
@@ -96,6 +97,8 @@ class Panel:
         self, surface: pygame.Surface, view: OrbState, now_s: float, look: ThemeChoice
     ) -> None:
         """Draw the orb in a theme and a language; `view` has been advanced to `now_s`."""
+        if min(self.rect.size) < _LEAST:
+            return
         self._look = look
         self._unit = sprites.SpriteScale(self.layout.factor, look.palette)
         self._rows = GestureRows(self.layout.rows, self._unit, look.words, view)
