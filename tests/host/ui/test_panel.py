@@ -101,16 +101,13 @@ def test_image_and_probabilities_ease_towards_the_newest_ones_and_fade_in_silenc
 def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() -> None:
     view = live_view()
     view.connected(dataclasses.replace(WELCOME, rows=3, columns=4, labels=LABELS[:2]))
-    assert (view.shape, len(view.probabilities), len(view.trace)) == ((3, 4), 2, 0)
+    assert (view.shape, len(view.probabilities)) == ((3, 4), 2)
 
 
-def test_lists_forget_what_is_too_old() -> None:
+def test_the_list_of_commands_is_bounded() -> None:
     view = live_view()
     for frame in range(300):
         view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
-        view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
-    view.advance(30.0)
-    assert view.trace[0][0] >= 30.0 - orb_state.TRACE_S
     assert (len(view.history), view.history[-1].time_s) == (orb_state.MEMORY, 299.0)
 
 
