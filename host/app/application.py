@@ -155,11 +155,8 @@ class OrbApp(Target):
     @property
     def frames_hz(self) -> int:
         """How often the window has something new to show: the screen's or the panel's need."""
-        screen = self.stage.screen
-        return max(
-            _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ,
-            getattr(screen, "frames_hz", _LIVELY_HZ),
-        )
+        own = _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ
+        return max(own, self.game.frames_hz)
 
     def _happened(self, events: Sequence[Event]) -> None:
         """Let the dome answer what happened in a game."""
@@ -276,6 +273,8 @@ class OrbApp(Target):
             case kind if kind in _FINGERS:
                 self._touch(event, now_s)
             case _:
+                if event.type == pygame.WINDOWLEAVE:
+                    self.orb.pointer = None
                 if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
                     self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
@@ -322,7 +321,7 @@ class OrbApp(Target):
         self.orb.hint, self.orb.ghost = self._hint(), self.ghost
         playing = isinstance(self.stage.screen, PlayScreen)
         self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
-        scale = getattr(settings, "scale", 100) / 100
+        scale = settings.scale / 100
         gestures = len(self.orb.labels[1:])
         self.panel.place(self.dock.panel, self.touch.pad, gestures=gestures, scale=scale)
         self.panel.draw(surface, self.orb, self._now_s, look)
