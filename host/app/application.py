@@ -9,6 +9,8 @@ import pygame
 from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
 from host.app.layout import Dock
 from host.app.screen import OrbScreen
+from host.app.screens.learn import LearnScreen
+from host.app.screens.watch import WatchScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import Target
@@ -77,8 +79,12 @@ class OrbApp(Target):
         self._paused: Screen | None = None  # the menu of a pause that the link made
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
+        self._deaf_until_s = 0.0  # no command is taken before
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
+        if config is not None and start == Start() and not self.stage.settings.introduced:
+            self.stage.change(changed(self.stage.settings, introduced=True))
+            self._learn(ask=True)
 
     @property
     def stage(self) -> ScreenStack:
@@ -108,9 +114,29 @@ class OrbApp(Target):
         """Send a message to the orb with the next ones."""
         self._due.append(message)
 
+    def ignore(self, seconds: float) -> None:
+        """Take no command for so long."""
+        self._deaf_until_s = self._now_s + seconds
+
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
-        return ()
+        words = stage.look.words
+        items = [Item(words("learn.title"), self._learn, hint=words("learn.hint"))]
+        if self.virtual:
+            items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
+        return items
+
+    def _learn(self, *, ask: bool = False) -> None:
+        """Show the introduction, or `ask` whether to."""
+        self.stage.push(LearnScreen(self.stage, self, self._exits, ask=ask))
+
+    def _exits(self) -> Sequence[Item]:
+        """Return what the end of the introduction leads to."""
+        return (Item(self.stage.look.words("menu.play"), self.game.flow.play_chosen),)
+
+    def _watch(self) -> None:
+        """Let the virtual orb's own hand play."""
+        self.stage.push(WatchScreen(self.stage, self, self.game.flow.go_on))
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -144,7 +170,7 @@ class OrbApp(Target):
     def _deliver(self, message: Message, now_s: float) -> None:
         screen = self.stage.screen
         match message:
-            case Command():
+            case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
                     self.game.act(action)

@@ -56,7 +56,12 @@ class HostWindow:
 
 
 class App:
-    """The whole window, without a clock: each frame passes the time."""
+    """The whole window, without a clock: each frame passes the time.
+
+    Attributes:
+        stage: The screens.
+        flow: What leads from one to another.
+    """
 
     def __init__(
         self,
@@ -83,19 +88,19 @@ class App:
         if host is not None:
             self.stage.mode_setting = host.mode_setting
             self.stage.further = partial(host.items, self.stage)
-        self._flow = ScreenFlow(self.stage, Saves(data))
+        self.flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
         self._settled_s = 0.0  # when the window has come to rest after filling the screen
         self.stage.pads.start()
         if sound:
             self.stage.sounds.start()
-        self._flow.begin(start)
+        self.flow.begin(start)
         self._obey_fullscreen()
 
     @property
     def game(self) -> Game | None:
         """The game played last; None before the first."""
-        return self._flow.game
+        return self.flow.game
 
     def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
         """Take events, let time pass, draw; return whether the window stays open."""

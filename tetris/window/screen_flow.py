@@ -54,7 +54,7 @@ class ScreenFlow:
         title = title_screen(
             stage,
             attract,
-            play=lambda: self.play(chosen_mode(stage)),
+            play=self.play_chosen,
             best=lambda: stage.push(best_screen(stage, shelf, attract)),
             replays=lambda: stage.push(replays_screen(stage, shelf, attract, self.watch)),
             settings=lambda: open_settings(stage, attract),
@@ -67,6 +67,10 @@ class ScreenFlow:
             if start.mode is None and start.level is not None and not mode.levels:
                 mode = next(mode for mode in MODES.values() if mode.levels)
             self.play(mode, seed=start.seed, level=start.level, player=start.bot)
+
+    def play_chosen(self) -> None:
+        """Begin a game of the mode that the player has chosen."""
+        self.play(chosen_mode(self._stage))
 
     def play(
         self,
@@ -143,8 +147,9 @@ class ScreenFlow:
 
     def _watch(self, player: Player) -> None:
         films = self._shelf.film_namer(player.replay.mode)
-        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on, films=films))
+        self._stage.push(ReplayScreen(self._stage, player, take_over=self.go_on, films=films))
 
-    def _go_on(self, recorder: Recorder) -> None:
+    def go_on(self, recorder: Recorder) -> None:
+        """Let the player go on with a game that was recorded so far; it is not ranked."""
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))
         self._show(Session.going_on(mode, recorder), mode)
