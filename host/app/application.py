@@ -1,5 +1,6 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -36,6 +37,7 @@ _MOUSE: Final = (
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
+_LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
@@ -80,6 +82,7 @@ class OrbApp(Target):
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
         self._deaf_until_s = 0.0  # no command is taken before
+        self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
         if config is not None and start == Start() and not self.stage.settings.introduced:
@@ -132,11 +135,11 @@ class OrbApp(Target):
 
     def _exits(self) -> Sequence[Item]:
         """Return what the end of the introduction leads to."""
-        return (Item(self.stage.look.words("menu.play"), self.game.flow.play_chosen),)
+        return (Item(self.stage.look.words("menu.play"), self.game.play),)
 
     def _watch(self) -> None:
         """Let the virtual orb's own hand play."""
-        self.stage.push(WatchScreen(self.stage, self, self.game.flow.go_on))
+        self.stage.push(WatchScreen(self.stage, self, self.game.go_on))
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -145,6 +148,10 @@ class OrbApp(Target):
         self._now_s = now_s
         for item in received:
             self._take(item, now_s)
+        if now_s >= self._long_s:
+            self._long_s = math.inf
+            if isinstance(self.stage.screen, PlayScreen):
+                self.game.act(Action.PAUSE)
         repeats = self._gestures.poll(now_s)
         lowering = [Action.DOWN] if self._gestures.soft_drop(now_s) else []
         self.game.hold(lowering, repeats)
@@ -176,6 +183,7 @@ class OrbApp(Target):
                     self.game.act(action)
             case State():
                 self._gestures.hold(message.pressed, now_s)
+                self._long_s = now_s + _LONG_S if "drop" in message.pressed else math.inf
             case UploadStatus():
                 self.correcting.answer(message, now_s)
         if isinstance(screen, OrbScreen) and isinstance(message, Report):

@@ -1,14 +1,15 @@
 """Fingers drawn on the dome that show a gesture as the mouse makes it; pure functions of time."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from controller.protocol.messages import Contact
 from host.ui.pointer_input import DomeArea, PointerInput
 
 PERIOD_S: Final = 2.2  # from one showing of a gesture to the next
-_LEAD_S: Final = 0.5  # before the fingers come down
+_LEAD_S: Final = 0.6  # before the fingers are down
+_SINK_S: Final = 0.25  # in which they come down, and rise
 _RIM: Final = 0.9  # of the dome's radius, where the drag of a twist goes
 
 
@@ -44,11 +45,13 @@ def contacts(
     """Return the fingers of a gesture that is shown over and over, at a time since the beginning.
 
     `place` is where a press or a pinch is made, grid units. Without fingers: in the pause between
-    two showings, and for a gesture that has no stroke.
+    two showings, and for a gesture that has no stroke. Fingers that come or go have less depth.
     """
-    stroke, now_s = STROKES.get(label), time_s % PERIOD_S - _LEAD_S
-    if stroke is None or not 0.0 <= now_s < stroke.hold_s:
+    stroke, at_s = STROKES.get(label), time_s % PERIOD_S - _LEAD_S
+    if stroke is None or not -_SINK_S <= at_s < stroke.hold_s + _SINK_S:
         return ()
+    now_s = min(max(at_s, 0.0), stroke.hold_s)
+    depth = 1.0 - abs(at_s - now_s) / _SINK_S
     pointer = PointerInput(pad)
     if stroke.arc_deg is not None:
         first, last = stroke.arc_deg
@@ -56,7 +59,8 @@ def contacts(
         pointer.move(*_on_rim(pad, first + (last - first) * _eased(now_s / stroke.hold_s)))
     else:
         pointer.press(*place, 0.0, pinch=stroke.pinch)
-    return pointer.contacts(now_s * stroke.pace)
+    fingers = pointer.contacts(now_s * stroke.pace)
+    return tuple(replace(finger, depth_mm=depth * finger.depth_mm) for finger in fingers)
 
 
 def _on_rim(pad: DomeArea, degrees: float) -> tuple[float, float]:

@@ -11,12 +11,14 @@ import pygame
 
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
+from tetris.history.replay import Recorder
 from tetris.window import settings as settings_file
 from tetris.window.display import open_window, set_fullscreen
 from tetris.window.game_session import Saves
 from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
+from tetris.window.screens.menus import chosen_mode
 from tetris.window.settings import Settings, stepped
 
 __all__ = ["App", "Start", "play"]
@@ -56,12 +58,7 @@ class HostWindow:
 
 
 class App:
-    """The whole window, without a clock: each frame passes the time.
-
-    Attributes:
-        stage: The screens.
-        flow: What leads from one to another.
-    """
+    """The whole window, without a clock: each frame passes the time."""
 
     def __init__(
         self,
@@ -88,19 +85,23 @@ class App:
         if host is not None:
             self.stage.mode_setting = host.mode_setting
             self.stage.further = partial(host.items, self.stage)
-        self.flow = ScreenFlow(self.stage, Saves(data))
+        self._flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
         self._settled_s = 0.0  # when the window has come to rest after filling the screen
         self.stage.pads.start()
         if sound:
             self.stage.sounds.start()
-        self.flow.begin(start)
+        self._flow.begin(start)
         self._obey_fullscreen()
 
     @property
     def game(self) -> Game | None:
         """The game played last; None before the first."""
-        return self.flow.game
+        return self._flow.game
+
+    def play(self) -> None:
+        """Begin a game of the chosen mode."""
+        self._flow.play(chosen_mode(self.stage))
 
     def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
         """Take events, let time pass, draw; return whether the window stays open."""
@@ -148,6 +149,10 @@ class App:
         """Take what such a controller holds down, and the repeats that are due."""
         if self.stage.screen is not None:
             self.stage.screen.hold(held, repeats, self.stage.time_s)
+
+    def go_on(self, recorder: Recorder) -> None:
+        """Let the player go on with a game that was recorded so far; it is not ranked."""
+        self._flow.go_on(recorder)
 
     def _take(self, event: pygame.event.Event, time_s: float) -> None:
         stage, screen = self.stage, self.stage.screen

@@ -54,7 +54,7 @@ class ScreenFlow:
         title = title_screen(
             stage,
             attract,
-            play=self.play_chosen,
+            play=lambda: self.play(chosen_mode(stage)),
             best=lambda: stage.push(best_screen(stage, shelf, attract)),
             replays=lambda: stage.push(replays_screen(stage, shelf, attract, self.watch)),
             settings=lambda: open_settings(stage, attract),
@@ -67,10 +67,6 @@ class ScreenFlow:
             if start.mode is None and start.level is not None and not mode.levels:
                 mode = next(mode for mode in MODES.values() if mode.levels)
             self.play(mode, seed=start.seed, level=start.level, player=start.bot)
-
-    def play_chosen(self) -> None:
-        """Begin a game of the mode that the player has chosen."""
-        self.play(chosen_mode(self._stage))
 
     def play(
         self,

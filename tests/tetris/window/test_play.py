@@ -150,7 +150,7 @@ def test_the_bot_plays_every_mode_to_be_watched(window: pygame.Surface, mode: st
 def test_a_level_without_a_mode_chooses_a_mode_with_levels(window: pygame.Surface) -> None:
     app = App(window, Start(), sound=False)
     app.stage.change(Settings(mode="sprint"))
-    app.flow.begin(Start(level=7))
+    app._flow.begin(Start(level=7))
     screen = app.stage.screen
     assert isinstance(screen, PlayScreen)
     assert (screen.session.mode.name, screen.session.game.level) == ("marathon", 7)
