@@ -2,15 +2,29 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
+from controller.protocol.messages import (
+    Command,
+    Contact,
+    Message,
+    Report,
+    State,
+    Telemetry,
+    UploadStatus,
+)
+from host.app.lab_data import LabData
 from host.app.layout import Dock
+from host.app.orbs import Orbs
+from host.app.programs import Programs
 from host.app.screen import OrbScreen
+from host.app.screens.lab import LabScreen
 from host.app.screens.learn import LearnScreen
+from host.app.screens.orbs import OrbsScreen
 from host.app.screens.watch import WatchScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
@@ -64,6 +78,9 @@ class OrbApp(Target):
         super().__init__()
         self.ghost: tuple[Contact, ...] = ()
         self.zones, self.note = False, ""
+        self.orbs: Orbs | None = None  # set by a program that can change the orb
+        self.programs, self.lab = Programs(), LabData()
+        self._behind = False  # whether another window has the focus
         self.dock = Dock.of(SIZE)
         self.game = App(
             pygame.Surface(self.dock.game.size),
@@ -127,6 +144,11 @@ class OrbApp(Target):
         items = [Item(words("learn.title"), self._learn, hint=words("learn.hint"))]
         if self.virtual:
             items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
+        if self.orbs is not None:
+            lab = LabScreen(stage, self, self.lab)
+            show = partial(OrbsScreen, stage, self, self.orbs, self.programs, lab)
+            item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
+            items.append(item)
         return items
 
     def _learn(self, *, ask: bool = False) -> None:
@@ -141,6 +163,16 @@ class OrbApp(Target):
         """Let the virtual orb's own hand play."""
         self.stage.push(WatchScreen(self.stage, self, self.game.go_on))
 
+    def _show_lab(self) -> None:
+        """Show the lab over a paused game, or leave it."""
+        stage, screen = self.stage, self.stage.screen
+        if isinstance(screen, LabScreen):
+            screen.leave()
+            return
+        if isinstance(screen, PlayScreen):
+            screen.pause()
+        stage.push(LabScreen(stage, self, self.lab))
+
     # -- what comes over the link --------------------------------------------------------
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
@@ -148,6 +180,9 @@ class OrbApp(Target):
         self._now_s = now_s
         for item in received:
             self._take(item, now_s)
+        if self.orbs is not None:
+            self.orbs.tick(now_s, received)
+        self.programs.tick(now_s, received, behind=self._behind)
         if now_s >= self._long_s:
             self._long_s = math.inf
             if isinstance(self.stage.screen, PlayScreen):
@@ -165,6 +200,7 @@ class OrbApp(Target):
         match item:
             case Connected(welcome=welcome):
                 self.correcting.labels = welcome.labels
+                self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
                 self._go_on(now_s)
             case Stale() | Lost() | Refused():
@@ -176,7 +212,12 @@ class OrbApp(Target):
 
     def _deliver(self, message: Message, now_s: float) -> None:
         screen = self.stage.screen
+        elsewhere = self.programs.on and self._behind
         match message:
+            case Command() | State() if elsewhere:
+                pass
+            case Telemetry():
+                self.lab.step(message, now_s)
             case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
@@ -220,6 +261,10 @@ class OrbApp(Target):
                 self._waiting = event.key
             case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
                 self.touch.hold_two(event.type == pygame.KEYDOWN)
+            case pygame.KEYDOWN if event.key == pygame.K_F2:
+                self._show_lab()
+            case pygame.KEYDOWN if self.programs.hot_key(pygame.key.name(event.key)):
+                pass
             case pygame.KEYDOWN:
                 self._act()
                 self._events.append(event)
@@ -232,6 +277,8 @@ class OrbApp(Target):
             case kind if kind in _FINGERS:
                 self._touch(event, now_s)
             case _:
+                if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
+                    self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
                     self._waiting = 0
                     self.touch.lift_all()
@@ -291,6 +338,8 @@ class OrbApp(Target):
         words = self.stage.look.words
         if message := self.correcting.told(self._now_s):
             return message
+        if self.programs.on:
+            return words("programs.armed" if self.programs.armed else "programs.disarmed")
         if not self._touchable:
             return ""
         if self.touch.two_fingers:
@@ -302,7 +351,9 @@ class OrbApp(Target):
         pace = hops.pace
         if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
             self.orb.hops, self.orb.period_ms = tuple(hops.digest()), pace.period_ms
+            self.orb.missed = pace.missed
 
     def close(self) -> None:
         """Let go of the devices."""
+        self.programs.stop()
         self.game.close()

@@ -5,7 +5,7 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
+from controller.protocol.teaching import Vocabulary
 from host.ui.unanswered import UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
@@ -65,6 +66,7 @@ class OrbState:
     hint: str = ""  # the line below the dome while no gesture is held
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
+    missed: int = 0  # frames that the orb skipped because they were late, since its start
     health: tuple[str, ...] = ()  # what is wrong, worst first; stands in the hint's place
     user: str = ""  # the identified user; "" for none that it knows
     sure: float = 0.0  # how probable that is; 0 where the device knows no users
@@ -97,6 +99,15 @@ class OrbState:
         self.user, self.sure = "", 0.0
         self.trace.clear()
         self._touches, self.unanswered = UnansweredTouches(welcome.labels), None
+
+    def vocabulary(self, message: Vocabulary) -> None:
+        """Take other gestures: what follows is about these."""
+        if self.welcome is None or message.labels == self.welcome.labels:
+            return
+        self.welcome = replace(self.welcome, labels=message.labels, commands=message.commands)
+        self._target = np.zeros(len(message.labels), np.float32)
+        self.probabilities = self._target.copy()
+        self._touches, self.unanswered = UnansweredTouches(message.labels), None
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:
         """Take what the device felt in one frame; an image of a foreign shape is left out."""
