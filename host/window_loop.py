@@ -1,6 +1,7 @@
 """Window loop in real time: events and messages in, pictures and contacts out."""
 
 import io
+import math
 import os
 import time
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from host.targets import Target
 from tetris.window.display import DisplayError, open_window, set_fullscreen
 
 FRAMES_PER_S = 60
+_EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer
 TICK_S = 0.01  # without a window, what comes over the link is taken at once
 SIZE = (1280, 720)  # the window's first; it can be resized
 
@@ -49,9 +51,11 @@ def play(
     began_s = clock()
     playing, connected = True, False
     fullscreen = pygame.display.is_fullscreen()
+    drawn_s = -math.inf
     while playing:
         now_s = clock() - began_s
-        for event in pygame.event.get():
+        events = pygame.event.get()
+        for event in events:
             if event.type == pygame.QUIT:
                 playing = False
             elif event.type == pygame.KEYDOWN and event.key == pygame.K_F11:
@@ -62,9 +66,11 @@ def play(
         if target.fullscreen is not fullscreen:
             fullscreen = target.fullscreen
             surface = set_fullscreen(fullscreen, target.size)
-        target.draw(surface)
-        pygame.display.flip()
-        drawn()
+        if events or now_s - drawn_s >= 1 / target.frames_hz - _EARLY_S:
+            drawn_s = now_s
+            target.draw(surface)
+            pygame.display.flip()
+            drawn()
         pace.tick(FRAMES_PER_S)
         playing = playing and not target.closed and (seconds is None or now_s < seconds)
     if screenshot is not None:

@@ -17,8 +17,8 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
+from controller.protocol.teaching import Describe
 from host.app.lab_data import LabData
-from host.app.layout import Dock
 from host.app.orbs import Orbs
 from host.app.programs import Programs
 from host.app.screen import OrbScreen
@@ -26,13 +26,17 @@ from host.app.screens.lab import LabScreen
 from host.app.screens.learn import LearnScreen
 from host.app.screens.orbs import OrbsScreen
 from host.app.screens.watch import WatchScreen
+from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import Target
 from host.targets.tetris import ACTIONS, HeldGestures
+from host.ui import rim
 from host.ui.correction_keys import CorrectionKeys
+from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
+from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.window import bindings
 from tetris.window.app import App, HostWindow, Start
@@ -52,6 +56,7 @@ _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 _LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
+_IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
@@ -91,6 +96,7 @@ class OrbApp(Target):
             host=HostWindow(self._items, mode_setting="orb_mode"),
         )
         self.panel = Panel()
+        self.stage.watch = self._happened
         self.correcting = CorrectionKeys()
         self._gestures = HeldGestures(self.stage.settings)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
@@ -173,6 +179,20 @@ class OrbApp(Target):
             screen.pause()
         stage.push(LabScreen(stage, self, self.lab))
 
+    @property
+    def frames_hz(self) -> int:
+        """How often the window has something new to show: the screen's or the panel's need."""
+        screen = self.stage.screen
+        return max(
+            _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ,
+            getattr(screen, "frames_hz", _LIVELY_HZ),
+        )
+
+    def _happened(self, events: Sequence[Event]) -> None:
+        """Let the dome answer what happened in a game."""
+        if self.stage.settings.motion:
+            self.orb.rim.strike(rim.strength(events), self._now_s)
+
     # -- what comes over the link --------------------------------------------------------
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
@@ -199,6 +219,10 @@ class OrbApp(Target):
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
+                for gesture in shipped_gestures():  # until it has described its own
+                    if gesture.label in welcome.labels:
+                        self.orb.described(gesture)
+                self.send(Describe())
                 self.correcting.labels = welcome.labels
                 self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
@@ -291,6 +315,8 @@ class OrbApp(Target):
         """Pass an event of the mouse to the dome, or with its place there to the game."""
         self._touch(event, now_s)
         place = getattr(event, "pos", pygame.mouse.get_pos())
+        point = self.panel.projection.to_grid(*place)
+        self.orb.pointer = point if self.touch.pad.on_dome(*point) else None
         if self.dock.game.collidepoint(place) and event.type != pygame.MOUSEBUTTONUP:
             left, top = self.dock.game.topleft
             moved = {**event.dict, "pos": (place[0] - left, place[1] - top)}
@@ -316,9 +342,15 @@ class OrbApp(Target):
             return
         self.game.draw(self._now_s)
         surface.fill(self.stage.look.palette.background, self._panel_side)
-        self.orb.hint = self.note or self._hint()
-        self.panel.place(self.dock.panel, self.touch.pad)
-        self.panel.draw(surface, self.orb, self._now_s)
+        look, settings = self.stage.look, self.stage.settings
+        self.orb.note = self.note or self.correcting.told(self._now_s, look.words)
+        self.orb.hint, self.orb.ghost = self._hint(), self.ghost
+        playing = isinstance(self.stage.screen, PlayScreen)
+        self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
+        scale = getattr(settings, "scale", 100) / 100
+        gestures = len(self.orb.labels[1:])
+        self.panel.place(self.dock.panel, self.touch.pad, gestures=gestures, scale=scale)
+        self.panel.draw(surface, self.orb, self._now_s, look)
 
     def _place(self, surface: pygame.Surface) -> None:
         """Lay out the window anew when its surface is another one."""
@@ -336,8 +368,6 @@ class OrbApp(Target):
 
     def _hint(self) -> str:
         words = self.stage.look.words
-        if message := self.correcting.told(self._now_s):
-            return message
         if self.programs.on:
             return words("programs.armed" if self.programs.armed else "programs.disarmed")
         if not self._touchable:

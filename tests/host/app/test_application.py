@@ -11,8 +11,8 @@ import pytest
 
 from controller.protocol.messages import COMMANDS, Command, Contacts, State, Telemetry, Welcome
 from host.app.application import SIZE, OrbApp
-from host.app.layout import Dock
 from host.connection.receiver import Connected, Delivered, Lost, Received
+from host.ui.layout import Dock
 from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
