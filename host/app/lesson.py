@@ -7,8 +7,6 @@ from typing import Final, Literal
 
 from controller.protocol.messages import COMMANDS
 from controller.protocol.teaching import CommandRule, GestureInfo
-from host.app.ghost import STROKES
-from host.autoplayer import MANUAL, MIDDLE
 from host.ui.pointer_input import DomeArea
 
 Point = tuple[float, float]  # grid units
@@ -29,14 +27,14 @@ class Step:
         command: What it is for.
         place: Where it is made.
         located: Whether the gesture is for another command elsewhere.
-        say: Its name for people, if it is none of the gestures that ship.
+        say: Its name for people.
     """
 
     label: str
     command: str
     place: Point
     located: bool
-    say: str = ""
+    say: str
 
     def side(self, pad: DomeArea) -> Side:
         """Return the part of the dome in which the place lies."""
@@ -48,33 +46,17 @@ class Step:
         return "right" if across > 0 else "left"
 
 
-def steps(labels: Sequence[str], infos: Sequence[GestureInfo], pad: DomeArea) -> tuple[Step, ...]:
-    """Return the steps for an orb with these gestures, in the order of their commands.
-
-    Without `infos`, of an orb that does not describe its gestures, the mapping that ships is taken.
-    """
-    found = _described(infos, pad) if infos else _shipped(labels)
-    left_out = {_MIRRORED.get(step.label) for step in found}
-    wanted = [step for step in found if step.command in _SHOWN and step.label not in left_out]
-    return tuple(sorted(wanted, key=lambda step: _SHOWN.index(step.command)))
-
-
-def _shipped(labels: Sequence[str]) -> list[Step]:
-    return [
-        Step(label, command, place, place != MIDDLE)
-        for command, (label, place) in MANUAL.items()
-        if label in labels
-    ]
-
-
-def _described(infos: Sequence[GestureInfo], pad: DomeArea) -> list[Step]:
-    return [
-        Step(info.label, rule.command, place, len(info.rules) > 1, say)
+def steps(infos: Sequence[GestureInfo], pad: DomeArea) -> tuple[Step, ...]:
+    """Return the steps for an orb with these gestures, in the order of their commands."""
+    found = [
+        Step(info.label, rule.command, place, len(info.rules) > 1, info.say)
         for info in infos
-        for say in ("" if info.label in STROKES else info.say,)
         for number, rule in enumerate(info.rules)
         if (place := _place(info.rules[:number], rule, pad)) is not None
     ]
+    left_out = {_MIRRORED.get(step.label) for step in found}
+    wanted = [step for step in found if step.command in _SHOWN and step.label not in left_out]
+    return tuple(sorted(wanted, key=lambda step: _SHOWN.index(step.command)))
 
 
 def _place(before: Sequence[CommandRule], rule: CommandRule, pad: DomeArea) -> Point | None:

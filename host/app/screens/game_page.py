@@ -11,10 +11,9 @@ from host.ui import sprites
 from tetris.engine.events import Event
 from tetris.engine.game import Game
 from tetris.window import theme
-from tetris.window.language import Words
 from tetris.window.menu import Menu
 from tetris.window.menu_view import wrapped
-from tetris.window.screen_stack import ScreenStack
+from tetris.window.screen_stack import PLAY_HZ, ScreenStack
 from tetris.window.theme import Colour
 from tetris.window.view import Figure, GameView
 
@@ -56,6 +55,11 @@ class GamePage(OrbScreen):
         self._game_view: GameView | None = None
         self._game_area = pygame.Rect(0, 0, 0, 0)
         super().__init__(stage, orb)
+
+    @property
+    def frames_hz(self) -> int:
+        """As often as a game that is played."""
+        return PLAY_HZ
 
     def lines(self, time_s: float) -> Sequence[Line]:
         """Return the paragraphs of the column, the uppermost first."""
@@ -121,9 +125,3 @@ class GamePage(OrbScreen):
                     surface.blit(picture, (left, top))
                 top += high
             top += round(line.after * unit)
-
-
-def named(words: Words, kind: str, name: str) -> str:
-    """Return the words for a gesture or a command; a name that no language has as it is."""
-    said = words(f"{kind}.{name}")
-    return name.replace("_", " ") if said == f"{kind}.{name}" else said

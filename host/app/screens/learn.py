@@ -3,13 +3,14 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from controller.protocol.messages import Command, Report
-from controller.protocol.teaching import Describe, GestureInfo, Vocabulary
+from controller.protocol.messages import Command
+from controller.protocol.teaching import GestureInfo
 from host.app import ghost, lesson
 from host.app.lesson import Step
 from host.app.screen import Orb
-from host.app.screens.game_page import GamePage, Line, named
+from host.app.screens.game_page import GamePage, Line
 from host.targets.tetris import ACTIONS
+from host.ui import naming
 from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.window.menu import Item, Menu
@@ -40,13 +41,12 @@ class LearnScreen(GamePage):
         self.steps: tuple[Step, ...] = ()
         self.number = -1 if ask else 0
         self._exits = exits
-        self._infos: dict[str, GestureInfo] = {}
+        self._infos: list[GestureInfo] = []  # that the steps are made from
         self._told: tuple[str, float] | None = None  # what was understood instead, and when
         self._right_s: float | None = None  # when the step's gesture was made
         self._since_s = stage.time_s  # when the step began
         self._screen_touched = False  # whether the player touches a screen, not a mouse
         super().__init__(stage, orb, Game(_SEED, _STILL))
-        orb.send(Describe())
 
     @property
     def step(self) -> Step | None:
@@ -90,36 +90,30 @@ class LearnScreen(GamePage):
     def _instead(self, command: Command, step: Step) -> str:
         """Return what was understood in place of a step's gesture."""
         words = self._stage.look.words
-        does = named(words, "command", command.name)
+        does = naming.command(words, command.name)
         if command.label == step.label:
             side = words(f"learn.side.{step.side(self._pad)}")
             return words("learn.elsewhere", command=does, side=side)
-        gesture = named(words, "gesture", command.label)
+        gesture = naming.gesture(words, command.label)
         return words("learn.instead", gesture=gesture, command=does)
 
-    def report(self, message: Report, time_s: float) -> None:
-        """Take the gestures in use, if the orb describes them."""
-        if isinstance(message, Vocabulary):
-            self._infos.clear()
-        elif isinstance(message, GestureInfo):
-            self._infos[message.label] = message
-            self._make_steps()
-
     def _make_steps(self) -> None:
-        labels = self.orb.state.labels
-        known = all(label in self._infos for label in labels[1:])
-        infos = [self._infos[label] for label in labels[1:]] if known else ()
-        made = lesson.steps(labels, infos, self._pad)
+        """Take the gestures in use; while the orb is describing others, those from before."""
+        state = self.orb.state
+        infos = [state.gestures[label] for label in state.labels[1:] if label in state.gestures]
+        if infos == self._infos or (self.steps and len(infos) < len(state.labels) - 1):
+            return
+        self._infos = infos
+        made = lesson.steps(infos, self._pad)
         if made != self.steps:
             self.steps, self.number = made, min(self.number, 0)
+            self._since_s = self._stage.time_s
 
     # -- time ----------------------------------------------------------------------------
 
     def tick(self, time_s: float) -> None:
         """Let the ghost move, and go on a moment after success."""
-        if not self.steps and self.orb.state.labels:
-            self._make_steps()
-            self._since_s = time_s
+        self._make_steps()
         self.show(self.game.update(time_s))
         if self._right_s is not None and time_s >= self._right_s + _ON_S:
             self._next()
@@ -175,7 +169,7 @@ class LearnScreen(GamePage):
     def _how(self, step: Step) -> str:
         words = self._stage.look.words
         if step.label not in ghost.STROKES:
-            return words("learn.own", name=step.say or step.label)
+            return words("learn.own", name=step.say)
         side = words(f"learn.side.{step.side(self._pad)}")
         return words(f"learn.{self._way}.{step.label}", side=side)
 
@@ -189,7 +183,7 @@ class LearnScreen(GamePage):
         if self._told and time_s < self._told[1] + _INSTEAD_S:
             return Line(self._told[0], 25, palette.warn)
         if reason := self.orb.state.reason_unanswered(time_s):
-            return Line(reason, 25, palette.warn)
+            return Line(naming.unanswered(words, reason), 25, palette.warn)
         if time_s >= self._since_s + _HINT_S and step.label in ghost.STROKES:
             return Line(words(f"learn.more.{self._way}.{step.label}"), 25, palette.dim)
         return Line("", 25, palette.dim)

@@ -11,10 +11,11 @@ import pygame
 from controller.protocol.messages import Command, GroundTruth, Perform, Report
 from controller.recognition.event_metric import Score
 from host.app.screen import Orb
-from host.app.screens.game_page import GamePage, Line, named
+from host.app.screens.game_page import GamePage, Line
 from host.autoplayer import Autoplayer
 from host.demo_record import DemoRecord
 from host.targets.tetris import ACTIONS
+from host.ui import naming
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Recorder
@@ -194,8 +195,8 @@ class WatchScreen(GamePage):
         if self._last is None:
             return Line(words("watch.waiting"), 32, palette.dim, after=16)
         if command := self._command:
-            return Line(named(words, "command", command), 32, palette.text, command, after=16)
-        return Line(named(words, "gesture", self._last.label), 32, palette.dim, "null", after=16)
+            return Line(naming.command(words, command), 32, palette.text, command, after=16)
+        return Line(words("watch.stray_touch"), 32, palette.dim, "null", after=16)
 
     def _answer(self) -> Line:
         words, palette, understood = (
@@ -205,7 +206,7 @@ class WatchScreen(GamePage):
         )
         if understood:
             colour = palette.good if understood == self._command else palette.bad
-            return Line(named(words, "command", understood), 32, colour, understood, after=20)
+            return Line(naming.command(words, understood), 32, colour, understood, after=20)
         if self._last is None or self._busy_s is not None:
             return Line(words("watch.waiting"), 32, palette.dim, after=20)
         missed = bool(self._command)

@@ -10,12 +10,13 @@ from controller.recognition.pipeline import Pipeline
 from controller.simulator.virtual_orb import VirtualOrb
 from host.app import ghost, lesson
 from host.app.lesson import Step
+from host.autoplayer import shipped_gestures
 from host.ui.pointer_input import DomeArea
 
 RATE_HZ = 40.0  # of the virtual orb that the application starts
 SHIPPED = bundle.read(bundle.default_path(RATE_HZ))
 PAD = DomeArea()
-STEPS = lesson.steps(SHIPPED.labels, (), PAD)
+STEPS = lesson.steps(shipped_gestures(), PAD)
 REST_S = 2.0  # in which the rest image is taken
 ROUNDS = 3
 

@@ -11,10 +11,11 @@ import pygame
 import pytest
 
 from controller.protocol.messages import Command
-from controller.protocol.teaching import CommandRule, Describe, GestureInfo, Vocabulary
+from controller.protocol.teaching import CommandRule, GestureInfo, Vocabulary
 from host.app import lesson
 from host.app.lesson import Step
 from host.app.screens.learn import LearnScreen
+from host.autoplayer import shipped_gestures
 from host.connection.receiver import Delivered, Lost
 from host.ui.pointer_input import DomeArea
 from tests.host.app.test_application import FELT, LABELS, Window
@@ -33,7 +34,7 @@ def made(label: str, command: str) -> Delivered:
 
 
 def test_the_steps_of_the_shipped_mapping_press_three_places_pinch_and_twist() -> None:
-    steps = lesson.steps(LABELS, (), PAD)
+    steps = lesson.steps(shipped_gestures(), PAD)
     assert [(step.label, step.command) for step in steps] == [
         ("press", "left"),
         ("press", "right"),
@@ -53,10 +54,10 @@ def test_the_steps_of_a_described_orb_are_its_gestures_at_places_of_its_mapping(
         info("pinch", CommandRule("pause", *FREE)),  # which a piece cannot show
         info("wave"),
     ]
-    steps = lesson.steps(("null", "press", "knock", "pinch", "wave"), infos, PAD)
+    steps = lesson.steps(infos, PAD)
     assert [(s.label, s.command, s.side(PAD), s.say) for s in steps] == [
-        ("press", "down", "high", ""),
-        ("press", "rotate_cw", "low", ""),
+        ("press", "down", "high", "press"),
+        ("press", "rotate_cw", "low", "press"),
         ("knock", "hold", "middle", "knock on it"),
     ]
 
@@ -64,7 +65,7 @@ def test_the_steps_of_a_described_orb_are_its_gestures_at_places_of_its_mapping(
 def test_a_rule_that_others_leave_no_room_is_no_step() -> None:
     left = CommandRule("left", 3.0, *FREE[1:])
     hidden = CommandRule("right", 2.0, *FREE[1:])
-    steps = lesson.steps(("null", "press"), [info("press", left, hidden)], PAD)
+    steps = lesson.steps([info("press", left, hidden)], PAD)
     assert [step.command for step in steps] == ["left"]
 
 
@@ -161,7 +162,6 @@ def test_enter_takes_the_next_step_and_escape_leaves_without_a_trace() -> None:
 
 def test_a_described_orb_is_taught_by_its_own_mapping() -> None:
     pupil = Pupil()
-    assert Describe() in pupil.app.outgoing(pupil.now_s)
     infos = [info(label) for label in LABELS[1:-1]]
     infos.append(info("twist_ccw", CommandRule("hold", *FREE)))
     said = [Vocabulary(LABELS, ("hold",), "", False, 0, ""), *infos]
