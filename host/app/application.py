@@ -23,7 +23,9 @@ from host.app.orbs import Orbs
 from host.app.programs import Programs
 from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
+from host.app.screens.learn import LearnScreen
 from host.app.screens.orbs import OrbsScreen
+from host.app.screens.watch import WatchScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
@@ -102,9 +104,13 @@ class OrbApp(Target):
         self._paused: Screen | None = None  # the menu of a pause that the link made
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
+        self._deaf_until_s = 0.0  # no command is taken before
         self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
+        if config is not None and start == Start() and not self.stage.settings.introduced:
+            self.stage.change(changed(self.stage.settings, introduced=True))
+            self._learn(ask=True)
 
     @property
     def stage(self) -> ScreenStack:
@@ -134,13 +140,33 @@ class OrbApp(Target):
         """Send a message to the orb with the next ones."""
         self._due.append(message)
 
+    def ignore(self, seconds: float) -> None:
+        """Take no command for so long."""
+        self._deaf_until_s = self._now_s + seconds
+
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
-        if self.orbs is None:
-            return ()
         words = stage.look.words
-        show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
-        return [Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))]
+        items = [Item(words("learn.title"), self._learn, hint=words("learn.hint"))]
+        if self.virtual:
+            items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
+        if self.orbs is not None:
+            show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
+            item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
+            items.append(item)
+        return items
+
+    def _learn(self, *, ask: bool = False) -> None:
+        """Show the introduction, or `ask` whether to."""
+        self.stage.push(LearnScreen(self.stage, self, self._exits, ask=ask))
+
+    def _exits(self) -> Sequence[Item]:
+        """Return what the end of the introduction leads to."""
+        return (Item(self.stage.look.words("menu.play"), self.game.play),)
+
+    def _watch(self) -> None:
+        """Let the virtual orb's own hand play."""
+        self.stage.push(WatchScreen(self.stage, self, self.game.go_on))
 
     def _show_lab(self) -> None:
         """Show the lab over a paused game, or leave it."""
@@ -214,7 +240,7 @@ class OrbApp(Target):
                 self.lab.step(message, now_s)
             case Vocabulary(labels=labels):
                 self.lab.relabel(labels)
-            case Command():
+            case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
                     self.game.act(action)

@@ -36,6 +36,9 @@ class Orb(Protocol):
     def send(self, message: Message) -> None:
         """Send a message to the orb."""
 
+    def ignore(self, seconds: float) -> None:
+        """Take no command for so long: a gesture of the orb's own hand may still be recognised."""
+
 
 def rows(sentence: str, *, marked: bool = False) -> list[Row]:
     """Return a sentence as lines of a table."""

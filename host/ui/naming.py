@@ -3,6 +3,7 @@
 import re
 from typing import Final
 
+from host.ui.unanswered import Reason
 from tetris.window.language import Words
 
 # Sentences of `Health` and the keys of their words; groups are set into them.
@@ -28,6 +29,12 @@ def gesture(words: Words, label: str) -> str:
 def command(words: Words, name: str) -> str:
     """Return a command's name; of one of a program's own its name in words."""
     return _known(words, f"dome.command.{name}", name)
+
+
+def unanswered(words: Words, reason: Reason) -> str:
+    """Return why a touch gave no command, a sentence."""
+    names = [gesture(words, label) for label in reason.labels]
+    return words(f"dome.unanswered.{reason.key}").format(*names)
 
 
 def health(words: Words, sentence: str) -> str:

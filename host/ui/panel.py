@@ -308,8 +308,7 @@ class Panel:
         if view.gesture:
             return naming.gesture(words, view.gesture), palette.accent
         if reason := view.reason_unanswered(now_s):
-            names = [naming.gesture(words, label) for label in reason.labels]
-            return words(f"dome.unanswered.{reason.key}").format(*names), palette.warn
+            return naming.unanswered(words, reason), palette.warn
         if view.health:
             return naming.health(words, view.health[0]), palette.warn
         return view.hint, palette.dim

@@ -11,6 +11,7 @@ import pygame
 
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
+from tetris.history.replay import Recorder
 from tetris.window import bindings
 from tetris.window import settings as settings_file
 from tetris.window.display import open_window, set_fullscreen
@@ -18,6 +19,7 @@ from tetris.window.game_session import Saves
 from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
+from tetris.window.screens.menus import chosen_mode
 from tetris.window.settings import Settings, stepped
 
 __all__ = ["App", "Start", "play"]
@@ -109,6 +111,10 @@ class App:
         """The game played last; None before the first."""
         return self._flow.game
 
+    def play(self) -> None:
+        """Begin a game of the chosen mode."""
+        self._flow.play(chosen_mode(self.stage))
+
     @property
     def frames_hz(self) -> int:
         """How often the screen that is seen has something new to show while nothing is pressed."""
@@ -160,6 +166,10 @@ class App:
         """Take what such a controller holds down, and the repeats that are due."""
         if self.stage.screen is not None:
             self.stage.screen.hold(held, repeats, self.stage.time_s)
+
+    def go_on(self, recorder: Recorder) -> None:
+        """Let the player go on with a game that was recorded so far; it is not ranked."""
+        self._flow.go_on(recorder)
 
     def _take(self, event: pygame.event.Event, time_s: float) -> None:
         stage, screen = self.stage, self.stage.screen
