@@ -16,7 +16,7 @@ import pygame
 
 from controller.errors import TroubleError, count
 from controller.protocol.messages import Grant, Granted, GroundTruth, Perform
-from host.autoplayer import Autoplayer
+from host.autoplayer import Autoplayer, shipped_gestures
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -98,6 +98,8 @@ class Demo:
         for item in received:
             if isinstance(item, Connected):
                 self._player.meet(item.welcome)
+                for gesture in shipped_gestures(item.welcome.labels):
+                    self.target.orb.described(gesture)
             elif isinstance(item, Delivered) and isinstance(item.message, GroundTruth):
                 self._player.left(item.message.number, until / 1000)
 

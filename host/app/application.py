@@ -215,9 +215,8 @@ class OrbApp(Target):
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
-                for gesture in shipped_gestures():  # until it has described its own
-                    if gesture.label in welcome.labels:
-                        self.orb.described(gesture)
+                for gesture in shipped_gestures(welcome.labels):  # until it describes its own
+                    self.orb.described(gesture)
                 self.send(Describe())
                 self.correcting.labels = welcome.labels
                 self.lab.connected(welcome)
