@@ -5,7 +5,6 @@ errs in no other way than its hand does.
 """
 
 import random
-from collections.abc import Sequence
 from typing import Final
 
 from controller.bundles import vocabulary
@@ -45,16 +44,14 @@ def _manual() -> Manual:
 MANUAL: Final = _manual()
 
 
-def shipped_gestures(labels: Sequence[str]) -> tuple[GestureInfo, ...]:
-    """Return those of the labels that ship, for an orb that does not describe its own gestures.
+def shipped_gestures() -> tuple[GestureInfo, ...]:
+    """Return the shipped gestures with their commands, for an orb that does not describe its own.
 
     Their images are unknown.
     """
     book = vocabulary.shipped()
     found = []
     for entry in book.entries:
-        if entry.label not in labels:
-            continue
         rules = book.mapping.rules.get(entry.label, ())
         copies = (
             CommandRule(one.command, one.left_of, one.right_of, one.below, one.above)

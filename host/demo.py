@@ -98,7 +98,7 @@ class Demo:
         for item in received:
             if isinstance(item, Connected):
                 self._player.meet(item.welcome)
-                for gesture in shipped_gestures(item.welcome.labels):
+                for gesture in shipped_gestures():
                     self.target.orb.described(gesture)
             elif isinstance(item, Delivered) and isinstance(item.message, GroundTruth):
                 self._player.left(item.message.number, until / 1000)

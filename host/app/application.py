@@ -215,7 +215,7 @@ class OrbApp(Target):
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
-                for gesture in shipped_gestures(welcome.labels):  # until it describes its own
+                for gesture in shipped_gestures():  # until it describes its own
                     self.orb.described(gesture)
                 self.send(Describe())
                 self.correcting.labels = welcome.labels

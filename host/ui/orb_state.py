@@ -105,9 +105,10 @@ class OrbState:
         self.user, self.sure = "", 0.0
 
     def described(self, message: Vocabulary | GestureInfo) -> None:
-        """Take the gestures in use, or one of them."""
+        """Take the gestures in use, or one of them; another orb's gesture is left out."""
         if isinstance(message, GestureInfo):
-            self.gestures[message.label] = message
+            if message.label in self.labels:
+                self.gestures[message.label] = message
             return
         self.gestures = {}
         if self.welcome and message.labels != self.welcome.labels:

@@ -17,6 +17,7 @@ from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.settings import changed
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
@@ -164,3 +165,33 @@ def test_the_mode_played_with_an_orb_is_kept_apart(tmp_path: Path) -> None:
     window.pass_s(0.1, said("down"), said("right"))  # to "Mode", and the next one
     assert window.app.stage.settings.orb_mode == "marathon"
     assert "orb_mode" in (tmp_path / "tetris.toml").read_text()
+
+
+@pytest.mark.parametrize("motion", [True, False])
+def test_the_dome_answers_a_lock_unless_nothing_is_to_move(motion: bool) -> None:
+    window = Window(Start("zen", 1))
+    window.app.stage.change(changed(window.app.stage.settings, motion=motion))
+    window.pass_s(READY_S)
+    assert window.app.orb.rim.level(window.now_s) == 0.0
+    window.pass_s(0.1, said("drop"))
+    assert (window.app.orb.rim.level(window.now_s) > 0.0) is motion
+
+
+def test_zones_are_shown_while_the_pointer_is_over_the_dome_of_a_game() -> None:
+    window = Window(Start("zen", 1))
+    window.pass_s(READY_S, FELT)
+    centre = window.app.panel.projection.centre
+    for place, shown in ((centre, True), (window.app.dock.game.center, False)):
+        moved = pygame.event.Event(pygame.MOUSEMOTION, pos=place, rel=(0, 0), buttons=(0, 0, 0))
+        window.app.handle(moved, window.now_s)
+        window.pass_s(0.1)
+        assert window.app.orb.zones is shown
+
+
+def test_a_menu_that_nobody_uses_is_drawn_less_often_than_a_game() -> None:
+    window = Window()
+    window.pass_s(0.1, FELT)
+    idle = window.app.frames_hz
+    window.pass_s(0.1, said("drop"))
+    assert window.playing
+    assert idle < window.app.frames_hz

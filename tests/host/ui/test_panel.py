@@ -13,6 +13,7 @@ import pytest
 from controller.protocol import messages
 from controller.protocol.codec import quantise_image
 from controller.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
+from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
 from host.ui import naming, orb_state, sprites
@@ -293,3 +294,50 @@ def test_gestures_and_commands_without_words_are_shown_by_their_names() -> None:
     assert naming.gesture(german, "double_tap") == "double tap"
     assert naming.command(german, "volume_up") == "volume up"
     assert all(naming.command(german, name) != name for name in COMMANDS if name != "pause")
+
+
+def test_gestures_are_kept_as_the_orb_describes_them() -> None:
+    view = live_view()
+    view.described(GestureInfo("press", "press", False, 0, b"", ()))
+    view.described(GestureInfo("of_another_orb", "", False, 0, b"", ()))
+    assert set(view.gestures) == {"press"}
+    changed = Vocabulary(("null", "press", "wave"), COMMANDS, "", True, 1, "", "")
+    view.described(changed)
+    assert (view.gestures, view.labels) == ({}, changed.labels)
+    view.described(GestureInfo("wave", "wave", True, 7, quantise_image([1.0] * 25), ()))
+    view.telemetry(telemetry(np.ones((5, 5)), probabilities=(0.0, 0.0, 1.0)), 1.0)
+    view.advance(1.0)
+    view.advance(9.0)
+    assert view.probabilities.tolist() == pytest.approx([0.0, 0.0, 1.0])
+
+
+def test_a_taught_gesture_is_drawn_by_its_own_image(surface: pygame.Surface) -> None:
+    pictures = []
+    for taxel in (0, 24):
+        z = np.ones(25)
+        z[taxel] = 0.6
+        view = live_view()
+        view.described(GestureInfo("press", "press", True, 7, quantise_image(z), ()))
+        drawn(view, surface)
+        panel = Panel()
+        panel.place(RECT, DomeArea())
+        pictures.append(pygame.image.tobytes(surface.subsurface(panel.layout.rows[0]), "RGB"))
+    assert pictures[0] != pictures[1]
+
+
+def test_a_ghost_hand_is_drawn_and_leaves_with_its_fingers(surface: pygame.Surface) -> None:
+    view = live_view()
+    calm = drawn(view, surface)
+    view.ghost = (Contact(0, 3.0, 1.0, 7.0, 7.0),)
+    assert pixel(drawn(view, surface), 3, 1) != pixel(calm, 3, 1)
+    view.ghost = ()
+    assert pixel(drawn(view, surface), 3, 1) == pixel(calm, 3, 1)
+
+
+@pytest.mark.parametrize(("moved", "lively"), [(0.0, False), (0.2, True)])
+def test_the_picture_moves_while_the_orb_is_touched(moved: float, lively: bool) -> None:
+    view = live_view()
+    view.telemetry(telemetry(np.full((5, 5), 1.0 - moved)), 0.0)
+    view.advance(0.0)
+    view.advance(9.0)
+    assert view.lively(9.0) is lively

@@ -45,7 +45,7 @@ def test_every_point_gets_the_command_of_the_devices_mapping() -> None:
 
 
 def test_the_shipped_zones_are_left_right_and_down() -> None:
-    rules = zones.rules_in_use(shipped_gestures(("null", "press", "pinch")))
+    rules = zones.rules_in_use(shipped_gestures())
     assert [rules[zones.zone_at(rules, point) or 0].command for point in
             ((0.5, 3.0), (3.5, 3.0), (2.0, 0.0))] == ["left", "right", "down"]  # fmt: skip
 
