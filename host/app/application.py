@@ -1,5 +1,6 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
+import secrets
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -7,8 +8,12 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
+from controller.protocol.teaching import Vocabulary
+from host.app.gesture_state import GestureState
 from host.app.layout import Dock
 from host.app.screen import OrbScreen
+from host.app.screens.teach import TeachScreen
+from host.app.screens.teach_page import Course
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import Target
@@ -109,7 +114,14 @@ class OrbApp(Target):
 
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
-        return ()
+        words = stage.look.words
+        teach = Item(words("menu.teach"), self._teach, hint=words("teach.hint"))
+        return (teach,)
+
+    def _teach(self) -> None:
+        gestures = GestureState(self.send, first=secrets.randbits(31))
+        course = Course(self.stage, self, gestures, self.game.play)
+        self.stage.push(TeachScreen(course))
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -151,6 +163,8 @@ class OrbApp(Target):
                 self._gestures.hold(message.pressed, now_s)
             case UploadStatus():
                 self.correcting.answer(message, now_s)
+            case Vocabulary(labels=labels):
+                self.correcting.labels = labels
         if isinstance(screen, OrbScreen) and isinstance(message, Report):
             screen.report(message, now_s)
 

@@ -13,16 +13,18 @@ class Orb(Protocol):
     """What screens know of the window's orb, and ask it for.
 
     Attributes:
-        state: The orb as it is drawn: link, image, labels, history.
         ghost: Fingers drawn on the dome that show a gesture; grid units.
         zones: Whether the dome shows which command a press gives where.
         note: A sentence under the dome; "": the usual ones.
     """
 
-    state: OrbState
     ghost: tuple[Contact, ...]
     zones: bool
     note: str
+
+    @property
+    def state(self) -> OrbState:
+        """The orb as it is drawn: link, image, labels, history."""
 
     @property
     def virtual(self) -> bool:

@@ -15,6 +15,7 @@ import pygame
 
 from controller.errors import UserError
 from controller.protocol.messages import Command, Health, Message, Telemetry, UserIdentified
+from controller.protocol.teaching import Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.orb_state import LinkState, OrbState
@@ -127,6 +128,8 @@ class Target(ABC):
                 self.orb.health = found
             case UserIdentified():
                 self.orb.who(message)
+            case Vocabulary():
+                self.orb.vocabulary(message)
 
     def _point(
         self,

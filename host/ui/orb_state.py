@@ -5,7 +5,7 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
+from controller.protocol.teaching import Vocabulary
 from host.ui.unanswered import UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
@@ -112,6 +113,15 @@ class OrbState:
                 self.unanswered = (reason, now_s) if reason else self.unanswered
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
+
+    def vocabulary(self, message: Vocabulary) -> None:
+        """Take other gestures; telemetry is in their order from here."""
+        if self.welcome and message.labels != self.welcome.labels:
+            labels, commands = message.labels, message.commands
+            self.welcome = replace(self.welcome, labels=labels, commands=commands)
+            self._target = np.zeros(len(labels), np.float32)
+            self.probabilities = self._target.copy()
+            self._touches = UnansweredTouches(labels)
 
     def who(self, message: UserIdentified) -> None:
         """Take whom the device believes to touch it."""

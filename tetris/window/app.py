@@ -17,6 +17,7 @@ from tetris.window.game_session import Saves
 from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
+from tetris.window.screens.menus import chosen_mode
 from tetris.window.settings import Settings, stepped
 
 __all__ = ["App", "Start", "play"]
@@ -96,6 +97,10 @@ class App:
     def game(self) -> Game | None:
         """The game played last; None before the first."""
         return self._flow.game
+
+    def play(self) -> None:
+        """Begin a game of the chosen mode."""
+        self._flow.play(chosen_mode(self.stage))
 
     def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
         """Take events, let time pass, draw; return whether the window stays open."""
