@@ -1,35 +1,22 @@
-"""Corrections in play: the player labels the latest touch, and the network learns it.
+"""Corrections in play: the player labels the latest touch, and the network learns it."""
 
-    python -m controller.adapt.correction BUNDLE OUT LABEL RATE < images.npy
-
-is the training process, so that the control loop does not wait; it runs at low priority.
-"""
-
-import io
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
-from controller.adapt.examples import Example, Images, touched
-from controller.adapt.few_shot import AdaptError, teach
+from controller.adapt import process
+from controller.adapt.examples import NULL_LABEL, Example, Images, touched
+from controller.adapt.few_shot import AdaptError
+from controller.adapt.process import Job
+from controller.adapt.unlearn import CORRECTED
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore
 
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
 GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
 LEAD_S: Final = 1.3  # of images before the touch
-DEADLINE_S: Final = 120.0
 MOST: Final = 40  # corrections in a bundle
-NICE: Final = 10
-NOTE: Final = "corrected in play: "
-_ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def example(label: str, images: Images, rate_hz: float) -> Example:
@@ -37,10 +24,12 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
     cut = latest(images, rate_hz)
     if cut is None:
         raise AdaptError(f"nothing touched the orb in the last {LATEST_S:g} s; correct it sooner")
-    one = Example(label, cut)
-    if one.found(rate_hz) is None:
+    found = Example(label, cut).found(rate_hz)
+    if found is None:
         raise AdaptError("that touch is too weak to learn from")
-    return one
+    if label == NULL_LABEL:
+        return Example(label, cut, span=(0.0, float(len(cut))))
+    return found
 
 
 def latest(images: Images, rate_hz: float) -> Images | None:
@@ -80,11 +69,11 @@ def correct(
             f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
             "with controller rollback"
         )
-    example(label, images, rate_hz)  # refuses an unusable example before the process starts
+    job = Job("teach", note=CORRECTED + _shown(label), examples=(example(label, images, rate_hz),))
     out = store.folder / "incoming" / "corrected.orb"
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
-        _in_a_process(path, out, label, images, rate_hz)
+        process.run(job, path, out)
         install(out, before)
     finally:
         out.unlink(missing_ok=True)
@@ -98,42 +87,4 @@ def _shown(label: str) -> str:
 
 def _corrections(path: Path) -> int:
     """Return the number of corrections in a bundle."""
-    return sum(str(note).startswith(NOTE) for note in bundles.read(path).card.get("added", []))
-
-
-def _in_a_process(path: Path, out: Path, label: str, images: Images, rate_hz: float) -> None:
-    """Run the training process on images, (frames, rows, columns)."""
-    command = [sys.executable, "-m", "controller.adapt.correction", str(path.resolve()), str(out),
-               label, repr(rate_hz)]  # fmt: skip
-    buffer = io.BytesIO()
-    np.save(buffer, images)
-    environment = {**os.environ, **dict.fromkeys(_ENV, "1")}
-    try:
-        done = subprocess.run(
-            command, input=buffer.getvalue(), capture_output=True, timeout=DEADLINE_S,
-            env=environment, check=False,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise AdaptError(f"it was not learned within {DEADLINE_S:g} s") from None
-    if done.returncode:
-        lines = done.stderr.decode(errors="replace").strip().splitlines()
-        raise AdaptError(lines[-1] if lines else f"learning ended with status {done.returncode}")
-
-
-def main(argv: list[str]) -> int:
-    """Learn one correction: BUNDLE OUT LABEL RATE, images on standard input."""
-    path, out, label, rate = argv
-    if hasattr(os, "nice"):
-        os.nice(NICE)
-    images = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
-    try:
-        one = example(label, images, float(rate))
-        teach(Path(path).read_bytes(), [one], note=NOTE + _shown(label)).write(Path(out))
-    except (AdaptError, BundleError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    return sum(str(note).startswith(CORRECTED) for note in bundles.read(path).card.get("added", []))

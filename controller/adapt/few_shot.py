@@ -1,9 +1,9 @@
 """Few-shot learning: extend a bundle's gesture networks by examples."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import tomli_w
@@ -13,7 +13,7 @@ from controller import errors
 from controller.adapt import head, patience, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError
-from controller.adapt.rehearsal import Rehearsal, RehearsalError
+from controller.adapt.rehearsal import Origin, Rehearsal, RehearsalError
 from controller.bundles import bundle as bundles
 from controller.bundles import users_table
 from controller.bundles.bundle import Bundle, BundleError
@@ -31,6 +31,9 @@ AROUND: Final = 1.0  # weight of the windows around a touch, relative to those w
 LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
 _SEED: Final = 0  # the same examples give the same bundle
 GOLDEN_EACH: Final = 4  # windows of an example that become golden vectors
+EMBEDDED: Final = 0.5  # of the whole progress, when all windows are embedded
+
+Progress = Callable[[float], None]  # takes the share that is done, 0 to 1
 
 
 class AdaptError(TroubleError, ValueError):
@@ -46,6 +49,7 @@ class AdaptedBundle:
     kept: float  # share of the rehearsed gestures whose class is unchanged
     # when its gestures fire; older ones may wait for a taught one
     debounce: DebounceSettings = field(default_factory=DebounceSettings)
+    recognised: Mapping[str, float] = field(default_factory=dict)  # the same by label
 
     def write(self, path: Path) -> None:
         """Write the bundle atomically; BundleError if it could not be read, OSError."""
@@ -58,6 +62,7 @@ def teach(
     *,
     command: str | Sequence[Mapping[str, Any]] | None = None,
     note: str = "",
+    progress: Progress = lambda share: None,
 ) -> AdaptedBundle:
     """Return a bundle extended by examples.
 
@@ -66,17 +71,17 @@ def teach(
         examples: Of one gesture or several, old or new; those of a user extend the user's network.
         command: Command of a new gesture: a word or rules (docs/mapping.md); None: nothing.
         note: Entry of the card; by default the gestures and numbers of examples.
+        progress: Called with the share that is done.
 
     Raises:
         AdaptError: An example holds no touch, or the old gestures would suffer.
         BundleError: The bundle is damaged.
     """
-    try:
-        loaded, parts = bundles.parse(data), bundles.unpack(data)
-        table = bundles.manifest(parts[bundles.MANIFEST])
-        known = _rehearsal(loaded, parts)
-    except (RehearsalError, BundleError) as error:
-        raise BundleError(f"the bundle {error}") from None
+    loaded, parts, known = opened(data)
+    table = bundles.manifest(parts[bundles.MANIFEST])
+    if not known.taught:
+        origin = Origin(parts[bundles.MANIFEST], len(loaded.golden.windows))
+        known = replace(known, origin=origin)
     fresh = _checked(loaded, known, examples)
     known = replace(known, taught=(*known.taught, *fresh))
     new = tuple(dict.fromkeys(one.label for one in fresh if one.label not in loaded.labels))
@@ -88,21 +93,26 @@ def teach(
     base, outputs = dict(known.base), dict[str, NDArray[np.float32]]()
     inputs = np.concatenate([loaded.golden.windows, *_golden(fresh, loaded.window)])
     heads = list(dict.fromkeys((*loaded.users.heads, *sorted(learners))))
-    shares = []
+    shares: list[float] = []
+    recognised: dict[str, float] = {}
     for user in (EVERYBODY, *heads):
         part = GESTURE if user == EVERYBODY else users_table.head_part(user)
         source = part if part in parts else GESTURE  # a user's first network starts as the common
         model = parts[source]
         if for_all or user in learners:
-            model, base[part], share = training.extend(model, known.base.get(source), user)
-            shares.append(share)
+            extended = training.extend(model, known.base.get(source), user, progress)
+            model, base[part] = extended.model, extended.base
+            shares.append(extended.kept)
+            recognised = recognised or extended.recognised
         content[part] = model
-        outputs[user] = _run(model, inputs)
+        outputs[user] = run_network(model, inputs)
     streams: dict[str, list[NDArray[np.float32]]] = {label: [] for label in new}
     for one in fresh:
         if one.label in streams:
             streams[one.label].append(_stream(content[GESTURE], one, loaded.window))
-    debounce = patience.patient(loaded.debounce, labels, streams, loaded.rate_hz)
+    debounce = loaded.debounce
+    for label, seen in streams.items():
+        debounce = patience.patient(debounce, labels, {label: seen}, loaded.rate_hz)
     table["debounce"] = asdict(debounce)
     table["labels"] = list(labels)
     if command is not None:
@@ -118,7 +128,17 @@ def teach(
         content.setdefault(users_table.NETWORK, b"")
     content[bundles.GOLDEN] = golden.pack()
     content[rehearsal.PART] = replace(known, base=base).pack()
-    return AdaptedBundle(tomli_w.dumps(table).encode(), content, min(shares), debounce)
+    text = tomli_w.dumps(table).encode()
+    return AdaptedBundle(text, content, min(shares), debounce, recognised)
+
+
+class _Extended(NamedTuple):
+    """One network, extended."""
+
+    model: bytes
+    base: tuple[int, int]  # units and classes when it was trained
+    kept: float  # share of the rehearsed gestures whose class is unchanged
+    recognised: dict[str, float]  # by label: that of a taught one is of its examples' last windows
 
 
 @dataclass(frozen=True)
@@ -130,9 +150,9 @@ class _Training:
     labels: tuple[str, ...]  # old and new classes
 
     def extend(
-        self, model: bytes, base: tuple[int, int] | None, user: str
-    ) -> tuple[bytes, tuple[int, int], float]:
-        """Return an extended network, its base, and the share of old gestures kept."""
+        self, model: bytes, base: tuple[int, int] | None, user: str, progress: Progress
+    ) -> _Extended:
+        """Return an extended network."""
         try:
             split = head.split(model, base)
         except FormError as error:
@@ -145,23 +165,34 @@ class _Training:
         by_label = {one.label: [o for o in own if o.label == one.label] for one in own}
         fresh = [self._windows(one, alike, rng) for alike in by_label.values() for one in alike]
         windows, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
+        progress(0.1)
         embedding = split.embed(np.concatenate([old, windows]))
+        progress(EMBEDDED)
         logits = split.logits(embedding)
         # The target of old windows is the network's own output, with its confidence.
         target = [_probabilities(logits[: len(old)], len(self.labels))]
         target.append(np.eye(len(self.labels), dtype=np.float32)[kinds])
         weight = np.concatenate([np.full(len(old), 1.0 / len(old)), weights])
-        units = head.fit(head.TrainingSet(embedding, logits, np.concatenate(target), weight))
+        data = head.TrainingSet(embedding, logits, np.concatenate(target), weight)
+        units = head.fit(data, lambda share: progress(EMBEDDED + (1.0 - EMBEDDED) * share))
         after = units.answers(embedding)
         after[:, : split.classes] += logits
         before, now = (_classes(values[: len(old)], touch) for values in (logits, after))
         kept = float((before == now).mean()) if len(now) else 1.0
+        recognised = {
+            self.labels[k]: float((now[before == k] == k).mean()) for k in set(before.tolist())
+        }
+        for label in by_label:
+            k = self.labels.index(label)
+            if k >= split.classes:
+                own = (kinds == k) & (weights >= 0.99 * weights[kinds == k].max())  # its last part
+                recognised[label] = float((after[len(old) :][own].argmax(axis=1) == k).mean())
         if kept < LEAST_KEPT:
             raise AdaptError(
                 f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
                 "taken for what they are; give other examples, or a gesture that is less like them"
             )
-        return split.widened(units), (split.hidden, split.classes), kept
+        return _Extended(split.widened(units), (split.hidden, split.classes), kept, recognised)
 
     def _windows(
         self, one: Example, alike: Sequence[Example], rng: np.random.Generator
@@ -184,11 +215,16 @@ def weight_of(example: Example) -> float:
     return SHARE / (1.0 + example.noise() / NOISY)
 
 
-def _rehearsal(loaded: Bundle, parts: Mapping[str, bytes]) -> Rehearsal:
-    if rehearsal.PART not in parts:
-        return rehearsal.of_golden(loaded)
-    grid = loaded.rows, loaded.columns
-    return rehearsal.read(parts[rehearsal.PART], grid, len(loaded.labels))
+def opened(data: bytes) -> tuple[Bundle, dict[str, bytes], Rehearsal]:
+    """Return a bundle's content, its parts and its rehearsal data; BundleError if damaged."""
+    try:
+        loaded, parts = bundles.parse(data), bundles.unpack(data)
+        if rehearsal.PART not in parts:
+            return loaded, parts, rehearsal.of_golden(loaded)
+        grid = loaded.rows, loaded.columns
+        return loaded, parts, rehearsal.read(parts[rehearsal.PART], grid, len(loaded.labels))
+    except (RehearsalError, BundleError) as error:
+        raise BundleError(f"the bundle {error}") from None
 
 
 def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> tuple[Example, ...]:
@@ -236,7 +272,7 @@ def _people(
     model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
-    outputs = _run(model, inputs)
+    outputs = run_network(model, inputs)
     if outputs.shape[1] != 1 + names:
         raise AdaptError(
             "this bundle identifies its users by their touch, and does not know this one; use a "
@@ -260,10 +296,10 @@ def _stream(model: bytes, one: Example, window: int) -> NDArray[np.float32]:
     before = np.repeat(one.images[:1], window - 1, axis=0)
     images = np.concatenate([before, one.images]).astype(np.float32)
     ends = np.arange(window - 1, len(images))
-    return _run(model, images[ends[:, None] + np.arange(1 - window, 1)])
+    return run_network(model, images[ends[:, None] + np.arange(1 - window, 1)])
 
 
-def _run(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+def run_network(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return a network's outputs, (n, outputs), for (n, window, rows, columns)."""
     return engines.open_network(engines.standard(), model, onnx_reader.read(model))(inputs)
 

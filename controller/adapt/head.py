@@ -6,6 +6,7 @@ outputs are added to the logits. No old weight changes, so the network as traine
 The units are fitted by gradient descent (Adam) on the cross entropy, in NumPy.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -158,9 +159,12 @@ class TrainingSet:
     weight: NDArray[np.float64]  # of each window, (n,)
 
 
-def fit(data: TrainingSet) -> LearnedUnits:
-    """Return units fitted to the targets."""
-    members = [_team(data, np.random.default_rng([_SEED, team])) for team in range(TEAMS)]
+def fit(data: TrainingSet, progress: Callable[[float], None]) -> LearnedUnits:
+    """Return units fitted to the targets; `progress` is called with the share that is done."""
+    members = []
+    for team in range(TEAMS):
+        members.append(_team(data, np.random.default_rng([_SEED, team])))
+        progress((team + 1) / TEAMS)
     return LearnedUnits(
         np.concatenate([team.weights for team in members]),
         np.concatenate([team.bias for team in members]),

@@ -29,6 +29,8 @@ def patient(
 ) -> DebounceSettings:
     """Return debounce settings with which older gestures wait for taught ones.
 
+    Of the taught ones, those that come first in `labels` may wait for those after them.
+
     Args:
         settings: As they are; what waits already goes on waiting.
         labels: All labels, "null" first.
@@ -43,7 +45,7 @@ def patient(
         found = [delay for delay in delays if delay is not None]
         for kind in {kind for kind, _ in found}:
             times_s = [time_s for other, time_s in found if other == kind]
-            if len(times_s) < SHARE * len(streams) or labels[kind] in taught:
+            if len(times_s) < SHARE * len(streams) or kind > labels.index(label):
                 continue
             waiting.append(labels[kind])
             awaited.append(label)

@@ -13,9 +13,12 @@ later examples. Without the part, the golden windows are rehearsed.
     taught_mirror  bool (examples,)
     base           int32 (networks, 2), units and classes when it was trained; see `networks`
     networks       str (networks,), parts of the bundle
+    origin         uint8 (bytes,), the manifest before the first lesson; absent without one
+    origin_golden  int32 (1,), number of golden windows then
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -40,6 +43,14 @@ class RehearsalError(ValueError):
     """The part cannot be used; the message has no subject."""
 
 
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """A bundle before its first lesson."""
+
+    manifest: bytes  # its bundle.toml
+    golden: int  # number of its golden windows, which come first
+
+
 @dataclass(frozen=True, eq=False)
 class Rehearsal:
     """Rehearsal data."""
@@ -53,6 +64,7 @@ class Rehearsal:
     pace: int = 1  # frames of the sensor that an image is the mean of
     # standard deviation of these frames about it, z, (segments,); none if `pace` is 1
     noise: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
+    origin: Origin | None = None  # None: not taught, or by an older version
 
     def windows(
         self, window: int, copies: int, rng: np.random.Generator
@@ -102,26 +114,19 @@ class Rehearsal:
 
     def pack(self) -> bytes:
         """Return the part."""
-        examples = self.taught
-        none = np.empty((0, *self.images.shape[1:]), dtype=np.uint8)
         arrays: dict[str, NDArray[Any]] = {
             "images": self.images,
             "label": self.label,
             "first": self.first,
-            "taught": np.concatenate([none, *(to_bytes(one.images) for one in examples)]),
-            "taught_frames": np.array([len(one.images) for one in examples], dtype=np.int32),
-            "taught_span": np.array(
-                [one.span or (0.0, 0.0) for one in examples], dtype=np.float32
-            ).reshape(-1, 2),
-            "taught_words": np.array(
-                [(one.label, one.user, one.rotations) for one in examples], dtype="U40"
-            ).reshape(-1, 3),
-            "taught_mirror": np.array([one.mirrored for one in examples], dtype=np.bool_),
+            **pack_examples(self.taught, self.images.shape[1:]),
             "base": np.array(list(self.base.values()), dtype=np.int32).reshape(-1, 2),
             "networks": np.array(list(self.base), dtype="U60"),
             "pace": np.array([self.pace], dtype=np.int32),
             "noise": self.noise,
         }
+        if self.origin is not None:
+            arrays["origin"] = np.frombuffer(self.origin.manifest, dtype=np.uint8)
+            arrays["origin_golden"] = np.array([self.origin.golden], dtype=np.int32)
         return npz.pack(arrays)
 
 
@@ -133,41 +138,79 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
         raise RehearsalError(f"has a rehearsal whose file {error}") from None
     if not _fits(a, grid, classes):
         raise RehearsalError("has a rehearsal of another sensor or version; install a newer bundle")
-    words = [[str(word) for word in row] for row in a["taught_words"]]
-    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"]))[:-1]
-    kept = tuple(
-        Example(label, from_bytes(cut), user, rotations, bool(mirrored), (float(b), float(e)))
-        for cut, (label, user, rotations), mirrored, (b, e) in zip(
-            cuts, words, a["taught_mirror"], a["taught_span"], strict=True
-        )
-    )
+    kept = read_examples(a)
     base = {
         str(name): (int(hidden), int(known))
         for name, (hidden, known) in zip(a["networks"], a["base"], strict=True)
     }
     pace = int(a["pace"][0]) if "pace" in a else 1
     noise = a["noise"] if pace > 1 else np.zeros(0, dtype=np.float32)
-    return Rehearsal(a["images"], a["label"], a["first"], kept, base, pace, noise)
+    origin = None
+    if "origin" in a:
+        origin = Origin(a["origin"].tobytes(), int(a["origin_golden"][0]))
+    return Rehearsal(a["images"], a["label"], a["first"], kept, base, pace, noise, origin)
+
+
+def pack_examples(examples: Sequence[Example], grid: tuple[int, ...]) -> npz.Arrays:
+    """Return the arrays of examples with their spans, for `grid` = (rows, columns)."""
+    none = np.empty((0, *grid), dtype=np.uint8)
+    spans = [one.span or (0.0, 0.0) for one in examples]
+    words = [(one.label, one.user, one.rotations) for one in examples]
+    return {
+        "taught": np.concatenate([none, *(to_bytes(one.images) for one in examples)]),
+        "taught_frames": np.array([len(one.images) for one in examples], dtype=np.int32),
+        "taught_span": np.array(spans, dtype=np.float32).reshape(-1, 2),
+        "taught_words": np.array(words, dtype="U40").reshape(-1, 3),
+        "taught_mirror": np.array([one.mirrored for one in examples], dtype=np.bool_),
+    }
+
+
+def read_examples(a: npz.Arrays) -> tuple[Example, ...]:
+    """Return the examples in arrays of `pack_examples`, which `examples_fit` accepts."""
+    words = [[str(word) for word in row] for row in a["taught_words"]]
+    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"]))[:-1]
+    return tuple(
+        Example(label, from_bytes(cut), user, rotations, bool(mirrored), (float(b), float(e)))
+        for cut, (label, user, rotations), mirrored, (b, e) in zip(
+            cuts, words, a["taught_mirror"], a["taught_span"], strict=True
+        )
+    )
+
+
+def examples_fit(a: npz.Arrays, grid: tuple[int, ...]) -> bool:
+    """Return whether arrays are those of examples, for `grid` = (rows, columns)."""
+    try:
+        frames, count = len(a["taught"]), len(a["taught_frames"])
+        forms = {
+            "taught": ("u1", (frames, *grid)), "taught_frames": ("i4", (count,)),
+            "taught_span": ("f4", (count, 2)), "taught_mirror": ("b1", (count,)),
+        }  # fmt: skip
+        return (
+            all(a[k].dtype == kind and a[k].shape == shape for k, (kind, shape) in forms.items())
+            and a["taught_words"].shape == (count, 3)
+            and int(a["taught_frames"].sum()) == frames
+            and bool((a["taught_frames"] > 0).all())
+            and bool(np.isfinite(a["taught_span"]).all())
+            and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
+        )
+    except (KeyError, TypeError):
+        return False
 
 
 def _fits(a: npz.Arrays, grid: tuple[int, int], classes: int) -> bool:
     """Return whether arrays have the types, shapes and value ranges of rehearsal data."""
     try:
-        frames, taught, examples = len(a["images"]), len(a["taught"]), len(a["taught_frames"])
+        frames = len(a["images"])
         forms = {
             "images": ("u1", (frames, *grid)), "label": ("i1", (frames,)),
-            "first": ("b1", (frames,)), "taught": ("u1", (taught, *grid)),
-            "taught_frames": ("i4", (examples,)), "taught_span": ("f4", (examples, 2)),
-            "taught_mirror": ("b1", (examples,)), "base": ("i4", (len(a["networks"]), 2)),
+            "first": ("b1", (frames,)), "base": ("i4", (len(a["networks"]), 2)),
         }  # fmt: skip
+        if "origin" in a:
+            forms |= {"origin": ("u1", (len(a["origin"]),)), "origin_golden": ("i4", (1,))}
         return (
             all(a[k].dtype == kind and a[k].shape == shape for k, (kind, shape) in forms.items())
-            and a["taught_words"].shape == (examples, 3)
             and bool(((a["label"] >= UNCLEAR) & (a["label"] < classes)).all())
-            and int(a["taught_frames"].sum()) == taught
-            and bool((a["taught_frames"] > 0).all())
-            and bool(np.isfinite(a["taught_span"]).all())
-            and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
+            and examples_fit(a, grid)
             and ("pace" not in a or _paced(a["pace"], a["noise"], int(a["first"].sum())))
         )
     except (KeyError, TypeError):

@@ -199,19 +199,25 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         BundleError: `read` would refuse the result.
         OSError: The file cannot be written.
     """
+    try:
+        data = assembled(manifest, parts)
+    except BundleError as error:
+        raise BundleError(f"the bundle for {path} {error}") from None
+    atomic_write(path, data)
+
+
+def assembled(manifest: bytes, parts: AbstractMapping[str, bytes]) -> bytes:
+    """Return the file of a bundle; BundleError, without a subject, if `parse` would refuse it."""
     if not set(CONTENT) <= set(parts):
-        raise BundleError(f"a bundle has the parts {', '.join(CONTENT)}, not {', '.join(parts)}")
+        raise BundleError(f"has not the parts {', '.join(CONTENT)}, but {', '.join(parts)}")
     given = {MANIFEST: manifest, SUMS: b"", **parts}
     complete = {name: given[name] for name in _in_order(given)}
     complete[SUMS] = _sums(complete)
     data = pack(complete)
-    try:
-        if len(data) > MAX_BYTES:
-            raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
-        _parse(complete, hashlib.sha256(data).hexdigest())
-    except BundleError as error:
-        raise BundleError(f"the bundle for {path} {error}") from None
-    atomic_write(path, data)
+    if len(data) > MAX_BYTES:
+        raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
+    _parse(complete, hashlib.sha256(data).hexdigest())
+    return data
 
 
 def _cut(problem: str) -> str:

@@ -32,6 +32,7 @@ class Labeller:
         labels: Names of the labels, "null" first.
         keys: Labels from the keys.
         cues: The plan under way; None without one.
+        given: Index of the label that the host asks for; -1 unknown. Without a plan.
     """
 
     def __init__(
@@ -39,7 +40,7 @@ class Labeller:
     ) -> None:
         """Begin a session; `button_label` is that of the button without a cue, "" none."""
         self.keys = KeyLabels(len(labels))
-        self.cues = cues
+        self.cues, self.given = cues, UNKNOWN
         self.labels = tuple(labels)
         self._button_label = button_label
         self._named: str | None = None  # label of the pressed button; None: it is up
@@ -125,6 +126,8 @@ class Labeller:
 
     def _cue(self, asked: Cue | None) -> int:
         """Return the label of a cue: its own at go, no touch before and after."""
+        if self.cues is None:
+            return self.given
         if asked is None or asked.phase in (Phase.WAIT, Phase.DONE) or asked.paused:
             return UNKNOWN
         return self._index(asked.label) if asked.phase is Phase.GO else 0

@@ -57,6 +57,20 @@ class SessionRecorder:
         self._least_s = LEAST_S  # of the session's first file; later ones are always kept
 
     @property
+    def path(self) -> Path:
+        """The file that is being recorded."""
+        return self._recorder.path
+
+    @property
+    def full(self) -> bool:
+        """Whether the file is full, and the next one is to begin."""
+        return self._recorder.full
+
+    def ask(self, label: str) -> None:
+        """Make a label the cue of the next frames; without a plan of cues."""
+        self._labeller.given = self.labels.index(label)
+
+    @property
     def done(self) -> bool:
         """Whether the whole plan has been recorded."""
         return self._labeller.done

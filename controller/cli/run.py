@@ -22,7 +22,7 @@ from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, hand_of, rate
 from controller.errors import TROUBLE, UserError, complain, let_go
 from controller.links import PRINT, LinkAwayError
-from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed, renew
+from controller.runtime.assemble import Parts, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
 from controller.runtime.process import (
@@ -32,10 +32,12 @@ from controller.runtime.process import (
     real_time,
     signals,
 )
+from controller.runtime.renewal import exchange, renew
 
 if TYPE_CHECKING:
     from controller.keymap.terminal import Keyboard
     from controller.runtime.bundle_updates import BundleUpdater
+    from controller.runtime.teacher import Teacher
 
 _log = logging.getLogger("controller")
 
@@ -104,16 +106,12 @@ def _sessions(
     """Run with these parts; return whether to continue with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
-    updater = _updater(parts)
+    updater, teacher = _handlers(lambda: parts)
 
     def exchanged(device: Device) -> bool:
-        """Take the networks of the bundle now in use, if nothing else has changed."""
+        """Take the bundle now in use, if the device can."""
         nonlocal parts
-        try:
-            changed = refreshed(parts)
-        except UserError as error:
-            _log.error("the change is refused, continuing as before: %s", error)
-            return True
+        changed = updater.loaded.parts if updater is not None else None
         if changed is not None:
             parts = changed
             exchange(parts, device)
@@ -128,6 +126,7 @@ def _sessions(
         orphan_s=ORPHAN_S if parts.owned else None,
         updater=updater,
         exchange=exchanged,
+        teacher=teacher,
     )
 
     def over() -> bool:
@@ -144,13 +143,13 @@ def _sessions(
     return not shutdown and (shutdown.renew or (updater is not None and updater.switched))
 
 
-def _updater(parts: Parts) -> BundleUpdater | None:
-    """Return the handler of bundles over the link; only a run with a link imports it."""
-    if parts.options.link == PRINT:
-        return None
-    from controller.runtime.bundle_updates import updater
+def _handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater | None, Teacher | None]:
+    """Return the handlers of changes over the link; only a run with a link imports them."""
+    if current().options.link == PRINT:
+        return None, None
+    from controller.runtime.bundle_updates import handlers
 
-    return updater(parts)
+    return handlers(current)
 
 
 def _state(parts: Parts) -> str:

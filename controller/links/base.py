@@ -84,7 +84,10 @@ class Link(ABC):
         """Allow new hosts to pair for a while; no effect on a link without pairing."""
 
     def renew(self, welcome: Welcome, reason: str) -> None:  # noqa: B027
-        """Replace the description of the device; the host gets the reason, and reconnects."""
+        """Replace the description of the device; the host gets the reason, and reconnects.
+
+        With the reason "" the session goes on, and the next one has the new description.
+        """
 
     def print_record(self, record: Mapping[str, object]) -> None:  # noqa: B027
         """Print plain data that is no message, such as a cue; only the link that prints does."""

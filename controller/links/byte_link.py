@@ -12,6 +12,7 @@ import selectors
 import socket
 import threading
 import time
+from dataclasses import replace
 from functools import partial
 
 from controller.links.base import Access, Link, LogLimit, RequestQueue
@@ -139,7 +140,9 @@ class StreamLink(Link):
         self._requests.wait(timeout_s)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Replace the description of the device; the host gets the reason, and reconnects."""
+        """Replace the description of the device; unless "", the host gets the reason."""
+        if not reason:  # the numbers of its commands go on, too
+            welcome = replace(welcome, boot_nonce=self._welcome.boot_nonce)
         encode(welcome, session=0, sequence=0, t_ms=0)
         with self._lock:
             self._welcome = welcome

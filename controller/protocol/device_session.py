@@ -35,6 +35,7 @@ from controller.protocol.messages import (
 from controller.protocol.packets import ClockSync, Packet, SessionEnd, encode, is_ahead
 from controller.protocol.retransmit import RESEND_MS, PendingCommand, RetransmitQueue
 from controller.protocol.states import DEVICE
+from controller.protocol.teaching import InjectFault
 
 BACKLOG: Final = 16 * 1024  # bytes that wait for a slow host, about 8 s; more are dropped
 GRANTED_BACKLOG: Final = 4 * 1024 * 1024  # the same in granted time, where nothing may be lost
@@ -158,13 +159,15 @@ class DeviceSession(SessionEnd):
         return [Bye(reason)] if was_live else []
 
     def renew(self, welcome: Welcome, reason: str, now_ms: int) -> list[Message]:
-        """Replace the description of the device: send Bye; the host may reconnect at once."""
+        """Replace the description of the device; with a reason, end the session by Bye."""
+        self._welcome = welcome
+        if not reason:
+            return []
         if self.live:
             self._send(Bye(reason), now_ms + self._skew_ms, now_ms)
         unsent = bytes(self.output)
         ended = self.end(reason)
         self.output += unsent
-        self._welcome = welcome
         return ended
 
     # --- the handshake ---
@@ -255,7 +258,9 @@ class DeviceSession(SessionEnd):
             self.outbox.acknowledge(message.done)
             self.outbox.missed = message.missed
             return []
-        real = not self._welcome.virtual and isinstance(message, Contacts | Perform | Grant)
+        real = not self._welcome.virtual and isinstance(
+            message, Contacts | Perform | Grant | InjectFault
+        )
         return [] if real or (isinstance(message, Grant) and not self.granted) else [message]
 
     def _post(self, command: Command, t_ms: int, now_ms: int) -> None:

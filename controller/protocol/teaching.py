@@ -204,3 +204,9 @@ class RecordingStatus(Report):
 
     on: codec.Bool
     text: codec.Text500  # where it lies, or why there is none
+
+
+TEACHING: Final = (  # the requests
+    *(Describe, ExampleStart, ExampleEnd, ExampleDrop, Learn, Forget, Undo, SaveAs, SetCommand),
+    *(DeleteExamples, Record, RecordLabel, InjectFault, Recalibrate),
+)

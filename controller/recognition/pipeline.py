@@ -154,25 +154,15 @@ class Pipeline:
         Raises:
             ValueError: The calibration is of a sensor of another shape.
         """
-        self.labels, self.mapping = settings.labels, mapping
-        self._networks, self._spread, self._users = networks, settings.spread, settings.users
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known)
-        self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
         self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._ratio = settings.preprocess.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)
-        self.user = player if player in settings.users.names else ""
-        self.confidence = float(bool(self.user))
-        self._identifier: UserIdentifier | None = None
-        if settings.identifies and not self.user:
-            self._identifier = UserIdentifier(settings.users, rate_hz)
-            self.confidence = self._identifier.confidence
-        self._certain = np.zeros(len(settings.labels), dtype=np.float32)
-        self._certain[NULL] = 1.0
+        self._player = player
+        self.exchange(settings, networks, mapping)
         self._number = 0
-        self._held = ""
         self._dead: NDArray[np.bool_] | None = None  # dead taxels, (rows, columns)
         self.mark: Callable[[], None] | None = None
 
@@ -218,9 +208,29 @@ class Pipeline:
             self._health.check(self._dead, self._preprocessor.resting)
         return self._health.found
 
-    def exchange(self, networks: Networks) -> None:
-        """Use the networks of another bundle with the same settings from the next frame on."""
-        self._networks = networks
+    def exchange(self, settings: PipelineSettings, networks: Networks, mapping: Mapping) -> None:
+        """Use another bundle from the next frame on; rest and images stay, a held gesture ends.
+
+        It has the grid and the preprocessing of the one before.
+        """
+        self.labels, self.mapping = settings.labels, mapping
+        self._networks, self._spread, self._users = networks, settings.spread, settings.users
+        rate_hz = settings.preprocess.rate_hz
+        self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
+        self._certain = np.zeros(len(settings.labels), dtype=np.float32)
+        self._certain[NULL] = 1.0
+        self._held = ""
+        self.user = self._player if self._player in settings.users.names else ""
+        self.confidence = float(bool(self.user))
+        self._identifier: UserIdentifier | None = None
+        if settings.identifies and not self.user:
+            self._identifier = UserIdentifier(settings.users, rate_hz)
+            self.confidence = self._identifier.confidence
+
+    def recalibrate(self) -> None:
+        """Find the rest image again; no window is ready until then."""
+        before = self._preprocessor
+        self._preprocessor = Preprocessor(before.settings, *before.shape)
 
     @property
     def rest(self) -> Frame | None:

@@ -21,9 +21,8 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
-from controller.links import Link, LinkError, open_link
+from controller.links import Link, open_link
 from controller.protocol import psk
-from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.recognition.frames import same_rate
 from controller.recognition.mapping import Mapping
@@ -67,8 +66,8 @@ class Parts:
 
 def prepare(options: Namespace) -> Parts:
     """Return all parts of a run, or raise UserError."""
-    bundle, mapping, recognizer = _deployed(options)
-    sensor = _sensor(options, bundle)
+    bundle, mapping, recognizer = deployed(options)
+    sensor = sensor_of(options, bundle)
     if not same_rate(sensor.rate_hz, bundle.rate_hz):  # it cannot be read as fast
         bundle, mapping, recognizer, sensor = _slower(options, bundle, sensor)
     _check_user(options, bundle)
@@ -84,7 +83,7 @@ def prepare(options: Namespace) -> Parts:
     token = os.environ.pop(TOKEN, "")
     link = open_link(
         options.link,
-        _welcome(bundle, mapping, sensor),
+        welcome_of(bundle, mapping, sensor),
         token=token,
         key=b"" if options.key is None else psk.read(options.key),
         exposed=options.unprotected,
@@ -99,67 +98,35 @@ def prepare(options: Namespace) -> Parts:
     return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
 
 
-def renew(parts: Parts) -> Parts:
-    """Return the parts with bundle and mapping read again; the link stays, its host reconnects.
-
-    UserError if they cannot be used; the old parts are then unchanged.
-    """
-    bundle, mapping, recognizer = _deployed(parts.options)
-    sensor = _sensor(parts.options, bundle)
-    try:
-        parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
-    except ProtocolError as error:
-        raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
-    _log.info("now running bundle %.8s on %s", bundle.hash, recognizer.engine)
-    return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
-
-
-def refreshed(parts: Parts) -> Parts | None:
-    """Return the parts with the networks now in use, or None if more differs."""
-    bundle, mapping, recognizer = _deployed(parts.options)
-    before = parts.bundle.settings, parts.bundle.pitch_mm, parts.mapping
-    if (bundle.settings, bundle.pitch_mm, mapping) != before:
-        return None
-    return replace(parts, bundle=bundle, recognizer=recognizer)
-
-
-def exchange(parts: Parts, device: Device) -> None:
-    """Replace the networks of a running device, and begin the next file of its recording."""
-    device.pipeline.exchange(parts.recognizer)
-    if device.recorder is not None and parts.runs is not None:
-        from controller.runtime import recording_session
-
-        device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
-    if device.latency is not None:
-        device.latency.about |= _about(parts)
-    _log.info("now running bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
-
-
-def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
+def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
     They run in the engine that is fastest here.
     """
-    if options.bundle is not None:
-        path, engine = options.bundle, ""
+    store = BundleStore()
+    path = bundle_path(options)
+    engine = "" if options.bundle is not None else store.current()[1]
+    try:
         bundle = bundles.read(path)
-    else:
-        store = BundleStore()
-        path, engine = store.current()
-        installed = path.parent == store.folder
-        if not installed:
-            path = bundles.default_path(_rate(options))
-        try:
-            bundle = bundles.read(path)
-        except bundles.BundleError as error:
-            remedy = "; `controller rollback` goes back to the one before" if installed else ""
-            raise bundles.BundleError(f"{error}{remedy}") from None
+    except bundles.BundleError as error:
+        installed = options.bundle is None and path.parent == store.folder
+        remedy = "; `controller rollback` goes back to the one before" if installed else ""
+        raise bundles.BundleError(f"{error}{remedy}") from None
     mapping = bundle.mapping
     if options.mapping is not None:
         own, people = users_table.read_mapping(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
     return bundle, mapping, Recognizer(bundle, options.engine or engine)
+
+
+def bundle_path(options: Namespace) -> Path:
+    """Return the file of the bundle in use."""
+    if options.bundle is not None:
+        return Path(options.bundle)
+    store = BundleStore()
+    path, _ = store.current()
+    return path if path.parent == store.folder else bundles.default_path(_rate(options))
 
 
 def _rate(options: Namespace) -> float | None:
@@ -187,8 +154,8 @@ def _slower(
         )
     _log.warning("it is read at %g Hz, with the bundle for that", slow_hz)
     options.rate = slow_hz
-    bundle, mapping, recognizer = _deployed(options)
-    return bundle, mapping, recognizer, _sensor(options, bundle)
+    bundle, mapping, recognizer = deployed(options)
+    return bundle, mapping, recognizer, sensor_of(options, bundle)
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
@@ -201,7 +168,7 @@ def _check_user(options: Namespace, bundle: Bundle) -> None:
         )
 
 
-def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
+def sensor_of(options: Namespace, bundle: Bundle) -> Sensor:
     """Return the sensor of the options; its grid and rate must be those of the bundle."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
     if not same_rate(wanted_hz, bundle.rate_hz):
@@ -249,7 +216,7 @@ def _gestures(options: Namespace) -> tuple[Path, ...]:
     return vocabulary.read(options.labels).files
 
 
-def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
+def welcome_of(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
     """Return the device's description for its hosts."""
     return Welcome(
         version=VERSION,
@@ -274,7 +241,7 @@ def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
 def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) -> Device:
     """Return a device before its first frame; the first one has the sensor already checked."""
     options, bundle, link = parts.options, parts.bundle, parts.link
-    sensor = parts.sensor if session == 1 else _sensor(options, bundle)
+    sensor = parts.sensor if session == 1 else sensor_of(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
     if sensor.source is not None:
         return Device(sensor, pipeline, link, schedule=sensor.schedule())
@@ -288,7 +255,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         lambda report: link.send(report, round(device.now_s * 1000)) if link.connected else None,
         collector=parts.collector,
         status=status_file(),
-        about={"device": sensor.device_id, "link": options.link, **_about(parts)},
+        about={"device": sensor.device_id, "link": options.link, **about_of(parts)},
     )
     hand = _hand(parts, sensor)
     device = Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)
@@ -314,7 +281,8 @@ def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
     return hand
 
 
-def _about(parts: Parts) -> dict[str, object]:
+def about_of(parts: Parts) -> dict[str, object]:
+    """Return the bundle and the engine for the latency report."""
     return {"bundle": parts.bundle.hash, "engine": parts.recognizer.engine}
 
 

@@ -1,10 +1,13 @@
-"""Bundle updates and corrections during a run: received by the loop, tested on a thread."""
+"""Changes of the bundle during a run: received by the loop, made and tested on a thread."""
+
+from __future__ import annotations
 
 import logging
 import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -13,7 +16,7 @@ from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.install import install
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.links import PRINT
+from controller.errors import UserError
 from controller.protocol.codec import fitted
 from controller.protocol.messages import (
     DECLINED,
@@ -21,40 +24,70 @@ from controller.protocol.messages import (
     MAX_SENTENCE,
     PROVING,
     Correction,
+    Message,
     UploadChunk,
     UploadOffer,
     UploadStatus,
 )
 from controller.recognition.frames import Image
 from controller.runtime.assemble import Parts
+from controller.runtime.renewal import refreshed
+from controller.runtime.teacher import Teacher
 
 Install = Callable[[Path], str]  # tests a file and takes it into use; returns a sentence
 # Learns the label of the latest images, (rows, columns) each, and takes the result into use.
 Learn = Callable[[str, list[Image]], str]
+Answer = Callable[[bool, str], Message]  # of a change: whether it was made, and a sentence
+
+BUSY: Final = "the last change is not finished; try again in a moment"
 
 _log = logging.getLogger("controller")
+
+
+class Loaded(NamedTuple):
+    """A bundle that is in use now, read."""
+
+    parts: Parts | None  # with it; None: the device cannot take it without a new run
+    reports: tuple[Message, ...] = ()  # its description
 
 
 class BundleUpdater:
     """Handler of bundles and corrections that never blocks the loop.
 
-    `switched` says that a new bundle is in use, with which the loop has to start again.
+    Attributes:
+        switched: Whether a new bundle is in use, which the device has not taken yet.
+        loaded: That bundle.
+        objection: Reason that nothing can be changed, a sentence; "" if it can.
     """
 
+    switched, loaded = False, Loaded(None)
+
     def __init__(
-        self, upload: UploadReceiver, install: Install, learn: Learn | None = None
+        self,
+        upload: UploadReceiver,
+        install: Install,
+        learn: Learn | None = None,
+        load: Callable[[], Loaded] = lambda: Loaded(None),
     ) -> None:
-        """Take uploads, and corrections by `learn`; BundleError and OSError refuse one."""
-        self.switched = False
-        self._upload, self._install, self._learn = upload, install, learn
+        """Take uploads, and corrections by `learn`; BundleError and OSError refuse one.
+
+        `load` reads the bundle in use after a change.
+        """
+        self.objection = upload.objection
+        self._upload, self._install, self._learn, self._load = upload, install, learn, load
         self._thread: threading.Thread | None = None
-        self._outcome: UploadStatus | None = None
+        self._outcome: Message | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a change is under way, or its outcome has not been polled yet."""
+        return self._thread is not None
 
     def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
         """Return the answer to a part of an upload."""
         answer = self._upload.take(message)
         if self._upload.whole is not None and self._thread is None:
-            self._begin(partial(self._install, self._upload.whole))
+            self.begin(partial(self._install, self._upload.whole), _status)
         return answer
 
     def correct(self, message: Correction, images: list[Image]) -> UploadStatus:
@@ -62,46 +95,57 @@ class BundleUpdater:
         if self._upload.objection or self._learn is None:
             reason = self._upload.objection or "corrections are not possible here"
             return UploadStatus(DECLINED, 0, reason)
-        if self._thread is not None:
-            reason = "the last one is not finished; try again in a moment"
-            return UploadStatus(DECLINED, 0, reason)
-        self._begin(partial(self._learn, message.label, images))
+        if self.busy:
+            return UploadStatus(DECLINED, 0, BUSY)
+        self.begin(partial(self._learn, message.label, images), _status)
         return UploadStatus(PROVING, 0, "learning")
 
-    def poll(self) -> UploadStatus | None:
-        """Return the outcome of an upload or correction, once, without waiting."""
+    def poll(self) -> Message | None:
+        """Return the outcome of a change, once, without waiting."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread = None
         if self._upload.whole is not None:  # else it was a correction
             self._upload.remove()
         outcome, self._outcome = self._outcome, None
-        self.switched = outcome is not None and outcome.state == IN_USE
         return outcome
 
-    def _begin(self, work: Callable[[], str]) -> None:
-        self._thread = threading.Thread(target=self._do, args=(work,), name="updater", daemon=True)
+    def begin(self, work: Callable[[], str], answer: Answer) -> None:
+        """Begin a change that returns a sentence; `answer` makes the message of its outcome."""
+        arguments = work, answer
+        self._thread = threading.Thread(
+            target=self._do, args=arguments, name="updater", daemon=True
+        )
         self._thread.start()
 
-    def _do(self, work: Callable[[], str]) -> None:
+    def _do(self, work: Callable[[], str], answer: Answer) -> None:
+        done = False
         try:
-            state, text = IN_USE, work()
+            text = work()
+            self.loaded = self._load()
+            self.switched = done = True
         except OSError as error:
-            state, text = DECLINED, f"the orb cannot keep it: {error.strerror or error}"
+            text = f"the orb cannot keep it: {error.strerror or error}"
         except ValueError as error:  # BundleError is one
-            state, text = DECLINED, str(error)
+            text = str(error)
         except Exception as error:  # the host needs an answer in any case
             _log.exception("a bundle could not be taken into use")
-            state, text = DECLINED, f"{type(error).__name__} on the orb; see its log"
-        self._outcome = UploadStatus(state, 0, fitted(text, MAX_SENTENCE))
+            text = f"{type(error).__name__} on the orb; see its log"
+        self._outcome = answer(done, fitted(text, MAX_SENTENCE))
 
 
-def updater(parts: Parts) -> BundleUpdater | None:
-    """Return the handler of bundles and corrections; None for a link without them."""
-    if parts.options.link == PRINT or parts.options.replay is not None:
-        return None
+def _status(done: bool, text: str) -> Message:
+    """Return the outcome of an upload or a correction."""
+    return UploadStatus(IN_USE if done else DECLINED, 0, text)
+
+
+def handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater, Teacher]:
+    """Return the handlers of changes of the current parts."""
+    parts = current()
     objection = ""
-    if not parts.link.authenticated:
+    if parts.options.replay is not None:
+        objection = "this orb replays a recording, so it cannot be changed"
+    elif not parts.link.authenticated:
         objection = (
             "this link does not authenticate its hosts; give orb and host the same --key FILE, or "
             "copy the bundle to the orb and run `controller install` there"
@@ -114,9 +158,20 @@ def updater(parts: Parts) -> BundleUpdater | None:
         return install(path, store, other_sensor=False, report=_log.info, corrects=corrects)
 
     def learn(label: str, images: list[Image]) -> str:
-        if label and label not in parts.bundle.labels:
+        bundle = current().bundle
+        if label and label not in bundle.labels:
             raise BundleError(f"there is no gesture {label!r}")
         stack = np.array(images, dtype=np.float32)
-        return correction.correct(label, stack, parts.bundle.rate_hz, store, take_into_use)
+        return correction.correct(label, stack, bundle.rate_hz, store, take_into_use)
 
-    return BundleUpdater(UploadReceiver(store.folder, objection), take_into_use, learn)
+    def load() -> Loaded:
+        try:
+            new = refreshed(current())
+        except UserError:  # such as a --mapping with a gesture that it lacks
+            store.rollback()
+            raise
+        return Loaded(new, () if new is None else teacher.describe(new))
+
+    handler = BundleUpdater(UploadReceiver(store.folder, objection), take_into_use, learn, load)
+    teacher = Teacher(handler, current, store, take_into_use)
+    return handler, teacher

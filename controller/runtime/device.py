@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair ...
 PAIR_S: Final = 120  # ... for so long
-RECENT_S: Final = 4.0  # of images are kept for corrections
+RECENT_S: Final = 4.0  # of images are for corrections
+KEPT_S: Final = 12.0  # of images are kept
 _TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
 
 _log = logging.getLogger("controller")
@@ -96,7 +97,7 @@ class Device:
         live: Whether late frames are skipped; those of a recording are not.
         due: The next frame, (number, seconds); None: the schedule has ended.
         now_s: The latest time of the sensor.
-        recent: The latest images, (rows, columns) each, for corrections.
+        seen: Number of images since the rest image was found first; the latest are kept.
         log_limit: Limits log lines about a peer's requests; the loop's devices share one.
     """
 
@@ -129,7 +130,8 @@ class Device:
         self._faults: tuple[str, ...] = ()  # of the sensor, as last sent
         self._user: UserIdentified | None = None  # as last sent
         self._away_s: float | None = None  # time since which the sensor gives no frames
-        self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * sensor.rate_hz)))
+        self.seen = 0
+        self._recent: deque[Image] = deque(maxlen=max(3, round(KEPT_S * sensor.rate_hz)))
 
     def greet(self, t_s: float) -> None:
         """Begin with another host: no command is held until the next gesture."""
@@ -179,7 +181,8 @@ class Device:
             self.latency.mark()
         step = self.pipeline.step(frame, t_s, number)
         if step.ready:
-            self.recent.append(step.image)
+            self._recent.append(step.image)
+            self.seen += 1
         if self.recorder is not None:
             self._keep(self.recorder, frame, step)
         self._send(step, rate_hz)
@@ -189,6 +192,15 @@ class Device:
         if faults != self._faults:
             self._report(faults, round(t_s * 1000))
         return step
+
+    def images(self, first: int, end: int) -> list[Image]:
+        """Return those of the images number `first` to `end` - 1 that are kept, from 0."""
+        before = self.seen - len(self._recent)
+        return list(self._recent)[max(first - before, 0) : max(end - before, 0)]
+
+    def recent(self) -> list[Image]:
+        """Return the images of the latest RECENT_S, (rows, columns) each."""
+        return self.images(self.seen - max(3, round(RECENT_S * self.sensor.rate_hz)), self.seen)
 
     def note(self, kind: str, text: str) -> None:
         """Mark an event in the recording, if there is one."""

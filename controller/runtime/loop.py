@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link, LogLimit
@@ -25,10 +25,12 @@ from controller.protocol.messages import (  # fmt: skip
     UploadChunk,
     UploadOffer,
 )
+from controller.protocol.teaching import TEACHING
 from controller.runtime.device import Device
 
 if TYPE_CHECKING:
     from controller.runtime.bundle_updates import BundleUpdater
+    from controller.runtime.teacher import Teacher
 
 ORPHAN_S: Final = 10.0  # time for which a virtual orb outlives the host that started it
 GRANT_LIMIT_MS: Final = 60_000  # limit of one grant; hosts grant 100 ms at a time
@@ -51,6 +53,7 @@ class Loop:
         orphan_s: float | None = None,
         updater: BundleUpdater | None = None,
         exchange: Callable[[Device], bool] = lambda device: False,
+        teacher: Teacher | None = None,
     ) -> None:
         """Prepare to run.
 
@@ -61,7 +64,8 @@ class Loop:
             await_host: Begin when a host connects, instead of now.
             orphan_s: End after this time without a host; None: never.
             updater: Handler of bundles and corrections from the host.
-            exchange: Replaces the networks of a device by those in use; False: it takes a new run.
+            exchange: Replaces the bundle of a device by that in use; False: it takes a new run.
+            teacher: Handler of the messages of `controller.protocol.teaching`.
         """
         self.missed = 0  # frames skipped because they were late
         self.device: Device | None = None
@@ -70,7 +74,7 @@ class Loop:
         self._clock = clock
         self._await_host = await_host
         self._orphan_s = orphan_s
-        self._updater, self._exchange = updater, exchange
+        self._updater, self._exchange, self._teacher = updater, exchange, teacher
         self._log_limit = LogLimit()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
@@ -95,6 +99,8 @@ class Loop:
                     break
                 if self._updater is not None and self._update(self._updater):
                     break
+                if self._teacher is not None and self.device is not None:
+                    self._send_all(self._teacher.poll(self.device))
                 if self.device is None or (self._granted and self.device.due is not None):
                     self._link.wait(_IDLE_S)
                 elif not self._turn(self.device):
@@ -103,13 +109,19 @@ class Loop:
             self._end()
 
     def _update(self, updater: BundleUpdater) -> bool:
-        """Send the outcome of an upload; return whether its bundle needs a new run."""
+        """Take a new bundle, and send the outcome; return whether it needs a new run."""
         outcome = updater.poll()
-        if outcome is not None:
-            self._link.send(outcome, self._now_ms())
+        if outcome is None:
+            return False
         if updater.switched and self.device is not None and self._exchange(self.device):
             updater.switched = False
+            self._send_all(updater.loaded.reports)
+        self._link.send(outcome, self._now_ms())
         return updater.switched
+
+    def _send_all(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            self._link.send(message, self._now_ms())
 
     def _now_ms(self) -> int:
         return round((self.device.now_s if self.device is not None else 0.0) * 1000)
@@ -145,10 +157,13 @@ class Loop:
             return
         elif isinstance(message, Correction):
             if self._updater is not None:
-                answer = self._updater.correct(message, list(self.device.recent))
+                answer = self._updater.correct(message, self.device.recent())
                 if answer.state == PROVING:  # a refused correction leaves no mark
                     self.device.note("correct", message.label or "take back")
                 self._link.send(answer, self._now_ms())
+        elif isinstance(message, TEACHING):
+            if self._teacher is not None:
+                self._send_all(self._teacher.take(message, self.device))
         elif isinstance(message, Bye):
             if not self._granted:  # granted time has stopped; that of the next host begins at 0
                 self.device.lift(self._elapsed_s())

@@ -108,6 +108,10 @@ class Sensor:
         """Let the simulated hand do `label` at (x, y), grid units; SensorError if it cannot."""
         raise SensorError("this sensor has no simulated hand")
 
+    def inject(self, kind: str, row: int, column: int) -> None:
+        """Give the sensor this fault and no other, "" none; SensorError if it cannot have it."""
+        raise SensorError("only a virtual orb can be given a fault")
+
     def truths(self) -> list[GroundTruth]:
         """Return the performances that have ended since the last call."""
         return []

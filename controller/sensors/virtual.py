@@ -85,12 +85,27 @@ class Virtual(VirtualOrb, Sensor):
         options: Options | None = None,
     ) -> None:
         super().__init__(seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day)
+        self._faults = tuple(faults)
         self.switch(faults)
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
         self.seed, self.device_id = seed, f"virtual-{seed}"
         if options is not None:
             self.quick = bool(options.quick)
             self.preset, self.hardware = options.preset, " ".join(["virtual orb", *options.fault])
+
+    def inject(self, kind: str, row: int, column: int) -> None:
+        """Give the orb this fault and no other, "" none; SensorError if there is no such fault."""
+        grid = self.geometry.rows, self.geometry.columns
+        place = {"taxel": f":{row},{column}", "row": f":{row}", "column": f":{column}"}
+        kinds = Fault.kinds
+        where = place.get(kinds[kind].place.removesuffix("s"), "") if kind in kinds else ""
+        try:
+            faults = (Fault.parse(kind + where, *grid),) if kind else ()
+        except FaultError as error:
+            raise SensorError(str(error)) from None
+        self.switch(self._faults, on=False)
+        self.switch(faults)
+        self._faults = faults
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
         """Let the orb's own hand do `label` at (x, y), grid units; SensorError if it cannot."""

@@ -47,6 +47,7 @@ class OrbApp(Target):
 
     Attributes:
         game: The window of the game, which is a part of this one.
+        dock: Where the game and the panel are.
         ghost, zones, note: As in `host.app.screen.Orb`.
     """
 
@@ -64,9 +65,9 @@ class OrbApp(Target):
         super().__init__()
         self.ghost: tuple[Contact, ...] = ()
         self.zones, self.note = False, ""
-        self._dock = Dock.of(SIZE)
+        self.dock = Dock.of(SIZE)
         self.game = App(
-            pygame.Surface(self._dock.game.size),
+            pygame.Surface(self.dock.game.size),
             start,
             config=config,
             data=data,
@@ -223,8 +224,8 @@ class OrbApp(Target):
         """Pass an event of the mouse to the dome, or with its place there to the game."""
         self._touch(event, now_s)
         place = getattr(event, "pos", pygame.mouse.get_pos())
-        if self._dock.game.collidepoint(place) and event.type != pygame.MOUSEBUTTONUP:
-            left, top = self._dock.game.topleft
+        if self.dock.game.collidepoint(place) and event.type != pygame.MOUSEBUTTONUP:
+            left, top = self.dock.game.topleft
             moved = {**event.dict, "pos": (place[0] - left, place[1] - top)}
             self._events.append(pygame.event.Event(event.type, moved))
 
@@ -249,7 +250,7 @@ class OrbApp(Target):
         self.game.draw(self._now_s)
         surface.fill(self.stage.look.palette.background, self._panel_side)
         self.orb.hint = self.note or self._hint()
-        self.panel.place(self._dock.panel, self.touch.pad)
+        self.panel.place(self.dock.panel, self.touch.pad)
         self.panel.draw(surface, self.orb, self._now_s)
 
     def _place(self, surface: pygame.Surface) -> None:
@@ -257,7 +258,7 @@ class OrbApp(Target):
         if surface is self._surface and surface.get_size() == self._size:
             return
         self._surface, self._size = surface, surface.get_size()
-        self._dock = dock = Dock.of(self._size)
+        self.dock = dock = Dock.of(self._size)
         self.game.place(surface.subsurface(dock.game))
         beside = dock.game.left > 0
         self._panel_side = (

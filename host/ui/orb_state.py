@@ -99,6 +99,15 @@ class OrbState:
         self.trace.clear()
         self._touches, self.unanswered = UnansweredTouches(welcome.labels), None
 
+    def vocabulary(self, message: Vocabulary) -> None:
+        """Take other gestures: what follows is about these."""
+        if self.welcome is None or message.labels == self.welcome.labels:
+            return
+        self.welcome = replace(self.welcome, labels=message.labels, commands=message.commands)
+        self._target = np.zeros(len(message.labels), np.float32)
+        self.probabilities = self._target.copy()
+        self._touches, self.unanswered = UnansweredTouches(message.labels), None
+
     def telemetry(self, message: Telemetry, now_s: float) -> None:
         """Take what the device felt in one frame; an image of a foreign shape is left out."""
         if len(message.image) == self.felt.size:

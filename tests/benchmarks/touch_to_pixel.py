@@ -22,10 +22,10 @@ import pygame
 
 from controller.protocol.messages import Command, Contacts, Message
 from host import window_loop
+from host.app.application import OrbApp
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.targets.tetris import TetrisTarget, TickResult
-from tetris.engine.game import Config
+from tetris.window.app import Start
 
 from .results import Results, command_line
 from .tapping import RIM, SIDES, TURN_DEG
@@ -34,7 +34,7 @@ READY_S: Final = 3.0  # the orb has its rest image
 EVERY_S: Final = 1.5  # from one touch to the next
 DWELL_S: Final = {"press": 0.1, "pinch": 0.25, "twist": 0.4}
 HOPS: Final = ("decide", "link", "draw", "total")
-CALM: Final = Config(gravity_cap=1, lock_delay_s=5.0)
+CALM: Final = "zen"  # the mode in which nothing falls
 
 
 @dataclass(slots=True)
@@ -48,23 +48,21 @@ class Touch:
     shown_s: float | None = None
 
 
-class Clicking(TetrisTarget):
-    """The game, and a mouse that touches the orb at its own times."""
+class Clicking(OrbApp):
+    """The application, and a mouse that touches the orb at its own times."""
 
     def __init__(self, seed: int, gestures: Sequence[str], receiver: Receiver) -> None:
-        super().__init__(seed, CALM)
+        super().__init__(Start(CALM, seed), sound=False)
         self.touches: list[Touch] = []
         self.done = False
         self._receiver = receiver
         self._script = self._scripted(gestures, np.random.default_rng(seed))
         self._due_s = 0.0
 
-    def tick(
-        self, now_s: float, received: Sequence[Received] = (), actions: Sequence[object] = ()
-    ) -> TickResult:
+    def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
         """Play what came, and let the mouse go on."""
         before = self._shape()
-        ticked = super().tick(now_s, received)
+        super().tick(now_s, received)
         commands = (
             item for item in received
             if isinstance(item, Delivered) and isinstance(item.message, Command)
@@ -78,7 +76,6 @@ class Clicking(TetrisTarget):
         if self.orb.link == "live" and now_s >= max(READY_S, self._due_s):
             self._due_s = next(self._script, -1.0)
             self.done = self._due_s < 0.0
-        return ticked
 
     def outgoing(self, now_s: float) -> list[Message]:
         """Return the messages for the orb; the first contact of a touch begins its time."""
@@ -94,8 +91,8 @@ class Clicking(TetrisTarget):
             self.touches[-1].shown_s = now_s
 
     def _shape(self) -> tuple[object, ...]:
-        piece = self.game.piece
-        return piece.x, piece.turn, self.game.pieces_placed
+        game = self.game.game
+        return (game.piece.x, game.piece.turn, game.pieces_placed) if game else ()
 
     def _scripted(self, gestures: Sequence[str], rng: np.random.Generator) -> Iterator[float]:
         """Move the mouse, and yield when to go on."""

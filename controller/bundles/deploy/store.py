@@ -121,11 +121,11 @@ class BundleStore:
         return self._use(record, record.previous)
 
     def take_back(self) -> InstalledRecord:
-        """Take the corrected bundle into use again; BundleError if this is no correction."""
+        """Take the bundle before the last change into use; BundleError if there was none."""
         record = self.record()
         entry = record.entry(record.current)
         if entry is None or entry.corrects is None:
-            raise BundleError("there is no correction to take back")
+            raise BundleError("there is no change to undo")
         return self._use(record, entry.corrects)
 
     def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:

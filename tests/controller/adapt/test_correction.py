@@ -26,9 +26,10 @@ from controller.protocol.messages import (
 )
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
-from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed
+from controller.runtime.assemble import Parts, open_device, prepare
 from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
+from controller.runtime.renewal import exchange, refreshed
 from host.ui.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench
 
@@ -96,7 +97,7 @@ def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path
     assert bundles.read(shelf.current()[0]).card["added"] == ["corrected in play: twist_cw"]
     assert correct("") == "taken back (0 left)"
     assert shelf.current(RATE_HZ)[0] == SHIPPED
-    with pytest.raises(BundleError, match="no correction to take back"):
+    with pytest.raises(BundleError, match="no change to undo"):
         correct("")
     assert not list((tmp_path / "incoming").iterdir())
 
@@ -235,8 +236,8 @@ def test_networks_are_exchanged_while_the_orb_runs(run_of_a_bundle: Run, tmp_pat
     np.testing.assert_array_equal(steps[-1].probabilities, step.probabilities)
 
 
-def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(run_of_a_bundle: Run) -> None:
+def test_a_bundle_with_other_preprocessing_makes_the_orb_begin_anew(run_of_a_bundle: Run) -> None:
     parts, _, _ = run_of_a_bundle
-    fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))
+    other = replace(parts.bundle, preprocess=replace(parts.bundle.preprocess, start_s=2.0))
     assert refreshed(parts) is not None
-    assert refreshed(replace(parts, bundle=fewer)) is None
+    assert refreshed(replace(parts, bundle=other)) is None

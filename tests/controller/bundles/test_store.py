@@ -97,7 +97,7 @@ def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStor
     assert [entry.name for entry in shelf.record().entries] == [names[0], *names[-7:]]
     went_back = [shelf.take_back().current for _ in range(7)]
     assert went_back == [*reversed(names[-7:-1]), names[0]]
-    with pytest.raises(BundleError, match="there is no correction to take back"):
+    with pytest.raises(BundleError, match="there is no change to undo"):
         shelf.take_back()
     assert shelf.rollback().current == names[-7]
 

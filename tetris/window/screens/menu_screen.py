@@ -1,6 +1,6 @@
 """A menu on the screen: beside the bot's game, or as a panel over another screen."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import pygame
@@ -9,7 +9,7 @@ from tetris.engine.game import Game
 from tetris.window.game_session import BotPlayer
 from tetris.window.keys import Code
 from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
-from tetris.window.menu_view import MenuView
+from tetris.window.menu_view import MenuView, Spot
 from tetris.window.scenery import draw_card, draw_logo
 from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.tiles import ThemeChoice
@@ -92,6 +92,11 @@ class MenuScreen(Screen):
     def menu(self) -> Menu:
         """The menu as it is now."""
         return self._menu
+
+    @property
+    def spots(self) -> Sequence[Spot]:
+        """Where the items stand that were drawn last, in the window."""
+        return self._view.spots
 
     @property
     def selected(self) -> int:

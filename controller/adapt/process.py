@@ -1,0 +1,155 @@
+"""Changes of a bundle in a process of low priority, so that the control loop does not wait.
+
+    python -m controller.adapt.process BUNDLE OUT < job
+
+makes one change. It prints lines of JSON: the share that is done, and the outcome as the last one.
+"""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+
+from controller import npz
+from controller.adapt import rehearsal, unlearn
+from controller.adapt.examples import Example
+from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress, teach
+from controller.bundles.bundle import BundleError
+
+DEADLINE_S: Final = 120.0
+NICE: Final = 10
+MAX_BYTES: Final = 64 << 20  # of a job
+_ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One change of a bundle."""
+
+    action: str  # "teach", "learn", "forget" or "command": functions of `controller.adapt`
+    label: str = ""
+    command: str = ""  # "": nothing
+    note: str = ""
+    examples: tuple[Example, ...] = ()  # with their spans
+
+    def pack(self) -> bytes:
+        """Return the job as bytes."""
+        words = np.array([self.action, self.label, self.command, self.note], dtype="U200")
+        grid = self.examples[0].images.shape[1:] if self.examples else (1, 1)
+        return npz.pack({"words": words, **rehearsal.pack_examples(self.examples, grid)})
+
+    @classmethod
+    def unpack(cls, data: bytes) -> "Job":
+        """Return the job in bytes of `pack`."""
+        arrays = npz.unpack(data, MAX_BYTES)
+        action, label, command, note = map(str, arrays["words"])
+        return cls(action, label, command, note, rehearsal.read_examples(arrays))
+
+    def do(self, data: bytes, progress: Progress) -> AdaptedBundle:
+        """Return the changed bundle; AdaptError, BundleError."""
+        if self.action == "forget":
+            return unlearn.forget(data, self.label, progress)
+        if self.action == "command":
+            return unlearn.set_command(data, self.label, self.command)
+        if self.action == "learn":
+            return unlearn.learn(data, self.examples, self.command, self.note, progress)
+        return teach(data, self.examples, note=self.note, progress=progress)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Outcome of a job."""
+
+    kept: float = 1.0  # as in AdaptedBundle
+    recognised: dict[str, float] = field(default_factory=dict)
+
+
+def run(job: Job, path: Path, out: Path, progress: Progress = lambda share: None) -> Outcome:
+    """Change a bundle by a process, write the result to `out`, and return the outcome.
+
+    It takes seconds: call this in a thread of its own.
+
+    Raises:
+        AdaptError: It is not possible; the message is a sentence.
+        OSError: The process cannot be started.
+    """
+    command = [sys.executable, "-m", "controller.adapt.process", str(path.resolve()), str(out)]
+    environment = {**os.environ, **dict.fromkeys(_ENV, "1")}
+    with tempfile.TemporaryFile() as errors, subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, env=environment
+    ) as process, _deadline(process.kill) as late:  # fmt: skip
+        assert process.stdin is not None
+        assert process.stdout is not None
+        with contextlib.suppress(BrokenPipeError):
+            process.stdin.write(job.pack())
+            process.stdin.close()
+        last = _follow(process.stdout, progress)
+        status = process.wait()
+        if late.is_set():
+            raise AdaptError(f"it was not learned within {DEADLINE_S:g} s")
+        if status or last is None:
+            raise AdaptError(_reason(errors, status))
+    return Outcome(**last)
+
+
+@contextlib.contextmanager
+def _deadline(kill: Callable[[], None]) -> Iterator[threading.Event]:
+    """Call `kill` after the deadline, and set the event."""
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        kill()
+
+    timer = threading.Timer(DEADLINE_S, end)
+    timer.start()
+    try:
+        yield late
+    finally:
+        timer.cancel()
+
+
+def _follow(lines: IO[bytes], progress: Progress) -> dict[str, Any] | None:
+    """Report the shares in a process's lines; return its outcome, None if there is none."""
+    for line in lines:
+        value = json.loads(line)
+        if isinstance(value, dict):
+            return value
+        progress(value)
+    return None
+
+
+def _reason(errors: IO[bytes], status: int) -> str:
+    """Return the last line of a process's messages."""
+    errors.seek(0)
+    lines = errors.read().decode(errors="replace").strip().splitlines()
+    return lines[-1] if lines else f"learning ended with status {status}"
+
+
+def main(argv: list[str]) -> int:
+    """Do the job on standard input: BUNDLE OUT."""
+    path, out = map(Path, argv)
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    job = Job.unpack(sys.stdin.buffer.read())
+    try:
+        made = job.do(path.read_bytes(), lambda share: print(round(share, 3), flush=True))
+        unlearn.counted(made).write(out)
+    except (AdaptError, BundleError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(json.dumps({"kept": made.kept, "recognised": dict(made.recognised)}), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

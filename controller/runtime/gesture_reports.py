@@ -1,0 +1,82 @@
+"""Messages that describe the gestures in use: Vocabulary and a GestureInfo for each."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller.adapt.few_shot import opened
+from controller.adapt.rehearsal import Rehearsal, from_bytes
+from controller.adapt.unlearn import taught_labels
+from controller.bundles import bundle as bundles
+from controller.bundles import vocabulary
+from controller.bundles.bundle import Bundle
+from controller.bundles.deploy.store import BundleStore
+from controller.protocol.codec import fitted
+from controller.protocol.teaching import MOST_RULES, CommandRule, GestureInfo, Vocabulary
+from controller.recognition.mapping import NONE, Mapping
+from controller.runtime.examples import firmest, image_bytes
+
+_TEXT: Final = 64  # bytes of names
+_FOLDER: Final = 255
+_SHIPPED: Final = (bundles.default_path(), bundles.default_path(bundles.SLOW_HZ))
+_OBJECTION: Final = 200
+
+
+def reports(
+    path: Path, mapping: Mapping, folder: Path, objection: str
+) -> tuple[Vocabulary | GestureInfo, ...]:
+    """Return the description of the bundle in a file with the mapping in use.
+
+    `folder` is that of the player's data, `objection` the reason that nothing can be changed.
+    BundleError, OSError: The bundle cannot be read.
+    """
+    loaded, _, known = opened(path.read_bytes())
+    taught = taught_labels(loaded, known)
+    store = BundleStore()
+    record = store.record()
+    entry = record.entry(record.current)
+    installed = path == store.path(record.current)
+    head = Vocabulary(
+        loaded.labels,
+        loaded.users.commands(mapping),
+        "" if path in _SHIPPED else fitted(path.stem, _TEXT),
+        installed and entry is not None and entry.corrects is not None,
+        len(taught),
+        "" if objection else fitted(str(folder), _FOLDER),
+        fitted(objection, _OBJECTION),
+    )
+    said = {one.label: one.say for one in vocabulary.of(loaded.labels).entries}
+    return head, *(
+        GestureInfo(
+            label,
+            fitted(said[label], _TEXT),
+            label in taught,
+            sum(one.label == label for one in known.taught),
+            _image(loaded, known, label),
+            _rules(mapping, label),
+        )
+        for label in loaded.labels[1:]
+    )
+
+
+def _rules(mapping: Mapping, label: str) -> tuple[CommandRule, ...]:
+    """Return the rules of a gesture; () if it never has a command."""
+    rules = mapping.rules.get(label, ())
+    if all(rule.command == NONE for rule in rules):
+        return ()
+    return tuple(
+        CommandRule(rule.command, rule.left_of, rule.right_of, rule.below, rule.above)
+        for rule in rules[:MOST_RULES]
+    )
+
+
+def _image(loaded: Bundle, known: Rehearsal, label: str) -> bytes:
+    """Return the mean image of a gesture's touches at their firmest; b"" if there are none."""
+    firm = [firmest(one) for one in known.taught if one.label == label]
+    frames = known.label == loaded.labels.index(label)
+    edges = np.flatnonzero(np.diff(frames.astype(np.int8), prepend=0, append=0))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        touch = from_bytes(known.images[first:end])
+        firm.append(touch[np.abs(touch - 1.0).mean(axis=(1, 2)).argmax()])
+    return image_bytes(np.mean(firm, axis=0)) if firm else b""

@@ -1,0 +1,273 @@
+"""Teaching of gestures to the orb: what it reported, and the requests to send. No clock, no port.
+
+    lessons = Lessons(first=number)
+    lessons.take(message)                     # every message of the orb
+    number = lessons.begin_example("swipe")   # the player begins; `end_example` when done
+    lessons.learn("swipe", "hold")
+    for request in lessons.outgoing(): receiver.send(request)
+
+`Trial` judges the player's attempts at one gesture.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Final
+
+from controller.protocol.messages import Command, Message, Request, Telemetry
+from controller.protocol.teaching import (
+    FAILED,
+    LEARNING,
+    DeleteExamples,
+    Describe,
+    ExampleDrop,
+    ExampleEnd,
+    ExampleStart,
+    ExampleTaken,
+    Forget,
+    GestureInfo,
+    InjectFault,
+    Learn,
+    LearnStatus,
+    Recalibrate,
+    Record,
+    RecordingStatus,
+    RecordLabel,
+    SaveAs,
+    SetCommand,
+    Undo,
+    Vocabulary,
+)
+
+NOTHING: Final = ""  # the answer to a touch that was no gesture
+
+
+@dataclass
+class Lessons:
+    """The orb's gestures as it described them, and the player's wishes.
+
+    Attributes:
+        vocabulary: As described last; None before.
+        infos: The gestures by label.
+        examples: Outcomes of the examples by number, also of those that were not felt.
+        open: Number of the example under way; None if there is none.
+        waiting: Numbers of examples that ended, and whose outcome has not come.
+        status: Progress or outcome of the last change; None before the first.
+        recording: State of the recording; None before the first.
+        kept: For each label, the share of its touches still recognised at the last change.
+    """
+
+    first: int = 1  # number of the first example: unused before, such as a time in seconds
+    vocabulary: Vocabulary | None = None
+    infos: dict[str, GestureInfo] = field(default_factory=dict)
+    examples: dict[int, ExampleTaken] = field(default_factory=dict)
+    open: int | None = None
+    waiting: set[int] = field(default_factory=set)
+    status: LearnStatus | None = None
+    recording: RecordingStatus | None = None
+    _due: list[Request] = field(default_factory=list)
+    _next: int = 0
+
+    @property
+    def busy(self) -> bool:
+        """Whether the orb works on a change."""
+        return self.status is not None and self.status.state == LEARNING
+
+    @property
+    def objection(self) -> str:
+        """Return why nothing can be taught, a sentence; "" if it can, or is not known yet."""
+        return self.vocabulary.objection if self.vocabulary else ""
+
+    @property
+    def kept(self) -> dict[str, float]:
+        """Return the share of touches still recognised, by label; {} if unknown."""
+        if self.vocabulary is None or self.status is None:
+            return {}
+        pairs = zip(self.vocabulary.labels, self.status.kept, strict=False)
+        return {label: share for label, share in pairs if label != "null"}
+
+    def of(self, label: str) -> list[ExampleTaken]:
+        """Return the examples of a gesture that can be learned, oldest first."""
+        return [one for _, one in sorted(self.examples.items()) if one.felt and one.label == label]
+
+    def take(self, message: Message) -> None:
+        """Take a message of the orb; those of other kinds have no effect."""
+        if isinstance(message, Vocabulary):
+            self.vocabulary = message
+            self.infos = {k: v for k, v in self.infos.items() if k in message.labels}
+        elif isinstance(message, GestureInfo):
+            self.infos[message.label] = message
+        elif isinstance(message, ExampleTaken):
+            self.examples[message.number] = message
+            self.waiting.discard(message.number)
+            if message.number == self.open:
+                self.open = None  # it was too long, or refused
+        elif isinstance(message, LearnStatus):
+            self.status = message
+        elif isinstance(message, RecordingStatus):
+            self.recording = message
+
+    def connected(self) -> None:
+        """Begin with a new session: ask for the gestures; what was under way is over."""
+        self.vocabulary, self.open, self.status, self.recording = None, None, None, None
+        self.infos, self.examples, self.waiting = {}, {}, set()
+        self._due = [Describe()]
+
+    def outgoing(self) -> list[Request]:
+        """Return the requests to send, each once."""
+        due, self._due = self._due, []
+        return due
+
+    # --- wishes -----------------------------------------------------------------------------------
+
+    def begin_example(self, label: str) -> int:
+        """Begin an example of a gesture, in place of one under way; return its number."""
+        if self.open is not None:
+            self.end_example(keep=False)
+        self._next = max(self._next, self.first, max(self.examples, default=0) + 1)
+        number, self._next = self._next, self._next + 1
+        self.open = number
+        self._due.append(ExampleStart(number, label))
+        return number
+
+    def end_example(self, *, keep: bool = True) -> None:
+        """End the example under way; one that is not kept leaves nothing."""
+        if self.open is None:
+            return
+        self._due.append(ExampleEnd(self.open, keep))
+        if keep:
+            self.waiting.add(self.open)
+        self.open = None
+
+    def drop(self, number: int) -> None:
+        """Throw an example away."""
+        taken = self.examples.pop(number, None)
+        if taken is None or taken.felt:
+            self._due.append(ExampleDrop(number))
+
+    def learn(
+        self,
+        label: str,
+        command: str = "",
+        *,
+        rotations: str = "none",
+        mirrored: bool = False,
+        user: str = "",
+    ) -> None:
+        """Learn a gesture from its examples."""
+        self._change(Learn(label, command, rotations, mirrored, user))
+
+    def forget(self, label: str) -> None:
+        """Remove a taught gesture, and its examples."""
+        self.examples = {k: one for k, one in self.examples.items() if one.label != label}
+        self._change(Forget(label))
+
+    def undo(self) -> None:
+        """Take the last change back."""
+        self._change(Undo())
+
+    def save_as(self, name: str) -> None:
+        """Keep a copy of the bundle in use."""
+        self._change(SaveAs(name))
+
+    def set_command(self, label: str, command: str) -> None:
+        """Set the command of a gesture, "" nothing."""
+        self._change(SetCommand(label, command))
+
+    def delete_examples(self) -> None:
+        """Delete all examples and recordings."""
+        self.examples = {}
+        self._change(DeleteExamples())
+
+    def record(self, *, on: bool) -> None:
+        """Start or stop a recording."""
+        self._due.append(Record(on))
+
+    def record_label(self, label: str) -> None:
+        """Note in the recording what the player is asked for, "null" rest."""
+        self._due.append(RecordLabel(label))
+
+    def inject_fault(self, kind: str, row: int = 0, column: int = 0) -> None:
+        """Give a virtual orb a fault, "" none."""
+        self._due.append(InjectFault(kind, row, column))
+
+    def recalibrate(self) -> None:
+        """Measure the untouched orb again."""
+        self._due.append(Recalibrate())
+
+    def _change(self, request: Request) -> None:
+        """Send a change, and wait for its outcome."""
+        self.status = LearnStatus(LEARNING, 0.0, "")
+        self._due.append(request)
+
+
+@dataclass
+class Trial:
+    """The player tries one gesture some times: how often was it understood?
+
+    A touch is understood if the gesture is recognised in it, or within `LATE_S` after it.
+
+    Attributes:
+        label: The gesture that is tried.
+        heard: For each touch that is over, the gesture recognised: `NOTHING` if none.
+    """
+
+    LATE_S = 0.8  # a command may wait for an awaited gesture, see docs/gestures.md
+
+    label: str
+    heard: list[str] = field(default_factory=list)
+    _held: str = ""
+    _best: str = NOTHING  # of the touch under way
+    _touched: bool = False
+    _ended_s: float | None = None  # when the touch ended whose answer may still come
+
+    @property
+    def understood(self) -> int:
+        """Return the number of touches that were understood."""
+        return self.heard.count(self.label)
+
+    @property
+    def confused(self) -> list[tuple[str, int]]:
+        """Return the other answers and their numbers, the most frequent first."""
+        return Counter(one for one in self.heard if one != self.label).most_common()
+
+    def touch(self, down: bool, now_s: float) -> None:
+        """Take the beginning or the end of a touch, as the host's pointer makes it."""
+        if down == self._touched:
+            return
+        self._touched = down
+        if down:
+            if self._ended_s is not None and not self._best:
+                self._ended_s = None  # it goes on: a tap of a double tap
+            else:
+                self._close()
+        else:
+            self._ended_s = now_s
+
+    def take(self, message: Message, now_s: float) -> None:
+        """Take a message of the orb."""
+        if isinstance(message, Command):
+            self._hear(message.label)
+        elif isinstance(message, Telemetry) and message.gesture != self._held:
+            self._held = message.gesture
+            self._hear(message.gesture)
+        self.advance(now_s)
+
+    def advance(self, now_s: float) -> None:
+        """Close a touch whose answer can come no more."""
+        if self._ended_s is not None and now_s - self._ended_s >= self.LATE_S:
+            self._close()
+
+    def _hear(self, label: str) -> None:
+        if label and (self._touched or self._ended_s is not None) and self._best != self.label:
+            self._best = label
+
+    def _close(self) -> None:
+        """Count the touch under way, if there is one."""
+        if self._ended_s is not None:
+            self.heard.append(self._best)
+        self._best, self._ended_s = NOTHING, None
+
+
+def failed(status: LearnStatus | None) -> str:
+    """Return why the last change failed; "" if it did not."""
+    return status.text if status is not None and status.state == FAILED else ""

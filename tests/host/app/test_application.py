@@ -1,0 +1,157 @@
+"""The application: the game's screens steered by an orb, and the dome docked beside them."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+import pygame
+import pytest
+
+from controller.protocol.messages import COMMANDS, Command, Contacts, State, Telemetry, Welcome
+from host.app.application import SIZE, OrbApp
+from host.app.layout import Dock
+from host.connection.receiver import Connected, Delivered, Lost, Received
+from tetris.engine.game import Game, Phase
+from tetris.window.app import Start
+from tetris.window.screens.play_screen import PlayScreen
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
+FELT = Delivered(Telemetry(1, bytes([128] * 25), (1.0, 0, 0, 0, 0), None, "", True, 40.0), 0)
+FRAME_S = 1 / 60
+READY_S = 1.0  # after which the first piece can be moved
+
+
+def said(name: str) -> Delivered:
+    return Delivered(Command(name, "press", 0.99, None, 1), 0)
+
+
+class Window:
+    """The application in a window of its own, and a clock."""
+
+    def __init__(self, start: Start = Start(), config: Path | None = None) -> None:  # noqa: B008
+        self.app = OrbApp(start, config=config, sound=False)
+        self.surface = pygame.Surface(SIZE)
+        self.now_s = 0.0
+        self.pass_s(0.0, Connected(WELCOME))
+
+    def pass_s(self, seconds: float, *received: Received) -> None:
+        """Let time pass, with a picture every 60th of a second."""
+        until_s, items = self.now_s + seconds, list(received)
+        while True:
+            self.app.tick(self.now_s, items)
+            self.app.draw(self.surface)
+            items = []
+            if self.now_s >= until_s:
+                return
+            self.now_s += FRAME_S
+
+    @property
+    def game(self) -> Game:
+        game = self.app.game.game
+        assert game
+        return game
+
+    @property
+    def playing(self) -> bool:
+        return isinstance(self.app.stage.screen, PlayScreen)
+
+
+@pytest.fixture(autouse=True)
+def display() -> Iterator[None]:
+    pygame.display.init()
+    yield
+    pygame.display.quit()
+
+
+def test_the_orb_steers_the_menu_and_begins_a_game() -> None:
+    window = Window()
+    assert not window.playing
+    window.pass_s(0.1, said("drop"))  # "Play" is chosen first
+    assert window.playing
+
+
+def test_commands_move_the_piece_at_once() -> None:
+    window = Window(Start("zen", 1))
+    window.pass_s(READY_S)
+    x = window.game.piece.x
+    window.pass_s(0.0, said("left"))
+    assert window.game.piece.x == x - 1
+    window.pass_s(0.0, said("drop"))
+    assert window.game.pieces_placed == 1
+
+
+def test_a_gesture_that_is_held_repeats_until_it_is_released() -> None:
+    window = Window(Start("zen", 1))
+    window.pass_s(READY_S)
+    window.pass_s(0.1, said("right"), Delivered(State(("right",)), 0))
+    once = window.game.piece.x
+    window.pass_s(1.0)
+    wall = window.game.piece.x
+    assert wall > once + 1
+    window.pass_s(0.0, Delivered(State(()), 0), said("left"))
+    window.pass_s(1.0)
+    assert window.game.piece.x == wall - 1
+
+
+def test_a_lost_link_pauses_the_game_and_its_return_ends_the_pause() -> None:
+    window = Window(Start("zen", 1))
+    window.pass_s(READY_S)
+    window.pass_s(0.1, Lost("the cable is out"))
+    assert window.game.phase is Phase.PAUSED
+    assert not window.playing  # a menu says why
+    window.pass_s(2.0, Connected(WELCOME))
+    assert window.game.phase is Phase.RUNNING
+
+
+def test_a_pause_of_the_players_own_outlasts_the_links() -> None:
+    window = Window(Start("zen", 1))
+    window.pass_s(READY_S)
+    window.pass_s(0.1, said("pause"))
+    window.pass_s(0.1, Lost("the cable is out"))
+    window.pass_s(2.0, Connected(WELCOME), FELT)
+    assert window.game.phase is Phase.PAUSED
+
+
+def test_the_mouse_touches_the_dome_and_clicks_the_menu_beside_it() -> None:
+    window = Window()
+    window.pass_s(0.1, FELT)
+    centre = window.app.panel.projection.centre
+    for kind in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
+        window.app.handle(pygame.event.Event(kind, pos=centre, button=1), window.now_s)
+        if kind == pygame.MOUSEBUTTONDOWN:
+            sent = window.app.outgoing(window.now_s)
+            assert any(isinstance(one, Contacts) and one.contacts for one in sent)
+    assert not window.playing
+    beside = Dock.of(SIZE).game
+    place = beside.centerx, round(beside.height * 0.317)  # "Play", below the name
+    click = pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=place, button=1)
+    window.app.handle(click, window.now_s)
+    window.pass_s(0.1)
+    assert window.playing
+
+
+def test_quit_in_the_menu_closes_the_window() -> None:
+    window = Window()
+    window.pass_s(0.1, said("rotate_ccw"))  # up from the first item: the last one
+    window.pass_s(0.1, said("drop"))
+    assert window.app.closed
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360), (960, 720), (720, 1280), (3840, 2160)])
+def test_game_and_panel_share_any_window(size: tuple[int, int]) -> None:
+    dock = Dock.of(size)
+    window = pygame.Rect((0, 0), size)
+    assert window.contains(dock.game)
+    assert window.contains(dock.panel)
+    assert not dock.game.colliderect(dock.panel)
+
+
+def test_the_mode_played_with_an_orb_is_kept_apart(tmp_path: Path) -> None:
+    window = Window(config=tmp_path)
+    assert window.app.stage.settings.orb_mode == "orb"
+    window.pass_s(0.1, said("down"), said("right"))  # to "Mode", and the next one
+    assert window.app.stage.settings.orb_mode == "marathon"
+    assert "orb_mode" in (tmp_path / "tetris.toml").read_text()

@@ -1,0 +1,164 @@
+"""A screen of its own (Xvfb) with a real pointer and keyboard (xdotool), and the window on it.
+
+The program runs in a process of its own, by `tests.system.window_app`, which prints what is shown
+where, a line of JSON at each change; everything else goes through the X server.
+"""
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Self
+
+NEEDED: Final = ("Xvfb", "xdotool", "import")
+_ANSWER_S: Final = 20.0
+_POLL_S: Final = 0.02
+_END_S: Final = 5.0
+
+
+class ScenarioError(RuntimeError):
+    """The window did not do what was expected; the message says what it showed instead."""
+
+
+def missing() -> list[str]:
+    """Return the programs that are not installed."""
+    return [name for name in NEEDED if shutil.which(name) is None]
+
+
+class Screen:
+    """An X server without a monitor."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        """Start it with one screen of (width, height) pixels."""
+        read, write = os.pipe()
+        self._server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size[0]}x{size[1]}x24"],
+            pass_fds=[write], stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        os.close(write)
+        with os.fdopen(read) as told:
+            self.name = f":{told.readline().strip()}"
+
+    def close(self) -> None:
+        """End it."""
+        self._server.terminate()
+        self._server.wait(_END_S)
+
+
+@dataclass
+class Window:
+    """The program on a screen.
+
+    Attributes:
+        shown: What it printed last: screen, items, dome, history, link.
+        started_s: Seconds until its first picture.
+    """
+
+    screen: Screen
+    home: Path  # of its settings and data
+    options: Sequence[str] = ()
+    shown: dict[str, Any] = field(default_factory=dict)
+    started_s: float = math.nan
+
+    def __enter__(self) -> Self:
+        """Start it, and wait for its first picture."""
+        folders = {f"XDG_{kind}_HOME": str(self.home / kind.lower()) for kind in _FOLDERS}
+        self.environment = {
+            **os.environ, **folders, "DISPLAY": self.screen.name, "SDL_AUDIODRIVER": "dummy",
+            "PYGAME_HIDE_SUPPORT_PROMPT": "1",
+        }  # fmt: skip
+        self.environment.pop("SDL_VIDEODRIVER", None)
+        begun_s = time.monotonic()
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tests.system.window_app", *self.options],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=self.environment,
+        )  # fmt: skip
+        threading.Thread(target=self._read, daemon=True).start()
+        self.until(lambda shown: bool(shown), "its first picture")
+        self.started_s = time.monotonic() - begun_s
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it as a window manager does."""
+        if self.process.poll() is None:
+            self.process.terminate()
+        try:
+            self.process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+    def _read(self) -> None:
+        assert self.process.stdout
+        for line in self.process.stdout:
+            self.shown = json.loads(line)
+
+    # -- what is seen ----------------------------------------------------------------------
+
+    def until(
+        self, holds: Callable[[dict[str, Any]], bool], what: str, seconds: float = _ANSWER_S
+    ) -> float:
+        """Wait until something holds of what is shown; return the seconds that took."""
+        begun_s = time.monotonic()
+        while not holds(self.shown):
+            if self.process.poll() is not None:
+                assert self.process.stderr
+                said = self.process.stderr.read().strip()[-500:]
+                raise ScenarioError(f"the program ended before {what}: {said}")
+            if time.monotonic() - begun_s > seconds:
+                seen = {key: self.shown.get(key) for key in ("screen", "title", "notice", "labels")}
+                raise ScenarioError(f"no {what} in {seconds:g} s; it shows {seen}")
+            time.sleep(_POLL_S)
+        return time.monotonic() - begun_s
+
+    def at(self, screen: str, seconds: float = _ANSWER_S) -> None:
+        """Wait for a screen by its class, or its title."""
+        self.until(lambda shown: screen in (shown["screen"], shown["title"]), screen, seconds)
+
+    def picture(self, path: Path) -> None:
+        """Save what the screen shows."""
+        subprocess.run(["import", "-window", "root", str(path)], env=self.environment, check=True)
+
+    # -- what a hand does ------------------------------------------------------------------
+
+    def do(self, *words: object) -> None:
+        """Run one xdotool command."""
+        subprocess.run(["xdotool", *map(str, words)], env=self.environment, check=True)
+
+    def key(self, *names: str) -> None:
+        """Press keys, one after the other."""
+        for name in names:
+            self.do("key", name)
+            time.sleep(0.06)
+
+    def choose(self, label: str) -> None:
+        """Click the item of a menu."""
+        self.until(lambda shown: label in shown["items"], f"item {label!r}")
+        left, top, width, height = self.shown["items"][label]
+        self.do("mousemove", left + width // 3, top + height // 2, "click", 1)
+        time.sleep(0.1)
+
+    def press(self, x: float, y: float, seconds: float = 0.1, button: int = 1) -> None:
+        """Hold the mouse's button on the dome, at shares of its radius right and up."""
+        self.stroke([(x, y)], seconds, button)
+
+    def stroke(self, path: Sequence[tuple[float, float]], seconds: float, button: int = 1) -> None:
+        """Drag along a path on the dome, shares of its radius right and up."""
+        centre_x, centre_y, radius = self.shown["dome"]
+        points = [(round(centre_x + radius * x), round(centre_y - radius * y)) for x, y in path]
+        self.do("mousemove", *points[0], "mousedown", button)
+        for point in points[1:]:
+            time.sleep(seconds / len(points))
+            self.do("mousemove", *point)
+        time.sleep(seconds / len(points))
+        self.do("mouseup", button)
+
+
+_FOLDERS: Final = ("CONFIG", "DATA", "STATE", "CACHE")
