@@ -1,6 +1,6 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
-import secrets
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -9,13 +9,13 @@ import pygame
 
 from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
 from controller.protocol.teaching import Vocabulary
-from host.app.gesture_state import GestureState
 from host.app.layout import Dock
 from host.app.screen import OrbScreen
 from host.app.screens.teach import TeachScreen
 from host.app.screens.teach_page import Course
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.gestures import Lessons
 from host.targets import Target
 from host.targets.tetris import ACTIONS, HeldGestures
 from host.ui.correction_keys import CorrectionKeys
@@ -120,8 +120,8 @@ class OrbApp(Target):
         return (teach,)
 
     def _teach(self) -> None:
-        gestures = GestureState(self.send, first=secrets.randbits(31))
-        course = Course(self.stage, self, gestures, self.game.play)
+        lessons = Lessons(first=int(time.time()))  # no example before had this number
+        course = Course(self.stage, self, lessons, self.game.play)
         self.stage.push(TeachScreen(course))
 
     # -- what comes over the link --------------------------------------------------------

@@ -123,15 +123,6 @@ class OrbState:
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
 
-    def vocabulary(self, message: Vocabulary) -> None:
-        """Take other gestures; telemetry is in their order from here."""
-        if self.welcome and message.labels != self.welcome.labels:
-            labels, commands = message.labels, message.commands
-            self.welcome = replace(self.welcome, labels=labels, commands=commands)
-            self._target = np.zeros(len(labels), np.float32)
-            self.probabilities = self._target.copy()
-            self._touches = UnansweredTouches(labels)
-
     def who(self, message: UserIdentified) -> None:
         """Take whom the device believes to touch it."""
         self.user, self.sure = message.user, message.confidence

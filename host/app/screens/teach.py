@@ -5,15 +5,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import COMMANDS, Correction, Message, Report, UploadStatus
-from controller.protocol.teaching import (
-    DeleteExamples,
-    Forget,
-    GestureInfo,
-    LearnStatus,
-    SetCommand,
-    Undo,
-)
+from controller.protocol.messages import COMMANDS, Correction, Report, UploadStatus
+from controller.protocol.teaching import GestureInfo, LearnStatus
 from host.app.screens.teach_examples import ExamplesPage
 from host.app.screens.teach_new import NAMES, DetailsPage, Plan, new_plan, plan_of
 from host.app.screens.teach_page import (
@@ -45,7 +38,7 @@ class TeachScreen(TeachPage):
     def page(self) -> Menu:
         """Return the gestures in use, with their commands."""
         words = self.words
-        self._listed = list(self.gestures.gestures.values())
+        self._listed = list(self.lessons.infos.values())
         items = [
             Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
             *(self._item(one) for one in self._listed),
@@ -75,15 +68,15 @@ class TeachScreen(TeachPage):
     # -- pages that it leads to ----------------------------------------------------------
 
     def _new(self) -> None:
-        names = [name for name in NAMES if name not in self.gestures.gestures]
+        names = [name for name in NAMES if name not in self.lessons.infos]
         self.show(NamePage(self.course, "teach.name", names, self._named))
 
     def _named(self, label: str) -> None:
-        known = self.gestures.gestures.get(label)
+        known = self.lessons.infos.get(label)
         if known and not known.taught:
             self._said = self.words("teach.known", name=gesture_name(self.words, label))
             return
-        self._teach(plan_of(known) if known else new_plan(label, self.gestures))
+        self._teach(plan_of(known) if known else new_plan(label, self.lessons.infos.values()))
 
     def _teach(self, plan: Plan) -> None:
         self.show(DetailsPage(self.course, plan, lambda done: ExamplesPage(self.course, done)))
@@ -93,19 +86,19 @@ class TeachScreen(TeachPage):
         choices = [
             (words("teach.relearn"), lambda: self._teach(plan_of(one))),
             (words("teach.change_command"), lambda: self._set_command(one.label)),
-            (words("teach.remove"), lambda: self._sure(Forget(one.label))),
+            (words("teach.remove"), lambda: self._sure(lambda: self.lessons.forget(one.label))),
         ]
         self.show(ChoicePage(self.course, gesture_name(words, one.label), choices))
 
     def _set_command(self, label: str) -> None:
         choices = [
-            (command_name(self.words, each), partial(self._ask, SetCommand(label, each)))
+            (command_name(self.words, each), partial(self.lessons.set_command, label, each))
             for each in (*COMMANDS, "")
         ]
         self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
 
     def _correct(self) -> None:
-        words, labels = self.words, (*self.gestures.gestures, _NULL)
+        words, labels = self.words, (*self.lessons.infos, _NULL)
         choices = [
             (gesture_name(words, label), partial(self.orb.send, Correction(label)))
             for label in labels
@@ -114,28 +107,21 @@ class TeachScreen(TeachPage):
         self.show(ChoicePage(self.course, words("teach.that_was"), choices))
 
     def _files(self) -> None:
-        words, vocabulary = self.words, self.gestures.vocabulary
+        words, vocabulary = self.words, self.lessons.vocabulary
         choices = [
-            (words("teach.undo"), partial(self._ask, Undo())),
+            (words("teach.undo"), self.lessons.undo),
             (words("teach.save_as"), partial(save_as, self.course)),
-            (words("teach.delete"), partial(self._sure, DeleteExamples())),
+            (words("teach.delete"), partial(self._sure, self.lessons.delete_examples)),
         ]
         folder = vocabulary.folder if vocabulary else ""
         hint = words("teach.folder", folder=folder) if folder else ""
         self.show(ChoicePage(self.course, words("teach.files"), choices, hint))
 
-    def _sure(self, request: Message) -> None:
-        """Ask once before a request is sent."""
+    def _sure(self, do: Do) -> None:
+        """Ask once before something is deleted."""
         words = self.words
-        choices: list[tuple[str, Do]] = [
-            (words("teach.no"), lambda: None),
-            (words("teach.yes"), partial(self._ask, request)),
-        ]
+        choices = [(words("teach.no"), lambda: None), (words("teach.yes"), do)]
         self.show(ChoicePage(self.course, words("teach.sure"), choices))
-
-    def _ask(self, request: Message) -> None:
-        self._said = ""
-        self.gestures.ask(request)
 
     # -- the picture ---------------------------------------------------------------------
 

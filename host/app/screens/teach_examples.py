@@ -5,19 +5,11 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Command, Report
-from controller.protocol.teaching import (
-    DONE,
-    FAILED,
-    LEARNING,
-    ExampleEnd,
-    ExampleStart,
-    ExampleTaken,
-    Learn,
-)
-from host.app.gesture_state import TouchEvent
+from controller.protocol.teaching import DONE, FAILED, ExampleTaken
 from host.app.screens.teach_new import Plan
 from host.app.screens.teach_page import Course, TeachPage, gesture_name
 from host.app.screens.teach_try import TryPage
+from host.app.touch_watch import TouchEvent
 from tetris.window.menu import Item, Menu, MenuStep
 
 LEAST: Final = 3  # examples from which a gesture can be learned
@@ -37,18 +29,18 @@ class ExamplesPage(TeachPage):
         self.plan = plan
         self._armed_s = course.stage.time_s  # of the last touch; examples are taken for a while
         self._armed = True
-        self._under_way: int | None = None  # number of the example that is made now
         self._due_s: float | None = None  # until when the orb's answer is waited for
         self._learn_s: float | None = None  # when it is learned by itself
         self._automatic = True
         self._chosen = 0
+        self._refused = ""  # why the last example cannot be learned
         self._places: list[tuple[pygame.Rect, ExampleTaken]] = []
         super().__init__(course)
 
     @property
     def examples(self) -> list[ExampleTaken]:
         """The examples that can be learned."""
-        return self.gestures.of(self.plan.label)
+        return self.lessons.of(self.plan.label)
 
     def page(self) -> Menu:
         """Return what can be done with the examples."""
@@ -68,7 +60,7 @@ class ExamplesPage(TeachPage):
             self._chosen = min(self._chosen, count - 1)
             drop = Item(
                 words("teach.throw_away"),
-                lambda: self.gestures.drop(self.examples[self._chosen].number),
+                lambda: self.lessons.drop(self.examples[self._chosen].number),
                 value=f"{self._chosen + 1}",
                 step=self._choose,
                 hint=words("teach.throw_away_hint"),
@@ -79,7 +71,7 @@ class ExamplesPage(TeachPage):
 
     def notice(self) -> str:
         """Return what is wrong, with the link or with the last example."""
-        return super().notice() or self.gestures.refused
+        return super().notice() or self._refused
 
     def _choose(self, step: int) -> None:
         self._chosen = (self._chosen + step) % max(1, len(self.examples))
@@ -92,7 +84,6 @@ class ExamplesPage(TeachPage):
         self._arm()
 
     def _learn(self) -> None:
-        self._end(keep=False)
         self.become(LearningPage(self.course, self.plan))
 
     # -- the touches ---------------------------------------------------------------------
@@ -104,23 +95,19 @@ class ExamplesPage(TeachPage):
     def touched(self, event: TouchEvent, time_s: float) -> None:
         """Begin or end an example."""
         if event == "ended":
-            self._end(keep=True)
+            if self.lessons.open is not None:
+                self._due_s = time_s + _ANSWER_S
+            self.lessons.end_example()
         elif self._armed and self._due_s is None:
-            self._under_way = self.gestures.next_number()
             self._armed_s, self._learn_s = time_s, None
-            self.orb.send(ExampleStart(self._under_way, self.plan.label))
-
-    def _end(self, *, keep: bool) -> None:
-        if self._under_way is not None:
-            self.orb.send(ExampleEnd(self._under_way, keep))
-            self._under_way = None
-            self._due_s = self._stage.time_s + _ANSWER_S if keep else None
+            self.lessons.begin_example(self.plan.label)
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; learn after a moment when there are enough examples."""
         super().report(message, time_s)
         if isinstance(message, ExampleTaken):
-            self._due_s = None
+            self._due_s, self._refused = None, message.text
+            self.lessons.status = None  # why it could not be learned before
             self._chosen = len(self.examples) - 1
             if self._automatic and len(self.examples) >= _ENOUGH:
                 self._learn_s = time_s + _MOMENT_S
@@ -128,13 +115,13 @@ class ExamplesPage(TeachPage):
     def link_lost(self) -> None:
         """Give up the example under way."""
         super().link_lost()
-        self._under_way = self._due_s = self._learn_s = None
+        self._due_s = self._learn_s = None
 
     def tick(self, time_s: float) -> None:
         """Let time pass."""
         if self._due_s is not None and time_s >= self._due_s:
             self._due_s = None
-        if time_s >= self._armed_s + _IDLE_S and self._under_way is None:
+        if time_s >= self._armed_s + _IDLE_S and self.lessons.open is None:
             self._armed = False
         if len(self.examples) < _ENOUGH:
             self._learn_s = None
@@ -150,7 +137,7 @@ class ExamplesPage(TeachPage):
 
     def leave(self) -> None:
         """Go back; an example under way is thrown away."""
-        self._end(keep=False)
+        self.lessons.end_example(keep=False)
         super().leave()
 
     # -- the picture ---------------------------------------------------------------------
@@ -160,7 +147,7 @@ class ExamplesPage(TeachPage):
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             for place, example in self._places:
                 if place.collidepoint(event.pos):
-                    self.gestures.drop(example.number)
+                    self.lessons.drop(example.number)
                     self.rebuild()
                     return
         super().mouse(event, time_s)
@@ -191,7 +178,7 @@ class ExamplesPage(TeachPage):
 
     def _cue(self) -> str:
         words = self.words
-        if self._under_way is not None:
+        if self.lessons.open is not None:
             return words("teach.taking")
         if self._due_s is not None:
             return words("teach.moment")
@@ -206,25 +193,26 @@ class LearningPage(TeachPage):
     def __init__(self, course: Course, plan: Plan) -> None:
         """Let the orb learn the plan's gesture from its pending examples."""
         self.plan, self._begun_s = plan, course.stage.time_s
-        course.gestures.ask(Learn(plan.label, plan.command, plan.rotations, plan.mirrored, ""))
+        course.lessons.learn(
+            plan.label, plan.command, rotations=plan.rotations, mirrored=plan.mirrored
+        )
         super().__init__(course)
 
     def page(self) -> Menu:
         """Return the progress."""
-        words, status = self.words, self.gestures.status
+        words, status = self.words, self.lessons.status
         share = status.progress if status else 0.0
         seconds = self._stage.time_s - self._begun_s
         value = words("teach.seconds", seconds=f"{seconds:.0f}")
-        learning = status is None or status.state == LEARNING
-        items = [Item(words("teach.learning"), value=value, share=share)] if learning else []
+        item = Item(words("teach.learning"), value=value, share=share)
         text = status.text if status else ""
         title = gesture_name(words, self.plan.label)
-        return Menu(title, [*items, self.back_item()], notice=self.notice() or text)
+        return Menu(title, [item, self.back_item()], notice=self.notice() or text)
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; go on when the gesture is learned."""
         super().report(message, time_s)
-        status = self.gestures.status
+        status = self.lessons.status
         if status is None or self._stage.screen is not self:
             return
         if status.state == DONE:

@@ -1,6 +1,6 @@
 """Details of a gesture before it is taught: its command, and under which turns it is the same."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -8,7 +8,6 @@ import pygame
 
 from controller.protocol.messages import COMMANDS
 from controller.protocol.teaching import GestureInfo
-from host.app.gesture_state import GestureState
 from host.app.screens.teach_page import Course, TeachPage, command_name, gesture_name
 from host.app.thumbnails import ROTATIONS, arrows, hooks
 from tetris.window.menu import Item, Menu
@@ -33,9 +32,9 @@ def plan_of(gesture: GestureInfo) -> Plan:
     return Plan(gesture.label, gesture.rules[0].command if gesture.rules else "")
 
 
-def new_plan(label: str, gestures: GestureState) -> Plan:
-    """Return the plan of a new gesture, for a command that no other has."""
-    reachable = gestures.reachable()
+def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Plan:
+    """Return the plan of a new gesture, for a command that none of the others has."""
+    reachable = {rule.command for one in gestures for rule in one.rules}
     free = [name for name in ("hold", *COMMANDS) if name not in reachable]
     return Plan(label, free[0] if free else "hold")
 

@@ -7,10 +7,10 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Command, Report, Telemetry
-from controller.protocol.teaching import FAILED
-from host.app.gesture_state import GestureState, TouchEvent, TouchWatch
 from host.app.screen import Orb, OrbScreen
 from host.app.thumbnails import thumbnail
+from host.app.touch_watch import TouchEvent, TouchWatch
+from host.gestures import Lessons, failed
 from tetris.window import theme
 from tetris.window.keys import Code
 from tetris.window.language import Words
@@ -33,7 +33,7 @@ class Course:
 
     stage: ScreenStack
     orb: Orb
-    gestures: GestureState
+    lessons: Lessons
     play: Do
     watch: TouchWatch = field(default_factory=TouchWatch)
     described: bool = False  # whether the orb was asked for its gestures since it connected
@@ -44,7 +44,7 @@ class TeachPage(OrbScreen):
 
     def __init__(self, course: Course) -> None:
         """Show the page of a course."""
-        self.course, self.gestures = course, course.gestures
+        self.course, self.lessons = course, course.lessons
         self._shown_s = course.stage.time_s
         super().__init__(course.stage, course.orb)
 
@@ -68,14 +68,11 @@ class TeachPage(OrbScreen):
 
     def notice(self) -> str:
         """Return what is wrong; "": nothing."""
-        vocabulary, status = self.gestures.vocabulary, self.gestures.status
         if self.orb.state.link != "live":
             return self.words("teach.lost")
-        if vocabulary is None:
+        if self.lessons.vocabulary is None:
             return self.words("teach.waiting")
-        if vocabulary.objection:
-            return vocabulary.objection
-        return status.text if status and status.state == FAILED else ""
+        return self.lessons.objection or failed(self.lessons.status)
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Return whether a gesture is no step: the one that opened the page is none."""
@@ -83,7 +80,7 @@ class TeachPage(OrbScreen):
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report."""
-        self.gestures.take(message)
+        self.lessons.take(message)
         trace = self.orb.state.trace
         if not isinstance(message, Telemetry) or not trace:
             return
@@ -97,11 +94,13 @@ class TeachPage(OrbScreen):
         """Let time pass."""
         live = self.orb.state.link == "live"
         if live and not self.course.described:
-            self.gestures.describe()
+            self.lessons.connected()
         elif not live and self.course.described:
             self.link_lost()
         self.course.described = live
         super().tick(time_s)
+        for request in self.lessons.outgoing():
+            self.orb.send(request)
 
     def link_lost(self) -> None:
         """Give up what was under way over the link."""

@@ -1,15 +1,17 @@
 """Page on which a gesture just learned is tried, with what the others have lost by it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
-from controller.protocol.messages import Command, Report, Telemetry
-from controller.protocol.teaching import LearnStatus, SaveAs, Undo
-from host.app.gesture_state import TouchEvent, Trial
+from controller.protocol.messages import Command, Report
 from host.app.screens.teach_page import Course, NamePage, TeachPage, gesture_name
+from host.app.touch_watch import PAUSE_S, TouchEvent
+from host.gestures import Trial
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
 
+_WANTED: Final = 5  # tries
+_NULL: Final = "null"
 _KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved vocabularies
 
 
@@ -19,8 +21,14 @@ class TryPage(TeachPage):
     def __init__(self, course: Course, label: str, more: Callable[[], None]) -> None:
         """Try a gesture; `more` shows the page on which further examples are taken."""
         self.trial, self._more = Trial(label), more
-        self._learned = course.gestures.status
+        status, self._kept = course.lessons.status, course.lessons.kept
+        self._waits = status.text if status else ""
         super().__init__(course)
+
+    @property
+    def over(self) -> bool:
+        """Whether it was tried often enough."""
+        return len(self.trial.heard) >= _WANTED
 
     def page(self) -> Menu:
         """Return the count so far, and what can be done next."""
@@ -33,22 +41,19 @@ class TryPage(TeachPage):
             Item(words("teach.menu"), self.leave),
         ]
         name = gesture_name(words, trial.label)
-        title = words("teach.tried" if trial.over else "teach.try", name=name, count=trial.wanted)
-        waits = self._learned.text if self._learned else ""
-        return Menu(title, items, self._rows(), notice=self.notice() or waits)
+        title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
+        return Menu(title, items, self._rows(), notice=self.notice() or self._waits)
 
     def _rows(self) -> list[Row]:
         words, trial = self.words, self.trial
-        understood = words("teach.understood", count=trial.understood, tries=trial.tries)
+        understood = words("teach.understood", count=trial.understood, tries=len(trial.heard))
         rows = [Row((understood,), marked=True)]
         if trial.confused:
             taken = ", ".join(
-                f"{gesture_name(words, label or 'null')} ×{count}"
-                for label, count in trial.confused.most_common()
+                f"{gesture_name(words, label or _NULL)} ×{count}" for label, count in trial.confused
             )
             rows.append(Row((words("teach.taken_for", names=taken),)))
-        labels = self.gestures.vocabulary.labels if self.gestures.vocabulary else ()
-        if kept := kept_words(words, self._learned, labels, trial.label):
+        if kept := kept_words(words, self._kept, trial.label):
             rows.append(Row((kept,)))
         return rows
 
@@ -58,51 +63,39 @@ class TryPage(TeachPage):
 
     def _undo(self) -> None:
         self.leave()
-        self.gestures.ask(Undo())
+        self.lessons.undo()
 
     def recognised(self, command: Command, time_s: float) -> bool:
-        """Count a gesture; it is a step only when the trial is over."""
-        self.trial.recognised(command.label)
-        return not self.trial.over or super().recognised(command, time_s)
+        """Return True during the trial: its gestures are no steps."""
+        return not self.over or super().recognised(command, time_s)
 
     def report(self, message: Report, time_s: float) -> None:
-        """Count a gesture that has no command, too."""
-        if isinstance(message, Telemetry):
-            self.trial.recognised(message.gesture)
+        """Take a report, and count the touch that it ends."""
         super().report(message, time_s)
+        if not self.over:
+            self.trial.take(message, time_s)
+            self._shown_s = time_s  # the last try is no step
 
     def touched(self, event: TouchEvent, time_s: float) -> None:
-        """Count a touch that is over."""
-        self.trial.touched(event)
-        if self.trial.over:
-            self._shown_s = time_s  # the last try is no step
+        """Take the beginning or the end of a try."""
+        self.trial.touch(event == "begun", time_s - PAUSE_S * (event == "ended"))
 
 
 def save_as(course: Course) -> None:
     """Show the page that asks for the name of a copy."""
-    ask = course.gestures.ask
-    page = NamePage(course, "teach.save_as", _KEPT_FILES, lambda name: ask(SaveAs(name)))
+    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.lessons.save_as)
     course.stage.push(page)
 
 
-def kept_words(
-    words: Words, status: LearnStatus | None, labels: tuple[str, ...], label: str
-) -> str:
-    """Return what older gestures have kept, in words; "" if that is unknown."""
-    if status is None or len(status.kept) != len(labels):
-        return ""
-    older = {
-        each: share
-        for each, share in zip(labels, status.kept, strict=True)
-        if each not in ("null", label)
-    }
+def kept_words(words: Words, kept: Mapping[str, float], label: str) -> str:
+    """Return what the gestures but one have kept, in words; "" if that is unknown."""
+    older = {each: share for each, share in kept.items() if each != label}
     if not older:
         return ""
-    mean = sum(older.values()) / len(older)
     worst = min(older, key=lambda each: older[each])
     return words(
         "teach.kept",
-        percent=f"{100 * mean:.0f}",
+        percent=f"{100 * sum(older.values()) / len(older):.0f}",
         name=gesture_name(words, worst),
         least=f"{100 * older[worst]:.0f}",
     )

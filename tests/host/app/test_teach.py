@@ -141,13 +141,13 @@ class Window:
 
     def click(self, item: str) -> None:
         """Click the item whose words begin so, where it is drawn."""
-        view = self.screen._view
+        spots = self.screen.spots
         number = self.number(item)
-        place = next(spot.place for spot in view.spots if spot.number == number)
+        place = next(spot.place for spot in spots if spot.number == number)
         self.click_at(place.center)
 
     def click_at(self, place: tuple[int, int]) -> None:
-        left, top = self.app._dock.game.topleft
+        left, top = self.app.dock.game.topleft
         at = place[0] + left, place[1] + top
         for kind in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
             self.app.handle(pygame.event.Event(kind, pos=at, button=1), self.now_s)
