@@ -39,6 +39,8 @@ from controller.protocol.teaching import (
 )
 
 NOTHING: Final = ""  # the answer to a touch that was no gesture
+PAUSE_S: Final = 0.45  # between two attempts; that between the taps of a double tap is shorter
+LATE_S: Final = 0.8  # a gesture may wait for one that begins alike
 
 
 @dataclass
@@ -204,14 +206,13 @@ class Lessons:
 class Trial:
     """The player tries one gesture some times: how often was it understood?
 
-    A touch is understood if the gesture is recognised in it, or within `LATE_S` after it.
+    Touches with less than `PAUSE_S` between them are one attempt, as in an example. It is
+    understood if the gesture is recognised in it, or within `LATE_S` after it.
 
     Attributes:
         label: The gesture that is tried.
-        heard: For each touch that is over, the gesture recognised: `NOTHING` if none.
+        heard: For each attempt that is over, the gesture recognised: `NOTHING` if none.
     """
-
-    LATE_S = 0.8  # a command may wait for an awaited gesture, see docs/gestures.md
 
     label: str
     heard: list[str] = field(default_factory=list)
@@ -235,13 +236,12 @@ class Trial:
         if down == self._touched:
             return
         self._touched = down
-        if down:
-            if self._ended_s is not None and not self._best:
-                self._ended_s = None  # it goes on: a tap of a double tap
-            else:
-                self._close()
-        else:
+        if not down:
             self._ended_s = now_s
+        elif self._ended_s is not None and now_s - self._ended_s < PAUSE_S:
+            self._ended_s = None  # it goes on
+        else:
+            self._close()
 
     def take(self, message: Message, now_s: float) -> None:
         """Take a message of the orb."""
@@ -254,7 +254,7 @@ class Trial:
 
     def advance(self, now_s: float) -> None:
         """Close a touch whose answer can come no more."""
-        if self._ended_s is not None and now_s - self._ended_s >= self.LATE_S:
+        if self._ended_s is not None and now_s - self._ended_s >= LATE_S:
             self._close()
 
     def _hear(self, label: str) -> None:

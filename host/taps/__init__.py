@@ -15,10 +15,12 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Final, cast
 
 from controller.errors import TroubleError, UserError, count
 from controller.protocol.messages import Command, Telemetry, Welcome
+from controller.protocol.teaching import Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 
 WAITING: Final = 256  # limit of queued events, two seconds at 100 Hz
@@ -39,7 +41,8 @@ class Tap(ABC):
     """A stream of frames, probabilities, gestures and commands for other programs.
 
     All calls come from one thread. `connected` is always the first, and comes again with every
-    session; times are the device's, milliseconds since that session's Welcome.
+    session and when the gestures change; times are the device's, milliseconds since that session's
+    Welcome.
     """
 
     @abstractmethod
@@ -87,6 +90,7 @@ class TapThread:
         self._queue: queue.Queue[Received | None] = queue.Queue(waiting)
         self._closing = threading.Event()
         self._gesture = ""
+        self._welcome: Welcome | None = None
         self._state = ""
         self._thread = threading.Thread(target=self._run, name=f"tap {name}", daemon=True)
         self._thread.start()
@@ -122,9 +126,13 @@ class TapThread:
     def _feed(self, event: Received) -> None:
         match event:
             case Connected(welcome=welcome):
-                self._gesture = ""
+                self._gesture, self._welcome = "", welcome
                 self._tap.connected(welcome)
                 self._link("live")
+            case Delivered(message=Vocabulary(labels=labels, commands=commands)):
+                if self._welcome is not None and labels != self._welcome.labels:
+                    self._welcome = replace(self._welcome, labels=labels, commands=commands)
+                    self._tap.connected(self._welcome)
             case Stale():
                 self._link("stale")
             case Lost():

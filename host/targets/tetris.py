@@ -175,6 +175,7 @@ class TetrisTarget(Target):
                     self._gestures.hold(message.pressed, now_s)
                 if isinstance(message, UploadStatus):
                     self.correcting.answer(message, now_s)
+                self.correcting.labels = self.orb.labels  # they may have changed
                 return self._go_on() if before == "stale" else ()
             case Missed():
                 return ()  # too late to be played

@@ -1,0 +1,112 @@
+"""A forgotten gesture leaves nothing behind; one that is taught again replaces its old examples."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from controller import adapt
+from controller.adapt import AdaptedBundle, AdaptError, Example, unlearn
+from controller.adapt.few_shot import opened
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle
+from controller.recognition.mapping import Rule
+from tests.controller.adapt.test_correction import SHIPPED, images
+
+DATA = SHIPPED.read_bytes()
+
+
+def examples(label: str, *touches: tuple[int, int]) -> list[Example]:
+    return [Example(label, images(*touches) + np.float32(0.001 * k)) for k in range(2)]
+
+
+def file_of(made: AdaptedBundle) -> bytes:
+    return bundles.assembled(made.manifest, made.parts)
+
+
+@cache
+def taught() -> bytes:
+    """Two lessons: a long touch, then two short ones."""
+    first = adapt.teach(DATA, examples("swipe", (10, 16)), command="hold")
+    return file_of(adapt.teach(file_of(first), examples("tap", (10, 12), (14, 16))))
+
+
+def answers(data: bytes) -> tuple[Bundle, np.ndarray]:
+    bundle = bundles.parse(data)
+    return bundle, bundle.golden.probabilities
+
+
+def test_what_is_forgotten_might_never_have_been_taught() -> None:
+    without = file_of(adapt.forget(taught(), "swipe"))
+    never = file_of(adapt.teach(DATA, examples("tap", (10, 12), (14, 16))))
+    (forgot, one), (fresh, other) = answers(without), answers(never)
+    np.testing.assert_allclose(one, other, atol=1e-4)
+    np.testing.assert_array_equal(forgot.golden.windows, fresh.golden.windows)
+    for part in (bundles.MANIFEST, bundles.REHEARSAL):
+        assert bundles.unpack(without)[part] == bundles.unpack(never)[part]
+
+
+def test_when_the_last_one_is_forgotten_the_bundle_is_as_it_was_trained() -> None:
+    data = taught()
+    for label in ("tap", "swipe"):
+        data = file_of(adapt.forget(data, label))
+    (bundle, one), (shipped, other) = answers(data), answers(DATA)
+    np.testing.assert_allclose(one, other, atol=1e-5)
+    assert bundle.settings == shipped.settings
+    assert bundle.mapping == shipped.mapping
+    assert bundle.card == shipped.card
+    assert opened(data)[2].taught == ()
+
+
+def test_a_gesture_that_is_taught_again_forgets_its_old_examples() -> None:
+    again = unlearn.learn(taught(), examples("swipe", (10, 20)), "pause")
+    bundle, _, known = opened(file_of(again))
+    assert [one.label for one in known.taught] == ["tap", "tap", "swipe", "swipe"]
+    assert bundle.labels[-2:] == ("tap", "swipe")
+    assert bundle.mapping.rules["swipe"] == (Rule("pause"),)
+    assert bundle.card["added"] == ["tap from 2 examples", "swipe again"]
+    assert again.recognised["tap"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_new_gesture_is_learned_beside_the_others() -> None:
+    bundle, _, known = opened(file_of(unlearn.learn(DATA, examples("swipe", (10, 16)), "hold")))
+    assert unlearn.taught_labels(bundle, known) == ("swipe",)
+    assert bundle.mapping.command("swipe", None) == "hold"
+
+
+def test_progress_rises_to_the_end() -> None:
+    shares: list[float] = []
+    unlearn.learn(DATA, examples("swipe", (10, 16)), progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_a_command_is_changed_and_nothing_else() -> None:
+    made = unlearn.set_command(DATA, "pinch", "hold")
+    bundle, before = bundles.parse(file_of(made)), bundles.parse(DATA)
+    assert bundle.mapping.rules == {**before.mapping.rules, "pinch": (Rule("hold"),)}
+    assert bundle.settings == before.settings
+    silent = bundles.parse(file_of(unlearn.set_command(DATA, "pinch", "")))
+    assert silent.mapping.command("pinch", None) is None
+
+
+def test_two_changes_in_a_row_are_never_the_same_file() -> None:
+    there = file_of(unlearn.counted(unlearn.set_command(DATA, "pinch", "hold")))
+    back = unlearn.counted(unlearn.set_command(there, "pinch", "drop"))
+    assert bundles.parse(file_of(back)).card["changes"] == 2
+
+
+@pytest.mark.parametrize("label", ["press", "null", "jump"])
+def test_only_what_was_taught_can_be_forgotten(label: str) -> None:
+    with pytest.raises(AdaptError, match="no gesture that was taught"):
+        adapt.forget(taught(), label)
+
+
+def test_a_bundle_of_an_older_version_knows_no_way_back() -> None:
+    _, parts, known = opened(taught())
+    assert known.origin is not None
+    known = type(known)(known.images, known.label, known.first, known.taught, known.base,
+                        known.pace, known.noise)  # fmt: skip
+    content = {**bundles.content(parts), bundles.REHEARSAL: known.pack()}
+    with pytest.raises(AdaptError, match="controller rollback"):
+        adapt.forget(bundles.assembled(parts[bundles.MANIFEST], content), "swipe")

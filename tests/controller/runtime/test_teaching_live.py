@@ -1,0 +1,142 @@
+"""A player without hardware teaches a swipe with the mouse, over a real link to a virtual orb."""
+
+import random
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from controller.protocol.messages import Telemetry
+from controller.protocol.teaching import DONE, Vocabulary
+from host.connection.receiver import Connected, Delivered, Lost, Receiver, Stale
+from host.connection.virtual_orb import VirtualOrbProcess
+from host.gestures import Lessons, Trial
+from host.ui.pointer_input import PointerInput
+
+PATIENCE_S = 120.0
+AFTER_S = 1.0  # between two swipes
+RATE_HZ = 10.0
+
+
+class Player:
+    """A host with a mouse, without a window."""
+
+    def __init__(self) -> None:
+        self.orb = VirtualOrbProcess(3, ("--rate", f"{RATE_HZ:g}"))
+        self.receiver = Receiver(self.orb.open, token=self.orb.token)
+        self.lessons, self.pointer = Lessons(first=100), PointerInput()
+        self.trial = Trial("swipe")
+        self.interrupted: list[Lost | Stale] = []
+        self.labels: tuple[str, ...] = ()
+        self.ready = False
+        self.rng = random.Random(1)
+        self.receiver.connect()
+
+    def turn(self) -> None:
+        now_s = time.monotonic()
+        contacts = self.pointer.update(now_s)
+        for request in [*([contacts] if contacts else []), *self.lessons.outgoing()]:
+            self.receiver.send(request)
+        self.receiver.wait(0.01)
+        for item in self.receiver.poll():
+            if isinstance(item, Connected):
+                self.lessons.connected()
+                self.labels = item.welcome.labels
+            elif isinstance(item, Lost | Stale):
+                self.interrupted.append(item)
+            elif isinstance(item, Delivered):
+                self.lessons.take(item.message)
+                self.trial.take(item.message, now_s)
+                if isinstance(item.message, Vocabulary):
+                    self.labels = item.message.labels
+                if isinstance(item.message, Telemetry):
+                    self.ready = item.message.ready
+                    assert len(item.message.probabilities) == len(self.labels)
+
+    def wait(self, condition: Callable[[], object]) -> None:
+        end_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            self.turn()
+            assert time.monotonic() < end_s, "it did not come true"
+
+    def rest(self, seconds: float) -> None:
+        end_s = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() >= end_s)
+
+    def swipe(self) -> None:
+        """Drag one finger from left to right in about 0.6 s."""
+        y, seconds = 2.0 + self.rng.uniform(-0.3, 0.3), 0.6 * self.rng.uniform(0.9, 1.1)
+        start_s = time.monotonic()
+        self.pointer.press(0.2, y, start_s)
+        self.trial.touch(True, start_s)
+        while (passed_s := time.monotonic() - start_s) < seconds:
+            self.pointer.move(0.2 + 3.6 * passed_s / seconds, y)
+            self.turn()
+        self.pointer.release()
+        self.trial.touch(False, time.monotonic())
+
+    def example(self) -> None:
+        number = self.lessons.begin_example("swipe")
+        self.turn()
+        self.swipe()
+        self.lessons.end_example()
+        self.wait(lambda: number in self.lessons.examples)
+        assert self.lessons.examples[number].felt
+        self.rest(0.3)
+
+    def outcome(self) -> int:
+        self.wait(lambda: not self.lessons.busy)
+        assert self.lessons.status is not None
+        return self.lessons.status.state
+
+
+@pytest.fixture
+def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Player]:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    player = Player()
+    player.wait(lambda: player.ready and len(player.lessons.infos) == 4)
+    try:
+        yield player
+    finally:
+        player.receiver.close()
+        player.orb.close()
+
+
+@pytest.mark.slow
+def test_a_swipe_is_taught_understood_and_undone(player: Player) -> None:
+    for _ in range(5):
+        player.example()
+    player.lessons.learn("swipe", "hold")
+    assert player.outcome() == DONE
+    assert player.labels[-1] == "swipe"
+    assert min(player.lessons.kept.values()) > 0.9
+    player.trial = Trial("swipe")
+    for _ in range(5):
+        player.swipe()
+        player.rest(AFTER_S)
+    assert len(player.trial.heard) == 5
+    assert player.trial.understood >= 4
+    player.lessons.undo()
+    assert player.outcome() == DONE
+    assert "swipe" not in player.labels
+    assert player.interrupted == []
+
+
+@pytest.mark.slow
+def test_a_killed_orb_has_all_examples_and_the_old_bundle_or_the_new_one(player: Player) -> None:
+    for _ in range(2):
+        player.example()
+    player.lessons.learn("swipe", "hold")
+    player.turn()
+    assert player.orb.process is not None
+    player.orb.process.kill()
+    player.wait(lambda: player.interrupted)
+    player.wait(lambda: player.lessons.vocabulary is None)
+    player.wait(lambda: len(player.lessons.of("swipe")) == 2)  # it has started again
+    player.lessons.learn("swipe", "hold")
+    assert player.outcome() == DONE
+    player.orb.process.kill()
+    player.wait(lambda: player.lessons.vocabulary is None)
+    player.wait(lambda: "swipe" in player.lessons.infos)
+    assert player.lessons.infos["swipe"].examples == 2

@@ -1,0 +1,123 @@
+"""The host's side of teaching: what the orb said, what is to be sent, and how a trial went."""
+
+from controller.protocol.messages import Command, Telemetry
+from controller.protocol.teaching import (
+    DONE,
+    LEARNING,
+    Describe,
+    ExampleDrop,
+    ExampleEnd,
+    ExampleStart,
+    ExampleTaken,
+    Forget,
+    GestureInfo,
+    Learn,
+    LearnStatus,
+    Vocabulary,
+)
+from host.gestures import Lessons, Trial
+
+BEFORE = Vocabulary(("null", "press"), ("left",), "", False, 0, "/data")
+AFTER = Vocabulary(("null", "press", "swipe"), ("left", "hold"), "mine", True, 1, "/data")
+
+
+def taken(number: int, label: str = "swipe", *, felt: bool = True) -> ExampleTaken:
+    return ExampleTaken(number, label, felt, "" if felt else "nothing touched the orb", 0.4, b"")
+
+
+def held(label: str) -> Telemetry:
+    return Telemetry(1, b"", (), None, label, True, 40.0)
+
+
+def test_a_gesture_is_taught_and_forgotten() -> None:
+    lessons = Lessons(first=7)
+    lessons.connected()
+    assert lessons.outgoing() == [Describe()]
+    lessons.take(BEFORE)
+    assert lessons.begin_example("swipe") == 7
+    lessons.end_example()
+    assert lessons.outgoing() == [ExampleStart(7, "swipe"), ExampleEnd(7, True)]
+    assert lessons.waiting == {7}
+    lessons.take(taken(7))
+    assert [one.number for one in lessons.of("swipe")] == [7]
+    lessons.learn("swipe", "hold")
+    assert lessons.outgoing() == [Learn("swipe", "hold", "none", False, "")]
+    assert lessons.busy
+    lessons.take(AFTER)
+    lessons.take(GestureInfo("swipe", "swipe", True, 1, b"", ()))
+    lessons.take(LearnStatus(DONE, 1.0, "learned", (1.0, 0.9, 1.0)))
+    assert not lessons.busy
+    assert lessons.kept == {"press": 0.9, "swipe": 1.0}
+    lessons.forget("swipe")
+    lessons.take(BEFORE)
+    assert lessons.outgoing() == [Forget("swipe")]
+    assert lessons.infos == {}
+    assert lessons.of("swipe") == []
+
+
+def test_examples_that_wait_on_the_orb_come_again_and_numbers_go_on_after_them() -> None:
+    lessons = Lessons()
+    lessons.take(taken(30))
+    lessons.take(taken(31, felt=False))
+    assert [one.number for one in lessons.of("swipe")] == [30]
+    assert lessons.begin_example("swipe") == 32
+
+
+def test_an_example_is_thrown_away_before_its_end_or_after() -> None:
+    lessons = Lessons()
+    lessons.begin_example("swipe")
+    lessons.begin_example("swipe")  # the first one was a mistake
+    assert lessons.outgoing() == [
+        ExampleStart(1, "swipe"), ExampleEnd(1, False), ExampleStart(2, "swipe")
+    ]  # fmt: skip
+    lessons.end_example()
+    lessons.take(taken(2))
+    lessons.drop(2)
+    assert lessons.outgoing() == [ExampleEnd(2, True), ExampleDrop(2)]
+    assert lessons.of("swipe") == []
+
+
+def test_an_example_that_the_orb_ended_is_not_open_any_more() -> None:
+    lessons = Lessons()
+    number = lessons.begin_example("swipe")
+    lessons.take(taken(number, felt=False))
+    assert lessons.open is None
+    lessons.outgoing()
+    lessons.end_example()
+    assert lessons.outgoing() == []
+
+
+def test_progress_is_not_an_outcome() -> None:
+    lessons = Lessons()
+    lessons.undo()
+    lessons.take(LearnStatus(LEARNING, 0.5, "learning"))
+    assert lessons.busy
+    assert lessons.kept == {}
+
+
+def test_a_trial_counts_what_was_understood_and_what_it_was_taken_for() -> None:
+    trial = Trial("swipe")
+    for second, label in enumerate(("swipe", "press", "", "swipe")):
+        trial.touch(True, second)
+        trial.take(held(label), second + 0.1)
+        trial.take(held(""), second + 0.2)
+        trial.touch(False, second + 0.2)
+        trial.advance(second + 0.9)
+        assert len(trial.heard) == second
+    trial.advance(9.0)
+    assert trial.heard == ["swipe", "press", "", "swipe"]
+    assert trial.understood == 2
+    assert trial.confused == [("press", 1), ("", 1)]
+
+
+def test_an_answer_may_come_after_the_touch_and_two_taps_are_one_attempt() -> None:
+    trial = Trial("double_tap")
+    for start in (0.0, 0.25):
+        trial.touch(True, start)
+        trial.touch(False, start + 0.1)
+    trial.take(Command("hold", "double_tap", 0.9, None, 1), 0.6)
+    trial.advance(2.0)
+    assert trial.heard == ["double_tap"]
+    trial.take(held("press"), 3.0)  # nothing was touched
+    trial.advance(9.0)
+    assert trial.heard == ["double_tap"]
