@@ -18,13 +18,15 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
     """Return what the window shows: the screen, its items with their places, the orb."""
     screen, orb = app.stage.screen, app.orb
     seen: dict[str, Any] = {
-        "screen": type(screen).__name__, "title": "", "notice": "", "items": {},
+        "screen": type(screen).__name__, "title": "", "notice": "", "items": {}, "table": [],
         "link": orb.link, "ready": orb.ready, "labels": orb.labels,
         "gestures": app.gestures, "size": pygame.display.get_window_size(),
     }  # fmt: skip
     if isinstance(screen, MenuScreen):
         menu = screen.menu
         seen |= {"title": menu.title, "notice": menu.notice}
+        seen["values"] = [item.value for item in menu.items]
+        seen["table"] = [list(row.cells) for row in menu.table]
         left, top = app.dock.game.topleft
         for spot in screen.spots:
             if spot.number < len(menu.items):
