@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
 
@@ -122,8 +123,15 @@ def paired() -> list[str]:
     ]
 
 
-def _by_deadline(calls: Sequence[Callable[[], Result]], seconds: float) -> list[Result | None]:
-    """Call functions at once, on threads; return their results, None for those that hang."""
+def _by_deadline(
+    calls: Sequence[Callable[[], Result]],
+    seconds: float,
+    each: Callable[[Result], object] = lambda result: None,
+) -> list[Result | None]:
+    """Call functions at once, on threads; return their results, None for those that hang.
+
+    `each` is called with every result as it comes.
+    """
     done: queue.SimpleQueue[tuple[int, Result]] = queue.SimpleQueue()
     for number, call in enumerate(calls):
 
@@ -137,6 +145,7 @@ def _by_deadline(calls: Sequence[Callable[[], Result]], seconds: float) -> list[
         for _ in calls:
             number, result = done.get(timeout=max(end_s - time.monotonic(), 0.0))
             results[number] = result
+            each(result)
     except queue.Empty:
         pass
     return results
@@ -145,10 +154,19 @@ def _by_deadline(calls: Sequence[Callable[[], Result]], seconds: float) -> list[
 # --- asking them ---
 
 
-def ask_all(ports: Iterable[Port], *, deadline_s: float = DEADLINE_S) -> list[Answer]:
-    """Ask every port once, all by one deadline; return the answers in that order."""
+def ask_all(
+    ports: Iterable[Port],
+    *,
+    deadline_s: float = DEADLINE_S,
+    each: Callable[[Answer], object] = lambda answer: None,
+) -> list[Answer]:
+    """Ask every port once, all by one deadline; return the answers in that order.
+
+    `each` is called with every answer as it comes.
+    """
     asked = list({port.url: port for port in ports}.values())
-    answers = _by_deadline([lambda port=port: ask(port) for port in asked], deadline_s)  # type: ignore[misc]
+    calls: list[Callable[[], Answer]] = [partial(ask, port) for port in asked]
+    answers = _by_deadline(calls, deadline_s, each)
     return [
         answer or Answer(port.url, "stuck", f"{port.url} hangs for longer than {deadline_s:g} s")
         for port, answer in zip(asked, answers, strict=True)
@@ -223,18 +241,35 @@ def claiming(answers: list[Answer], device_id: str) -> list[str]:
     return [a.url for a in answers if a.outcome == "orb" and a.device_id == device_id]
 
 
+def remarks(answers: list[Answer]) -> list[str]:
+    """Return a sentence for every port that is no orb, and for identities that are there twice."""
+    lines = [answer.why for answer in answers if answer.outcome != "orb"]
+    for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
+        claims = claiming(answers, device_id)
+        if len(claims) > 1:
+            lines.append(
+                f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "
+                "name the one that you mean with --link"
+            )
+    return lines
+
+
 class DevicePort:
     """Opens the port of one device: pass `open` to a Receiver, and subscribe `on_received` to it.
 
     Its `url` is where the device was last.
     """
 
-    def __init__(self, words: str, memory: DeviceStore, key: str = "") -> None:
+    def __init__(self, words: str, memory: DeviceStore, key: str = "", *, at: str = "") -> None:
         """Look for a device by its identity or name; LinkError if it is nowhere, or means several.
 
-        `key` is the file with its key; "": the one that is remembered, if any.
+        `key` is the file with its key; "": the one that is remembered, if any. With `at`, its port,
+        `words` are its identity, and it is looked for only when `open` does not find it there.
         """
         self._memory, self._key = memory, key
+        self.device_id, self.url = words, at
+        if at:
+            return
         answer = self._seek(words)
         self.device_id, self.url = answer.device_id, answer.url
 

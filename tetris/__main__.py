@@ -10,6 +10,9 @@ def main(argv: list[str] | None = None) -> int:
 
         return cli.run(argv)
     except KeyboardInterrupt:
+        # If it came while a data class was made, Python would end by the signal instead of with
+        # our status. Executing another text makes it forget that.
+        exec("")
         return 130  # what shells expect
 
 

@@ -5,11 +5,13 @@ import errno
 import json
 import os
 import secrets
+import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final, NoReturn
 
 from tetris.bots import BOTS, STRONGEST
@@ -70,17 +72,33 @@ def _play(options: argparse.Namespace) -> int:
         return _film(options)
     if options.headless:
         return _check(options) if options.replay else _play_unseen(options)
-    # Imported here, because a headless game needs neither pygame nor the time it takes.
-    from tetris.window.app import Start, play
+    app = _window()
     from tetris.window.display import DisplayError
 
     if options.replay:
         load(options.replay)  # refused here, in a sentence, rather than in a window
     try:
-        game = play(Start(options.mode, options.seed, options.level, options.bot, options.replay))
+        game = app.play(
+            app.Start(options.mode, options.seed, options.level, options.bot, options.replay)
+        )
     except DisplayError as error:
         return complain(f"{error}; without one, play with --headless --bot", 1)
     return 0 if game is None else _report(game, options.json)
+
+
+def _window() -> ModuleType:
+    """Import and return tetris.window.app: a headless game needs neither pygame nor the time.
+
+    Ctrl+C exits at once meanwhile, as pygame makes another error of a KeyboardInterrupt.
+    """
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not so under nohup
+    if ours:
+        signal.signal(signal.SIGINT, lambda *_: os._exit(130))
+    from tetris.window import app
+
+    if ours:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    return app
 
 
 def _play_unseen(options: argparse.Namespace) -> int:

@@ -37,8 +37,10 @@ def config_folder() -> Path:
 # -- reading -----------------------------------------------------------------------------------
 
 
-def read_bytes(path: Path, limit_bytes: int) -> bytes:
+def read_bytes(path: Path, limit_bytes: int, *, cut: bool = False) -> bytes:
     """Return the content of a regular file. Pipes and devices are refused: they may never end.
+
+    With `cut`, what is beyond the limit is left out.
 
     Raises:
         OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
@@ -53,9 +55,9 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
             data = file.read(limit_bytes + 1)
     finally:
         os.close(handle)
-    if len(data) > limit_bytes:
+    if len(data) > limit_bytes and not cut:
         raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
-    return data
+    return data[:limit_bytes]
 
 
 # -- writing -----------------------------------------------------------------------------------

@@ -194,12 +194,19 @@ class _Timing:
 
 def load(path: Path, outputs: Outputs) -> KeyMap:
     """Return a shipped mapping, "keyboard" or "gamepad", or a file's; KeyMapError if it fails."""
+    return read(path, outputs)[1]
+
+
+def read(path: Path, outputs: Outputs) -> tuple[dict[str, Any], KeyMap]:
+    """Return a mapping as the table of its file, too; otherwise as `load`."""
     text = ""
     try:
         if str(path) in _SHIPPED:
-            return parse(_shipped(_SHIPPED[str(path)], outputs), outputs)
-        text = read_text(path, MAX_BYTES)
-        return parse(parse_toml(text), outputs)
+            table = _shipped(_SHIPPED[str(path)], outputs)
+        else:
+            text = read_text(path, MAX_BYTES)
+            table = parse_toml(text)
+        return table, parse(table, outputs)
     except OSError as error:
         found = f"cannot read {path}: {reason(error)}; {outputs.advice}"
     except ConfigError as error:

@@ -266,6 +266,6 @@ def summary(tally: ExampleCounts) -> list[str]:
         if tally.before:
             line += f", {have + tally.before.get(label, 0)} in all"
         if (understood := tally.understood(label)) is not None and understood[1]:
-            line += f"; the present model understood {understood[0]} of {understood[1]}"
+            line += f"; {understood[0]} of {understood[1]} understood by the present model"
         lines.append(line)
     return lines

@@ -1,16 +1,31 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
+import math
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, Contact, Message, Report, State, UploadStatus
+from controller.protocol.messages import (
+    Command,
+    Contact,
+    Message,
+    Report,
+    State,
+    Telemetry,
+    UploadStatus,
+)
 from controller.protocol.teaching import Vocabulary
+from host.app.lab_data import LabData
 from host.app.layout import Dock
+from host.app.orbs import Orbs
+from host.app.programs import Programs
 from host.app.screen import OrbScreen
+from host.app.screens.lab import LabScreen
+from host.app.screens.orbs import OrbsScreen
 from host.app.screens.teach import TeachScreen
 from host.app.screens.teach_page import Course
 from host.connection.latency import EndToEndLatency
@@ -39,6 +54,7 @@ _MOUSE: Final = (
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
+_LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
@@ -65,6 +81,9 @@ class OrbApp(Target):
         super().__init__()
         self.ghost: tuple[Contact, ...] = ()
         self.zones, self.note = False, ""
+        self.orbs: Orbs | None = None  # set by a program that can change the orb
+        self.programs, self.lab = Programs(), LabData()
+        self._behind = False  # whether another window has the focus
         self.dock = Dock.of(SIZE)
         self.game = App(
             pygame.Surface(self.dock.game.size),
@@ -82,6 +101,7 @@ class OrbApp(Target):
         self._paused: Screen | None = None  # the menu of a pause that the link made
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
+        self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
 
@@ -117,12 +137,28 @@ class OrbApp(Target):
         """Return what the title page offers about the orb."""
         words = stage.look.words
         teach = Item(words("menu.teach"), self._teach, hint=words("teach.hint"))
-        return (teach,)
+        if self.orbs is None:
+            return [teach]
+        show = partial(
+            OrbsScreen, stage, self, self.orbs, self.programs, LabScreen(stage, self, self.lab)
+        )
+        orbs = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
+        return [teach, orbs]
 
     def _teach(self) -> None:
         lessons = Lessons(first=int(time.time()))  # no example before had this number
         course = Course(self.stage, self, lessons, self.game.play)
         self.stage.push(TeachScreen(course))
+
+    def _show_lab(self) -> None:
+        """Show the lab over a paused game, or leave it."""
+        stage, screen = self.stage, self.stage.screen
+        if isinstance(screen, LabScreen):
+            screen.leave()
+            return
+        if isinstance(screen, PlayScreen):
+            screen.pause()
+        stage.push(LabScreen(stage, self, self.lab))
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -131,6 +167,13 @@ class OrbApp(Target):
         self._now_s = now_s
         for item in received:
             self._take(item, now_s)
+        if self.orbs is not None:
+            self.orbs.tick(now_s, received)
+        self.programs.tick(now_s, received, behind=self._behind)
+        if now_s >= self._long_s:
+            self._long_s = math.inf
+            if isinstance(self.stage.screen, PlayScreen):
+                self.game.act(Action.PAUSE)
         repeats = self._gestures.poll(now_s)
         lowering = [Action.DOWN] if self._gestures.soft_drop(now_s) else []
         self.game.hold(lowering, repeats)
@@ -144,6 +187,7 @@ class OrbApp(Target):
         match item:
             case Connected(welcome=welcome):
                 self.correcting.labels = welcome.labels
+                self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
                 self._go_on(now_s)
             case Stale() | Lost() | Refused():
@@ -155,13 +199,19 @@ class OrbApp(Target):
 
     def _deliver(self, message: Message, now_s: float) -> None:
         screen = self.stage.screen
+        elsewhere = self.programs.on and self._behind
         match message:
+            case Command() | State() if elsewhere:
+                pass
+            case Telemetry():
+                self.lab.step(message, now_s)
             case Command():
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
                     self.game.act(action)
             case State():
                 self._gestures.hold(message.pressed, now_s)
+                self._long_s = now_s + _LONG_S if "drop" in message.pressed else math.inf
             case UploadStatus():
                 self.correcting.answer(message, now_s)
             case Vocabulary(labels=labels):
@@ -200,6 +250,10 @@ class OrbApp(Target):
                 self._waiting = event.key
             case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
                 self.touch.hold_two(event.type == pygame.KEYDOWN)
+            case pygame.KEYDOWN if event.key == pygame.K_F2:
+                self._show_lab()
+            case pygame.KEYDOWN if self.programs.hot_key(pygame.key.name(event.key)):
+                pass
             case pygame.KEYDOWN:
                 self._act()
                 self._events.append(event)
@@ -212,6 +266,8 @@ class OrbApp(Target):
             case kind if kind in _FINGERS:
                 self._touch(event, now_s)
             case _:
+                if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
+                    self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
                     self._waiting = 0
                     self.touch.lift_all()
@@ -271,6 +327,8 @@ class OrbApp(Target):
         words = self.stage.look.words
         if message := self.correcting.told(self._now_s):
             return message
+        if self.programs.on:
+            return words("programs.armed" if self.programs.armed else "programs.disarmed")
         if not self._touchable:
             return ""
         if self.touch.two_fingers:
@@ -282,7 +340,9 @@ class OrbApp(Target):
         pace = hops.pace
         if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
             self.orb.hops, self.orb.period_ms = tuple(hops.digest()), pace.period_ms
+            self.orb.missed = pace.missed
 
     def close(self) -> None:
         """Let go of the devices."""
+        self.programs.stop()
         self.game.close()

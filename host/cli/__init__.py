@@ -13,7 +13,7 @@ VERBS: Final = {
     "pair": ("host.cli.pair", "pair with an orb over Bluetooth"),
     "install": ("host.cli.install", "send an orb a new bundle"),
 }
-_PLAY: Final = "host.cli.play"  # without a verb
+PLAY: Final = ("host.cli.play", "play with an orb, or with a virtual one")  # without a verb
 
 
 def command(words: Sequence[str]) -> int:
@@ -35,5 +35,5 @@ def _found(words: list[str]) -> tuple[str, list[str]]:
     if first in VERBS:
         return VERBS[first][0], words[1:]
     if first.startswith("-"):
-        return _PLAY, words
+        return PLAY[0], words
     raise unknown_command("host", first, VERBS, f"a port is named with --link {first}")

@@ -62,24 +62,33 @@ class DeviceDefaults:
         `options` are complete; `seeker` knows the port, where --device named the orb.
         """
         self._memory, self._options, self._target = memory, options, target
-        self._seeker = seeker
+        self._seeker = self._named = seeker
         self._device_id = ""
 
     def on_received(self, received: Sequence[Received]) -> None:
-        """Note the device that has connected, and its port."""
+        """Note the device that has connected, and its port; LinkError if it is another one."""
+        if self._named is not None:
+            self._named.on_received(received)
         for news in received:
-            if isinstance(news, Connected) and news.welcome.device_id:
+            at = self._seeker.url if self._seeker else self._options.link
+            if isinstance(news, Connected) and news.welcome.device_id and at:
                 self._device_id = news.welcome.device_id
                 self._memory.remember(
                     self._device_id,
                     name=news.welcome.name,
                     virtual=news.welcome.virtual,
-                    port=self._seeker.url if self._seeker else self._options.link,
+                    port=at,
                     seen=now(),
                     target=self._options.target,
                     keys=_path(self._options.mapping),
                     key=_path(self._options.key),
                 )
+
+    def moved(self, seeker: DevicePort | None, key: str) -> None:
+        """Note the orb that is chosen while the program runs; None: our own, which is not noted."""
+        self.close()
+        self._device_id, self._seeker, self._named = "", seeker, None
+        self._options.link, self._options.key = None, Path(key) if key else None
 
     def close(self) -> None:
         """Note how it was left."""

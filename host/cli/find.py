@@ -42,7 +42,7 @@ def main(argv: list[str]) -> int:
         print(json.dumps({"devices": found, "answers": told}))
     else:
         _print(found)
-    for line in remarks(answers):
+    for line in discovery.remarks(answers):
         _warn(line)
     if not ports:
         _warn(_NOTHING)
@@ -63,19 +63,6 @@ def rows(answers: list[Answer], known: list[KnownDevice]) -> list[dict[str, str]
         dict(zip(_TITLES, (device, name, "virtual" if virtual else "orb", port, seen), strict=True))
         for device, name, virtual, port, seen in devices
     ]
-
-
-def remarks(answers: list[Answer]) -> list[str]:
-    """Return a sentence for every port that is no orb, and for identities that are there twice."""
-    lines = [answer.why for answer in answers if answer.outcome != "orb"]
-    for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
-        claims = discovery.claiming(answers, device_id)
-        if len(claims) > 1:
-            lines.append(
-                f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "
-                "name the one that you mean with --link"
-            )
-    return lines
 
 
 def _forget(memory: DeviceStore, words: str) -> int:

@@ -11,23 +11,17 @@ from pathlib import Path
 from typing import Final
 
 from controller import errors
-from controller.errors import TROUBLE, UserError, reason
-from controller.files import read_bytes
+from controller.errors import TROUBLE
 from controller.protocol import psk
 from controller.protocol.link_events import Received
 from controller.protocol.messages import Message
-from host.connection.bundle_upload import BundleUpload
+from host.connection.bundle_upload import BundleUpload, load, outcome
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import MessageLink, Receiver, ever_connected
 from host.connection.transport import open_transport
 from host.discovery import DevicePort
 
-MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest wait for messages
-
-
-class FileError(UserError, ValueError):
-    """The file cannot be sent; the message says why, in one sentence."""
 
 
 def main(argv: list[str]) -> int:
@@ -86,12 +80,6 @@ def delivery(
     return take
 
 
-def outcome(upload: BundleUpload) -> str:
-    """Return the sentence about an upload that is over."""
-    declined = upload.stage == "declined"
-    return f"the orb does not take it: {upload.told}" if declined else upload.told
-
-
 def _show(upload: BundleUpload, before: str) -> str:
     """Print the state if it has changed: on a terminal over the last one, in a log one a line."""
     terminal, words = sys.stderr.isatty(), str(upload.stage)
@@ -113,17 +101,6 @@ def _receiver(options: argparse.Namespace) -> Receiver:
         path = Path(known.key) if path is None and known.key else path
         opening = seeker.open
     return Receiver(opening, key=b"" if path is None else psk.read(path))
-
-
-def load(path: Path) -> BundleUpload:
-    """Return the upload of a file; FileError if it cannot be read, or is no bundle by its size."""
-    try:
-        data = read_bytes(path, MOST)
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {reason(error)}; name a bundle") from None
-    if not data:
-        raise FileError(f"{path} is empty; name a bundle")
-    return BundleUpload(path.name, data)
 
 
 def _parser() -> argparse.ArgumentParser:

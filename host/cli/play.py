@@ -7,6 +7,7 @@ import math
 import secrets
 import signal
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import pygame
@@ -18,6 +19,7 @@ from controller.protocol.link_events import Connected
 from host import taps, targets
 from host import window_loop as loop
 from host.app.application import SIZE, OrbApp
+from host.app.orbs import Orbs
 from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
@@ -60,6 +62,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
     with ExitStack() as stack:
         for number in _ends():
             stack.callback(signal.signal, number, signal.signal(number, _end))
+        own: VirtualOrbProcess | None = None
         seeker = remembering.seek(options, memory)
         key = b"" if options.key is None else psk.read(options.key)
         wish = TargetOptions(
@@ -77,16 +80,23 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         stack.callback(receiver.close)
         for worker in workers:
             receiver.subscribe(worker.hear)
-        if seeker is not None:
-            receiver.subscribe(seeker.on_received, Connected)
         target, surface = _open(options, wish)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
-        if options.link is not None or seeker is not None:
-            noted = remembering.DeviceDefaults(memory, options, target, seeker)
-            stack.callback(noted.close)
-            receiver.subscribe(noted.on_received, Connected)
-        else:
+        noted = remembering.DeviceDefaults(memory, options, target, seeker)
+        stack.callback(noted.close)
+        receiver.subscribe(noted.on_received, Connected)
+        if own is not None:
             remembering.offer(memory, _warn)
+        if isinstance(target, OrbApp):
+            target.orbs = orbs = Orbs(
+                receiver,
+                memory,
+                partial(VirtualOrbProcess, seed, options.orb),
+                own=own,
+                where=lambda: seeker.url if seeker else options.link or "",
+                moved=noted.moved,
+            )
+            stack.callback(orbs.close)
         if options.install is not None:
             upload = install.load(options.install)
             receiver.subscribe(install.delivery(upload, receiver.send, announce=True))

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Final, Literal
 
+from controller.errors import UserError, reason
+from controller.files import read_bytes
 from controller.protocol.codec import fitted
 from controller.protocol.link_events import Connected, Delivered, Lost, Received
 from controller.protocol.messages import (
@@ -20,6 +23,7 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 
+MOST: Final = 64 << 20  # bytes; an orb takes no more
 AHEAD: Final = 16  # pieces under way
 PATIENCE_S: Final = 1.0  # without an answer: what was under way is sent again
 REPEATS: Final = 30  # without progress, then it is given up
@@ -28,6 +32,10 @@ PROOFS: Final = 3  # begun, without an outcome; then it is given up as well
 NO_OUTCOME: Final = "it did not say what became of it; look at its log, and send it once more"
 
 Stage = Literal["waiting", "sending", "proving", "in use", "declined"]
+
+
+class FileError(UserError, ValueError):
+    """The file cannot be sent; the message says why, in one sentence."""
 
 
 class BundleUpload:
@@ -120,3 +128,20 @@ class BundleUpload:
             if send(UploadChunk(self._next, piece)) is False:
                 return
             self._next += len(piece)
+
+
+def load(path: Path) -> BundleUpload:
+    """Return the upload of a file; FileError if it cannot be read, or is no bundle by its size."""
+    try:
+        data = read_bytes(path, MOST)
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {reason(error)}; name a bundle") from None
+    if not data:
+        raise FileError(f"{path} is empty; name a bundle")
+    return BundleUpload(path.name, data)
+
+
+def outcome(upload: BundleUpload) -> str:
+    """Return the sentence about an upload that is over."""
+    declined = upload.stage == "declined"
+    return f"the orb does not take it: {upload.told}" if declined else upload.told

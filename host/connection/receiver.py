@@ -18,7 +18,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from controller.errors import count
 from controller.links.base import RequestQueue
@@ -67,8 +67,16 @@ def ever_connected(received: Sequence[Received], before: bool) -> bool:
     for item in received:
         if isinstance(item, Refused) and not before:
             raise LinkError(item.reason)
-        before = before or isinstance(item, Connected)
+        before = before or isinstance(item, Connected | Lost)  # Lost: another orb was chosen
     return before
+
+
+class _Way(NamedTuple):
+    """Way to a device: the arguments of `Receiver`."""
+
+    open: Callable[[], Transport]
+    token: str
+    key: bytes
 
 
 class Receiver:
@@ -101,14 +109,15 @@ class Receiver:
         self.state = "connecting"
         self.bytes_received = self.bytes_sent = 0
         self._listeners: list[tuple[Listener, type]] = []
-        self._open = open_transport
-        self._token, self._granted, self._key = token, granted, key
+        self._way = _Way(open_transport, token, key)
+        self._granted = granted
         self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
         self._inbox: RequestQueue[tuple[int, Received]] = RequestQueue()
         self._lock = threading.Lock()  # guards session and transport
         self._session: HostSession | None = None
         self._transport: Transport | None = None
         self._closing = threading.Event()
+        self._hurry = threading.Event()  # ends the pause before the next attempt
         self._failure: BaseException | None = None
         self._refusal = ""  # the last one reported, which is not repeated
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
@@ -143,6 +152,22 @@ class Receiver:
         self.close()
         self._raise_failure()
         raise LinkError(outcome)
+
+    def reopen(
+        self, open_transport: Callable[[], Transport], *, token: str = "", key: bytes = b""
+    ) -> None:
+        """Leave the device, and connect to another one; `poll` returns Lost first.
+
+        The arguments are those of the constructor. An attempt under way is thrown away.
+        """
+        with self._lock:
+            self._way = way = _Way(open_transport, token, key)
+            self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
+            self._refusal = ""
+            if self._transport is not None:
+                self._transport.wake()
+        self._tell([Lost("another orb was chosen")], way)
+        self._hurry.set()
 
     def poll(self) -> list[Received]:
         """Return what is new, oldest first, without waiting."""
@@ -184,6 +209,7 @@ class Receiver:
     def close(self) -> None:
         """Send Bye, and end the thread."""
         self._closing.set()
+        self._hurry.set()
         with self._lock:
             if self._transport is not None:
                 self._transport.wake()
@@ -204,52 +230,54 @@ class Receiver:
                 failures = 0 if self._attempt() else failures + 1
                 seconds = pause_s(failures, random.random())
                 # Also until the program listens again.
-                while not self._closing.wait(seconds) and len(self._inbox) > INBOX // 2:
+                while not self._hurry.wait(seconds) and len(self._inbox) > INBOX // 2:
                     pass
+                self._hurry.clear()
         except BaseException as error:
             self._failure = error  # for the program's own thread, which raises it
-            self._tell([Lost("the receiver's thread has died")])
+            self._tell([Lost("the receiver's thread has died")], self._way)
 
     def _attempt(self) -> bool:
         """Connect, and talk while it lasts; return whether there was a connection."""
+        way = self._way
         try:
-            transport = self._open()
+            transport = way.open()
         except OSError as error:
-            self._tell([Refused(str(error))])
+            self._tell([Refused(str(error))], way)
             return False
-        return self._converse(transport)
+        return self._converse(transport, way)
 
-    def _converse(self, transport: Transport) -> bool:
+    def _converse(self, transport: Transport, way: _Way) -> bool:
         """Talk over an open port until it is over; return whether there was a connection."""
-        session = HostSession(
-            transport.name,
-            secrets.randbelow(0x10000),
-            _now_ms(),
-            token=self._token,
-            granted=self._granted,
-            key=self._key,
-            nonce=secrets.token_bytes(NONCE),
-            past=self.past,
-        )
         with self._lock:
+            session = HostSession(
+                transport.name,
+                secrets.randbelow(0x10000),
+                _now_ms(),
+                token=way.token,
+                granted=self._granted,
+                key=way.key,
+                nonce=secrets.token_bytes(NONCE),
+                past=self.past if way is self._way else None,
+            )
             self._session, self._transport = session, transport
         try:
-            self._listen(session, transport)
+            self._listen(session, transport, way)
         except OSError as error:
             log.info("%s: %s", transport.name, error)
             cut = str(error) if isinstance(error, LinkError) else f"{transport.name} was cut off"
             with self._lock:
                 news = session.cut(cut)
-            self._tell(news)
+            self._tell(news, way)
         finally:
             with self._lock:
                 self._session = self._transport = None
             self._part(session, transport)
         return session.welcomed
 
-    def _listen(self, session: HostSession, transport: Transport) -> None:
-        """Read, answer and report, until the session is over or `close` is called."""
-        while session.state != "over" and not self._closing.is_set():
+    def _listen(self, session: HostSession, transport: Transport, way: _Way) -> None:
+        """Read, answer and report, until the session is over, or `close` or `reopen` is called."""
+        while session.state != "over" and not self._closing.is_set() and way is self._way:
             with self._lock:
                 self._flush(session, transport)
                 wait_ms = session.wait_ms(_now_ms())
@@ -258,13 +286,13 @@ class Receiver:
             with self._lock:
                 now_ms = _now_ms()
                 news = session.receive(data, now_ms) if data else session.tick(now_ms)
-            self._tell(news)
+            self._tell(news, way)
             if session.state in ("live", "stale"):
                 self.state = session.state
             if len(self._inbox) > INBOX:
                 with self._lock:
                     news = session.cut("the program did not listen to the orb any more")
-                self._tell(news)
+                self._tell(news, way)
 
     def _part(self, session: HostSession, transport: Transport) -> None:
         """Send Bye if a session is live, and close the port."""
@@ -280,9 +308,9 @@ class Receiver:
             transport.write(bytes(session.output))
             session.output.clear()
 
-    def _tell(self, news: Iterable[Received]) -> None:
-        """Queue news for `poll`, and log what changes."""
-        for item in news:
+    def _tell(self, news: Iterable[Received], way: _Way) -> None:
+        """Queue news for `poll` unless another way was taken since; log what changes."""
+        for item in news if way is self._way else ():
             if isinstance(item, Connected):
                 log.info("connected to %s, %s", item.welcome.name, item.welcome.device_id)
                 self._refusal = ""

@@ -66,6 +66,7 @@ class OrbState:
     hint: str = ""  # the line below the dome while no gesture is held
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
+    missed: int = 0  # frames that the orb skipped because they were late, since its start
     health: tuple[str, ...] = ()  # what is wrong, worst first; stands in the hint's place
     user: str = ""  # the identified user; "" for none that it knows
     sure: float = 0.0  # how probable that is; 0 where the device knows no users

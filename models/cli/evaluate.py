@@ -93,6 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     content = cards.evaluation(found)
     print(content)
+    for result in results:
+        options.say("\n".join([f"{result.name}:", *map(str, result.verdict)]))
     if arguments.card:
         storage.write_text(arguments.card, f"{content}\n")
     if arguments.json:

@@ -51,7 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     result = train(replace(request, command=_command(request)), options.say)
     if isinstance(result, Training):
         print(cards.headline(result))
-        print("\n".join(f"- {line}" for line in result.advice))
+        verdict = result.gesture.verdict if result.gesture is not None else ()
+        print("\n".join(f"- {line}" for line in (*verdict, *result.advice)))
         follow = f"models tune {request.out} DIR, models evaluate {request.out} DIR"
     else:
         print(cards.users(result))

@@ -21,6 +21,7 @@ from models.data.splits import Split
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs, run
+from models.results import verdict
 from models.results.evaluation import (
     Broken,
     Calibration,
@@ -29,6 +30,7 @@ from models.results.evaluation import (
     Result,
     Row,
 )
+from models.results.verdict import REASONS
 
 Say = Callable[[str], None]
 
@@ -65,6 +67,7 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
     latencies = [t.latencies_s for t in tallies]
     contacts = [t.contact_latencies_s for t in tallies]
     users = sorted({t.user for t in tallies})
+    answered = _total([t.answered for t in tallies])
     groups = [[t for t in tallies if t.user == user] for user in users]
     return Result(
         name=name,
@@ -92,13 +95,14 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
         ),
         frame_accuracy=bootstrap.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
         turn_accuracy=bootstrap.share(*np.array([t.turns for t in tallies]).T),
-        answered=_total([t.answered for t in tallies]),
+        answered=answered,
         named=_total([t.named for t in tallies]),
         classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),
         calibration=_calibration(tallies),
         location=_location(tallies),
         by_session=tuple(_row(t.name, [t]) for t in tallies),
         by_user=tuple(_row(u or "unknown", g) for u, g in zip(users, groups, strict=True)),
+        verdict=verdict.judge(labels, answered, _total([t.unanswered for t in tallies])),
     )
 
 
@@ -182,7 +186,7 @@ def _p95(lists: Sequence[NDArray[np.float64]]) -> float:
 
 
 def _total(matrices: Sequence[Counts]) -> tuple[tuple[int, ...], ...]:
-    """Return the sum of confusion matrices, (classes, classes)."""
+    """Return the sum of tables of counts, all of one shape."""
     return tuple(map(tuple, np.sum(matrices, axis=0).tolist()))
 
 
@@ -190,15 +194,19 @@ def _ratio(top: float, bottom: float) -> float:
     return float(top / bottom) if bottom else np.nan
 
 
-def replay_held_out(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], ...]:
-    """Return the gestures held out of a training by what its bundle answers, (classes, classes).
+def replay_held_out(
+    loaded: Bundle, data: Data, split: Split
+) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...]]:
+    """Return the gestures held out of a training by what its bundle answers, and why not.
 
-    A network may name every gesture rightly while the device misses some: it answers only where the
-    probability rises high enough, and soon enough. Row and column 0 are nothing. Recordings with
-    gestures that the bundle does not answer are left out.
+    The first table is (classes, classes), the second, of those without an answer by reason,
+    (classes, `REASONS`). A network may name every gesture rightly while the device misses some: it
+    answers only where the probability rises high enough, and soon enough. Row and column 0 are
+    nothing. Recordings with gestures that the bundle does not answer are left out.
     """
     networks, labels = Batched(loaded), loaded.labels
-    total = np.zeros((len(labels), len(labels)), dtype=np.int64)
+    answered = np.zeros((len(labels), len(labels)), dtype=np.int64)
+    unanswered = np.zeros((len(labels), len(REASONS)), dtype=np.int64)
     for number, recording in _held(data, split):
         row = data.rows[number]
         if any(count for label, count in row.examples.items() if label not in labels):
@@ -206,10 +214,10 @@ def replay_held_out(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int
         truth = GroundTruth.of(recording, labels, row.path, cast(Choice, row.labeller))
         inputs = network_inputs(recording.frames, loaded.preprocess)
         outputs = networks.probabilities(inputs.windows)
-        total += tally(
-            debounced_stream(truth, inputs, outputs, labels, loaded.debounce), labels
-        ).answered
-    return tuple(tuple(counts) for counts in total.tolist())
+        found = tally(debounced_stream(truth, inputs, outputs, labels, loaded.debounce), labels)
+        answered += found.answered
+        unanswered += found.unanswered
+    return _total([answered]), _total([unanswered])
 
 
 def _held(data: Data, split: Split) -> Iterator[tuple[int, Recording]]:

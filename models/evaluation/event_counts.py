@@ -12,9 +12,13 @@ from controller.recognition.event_metric import TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
 from models.data.ground_truth import GroundTruth
 from models.evaluation.replay import Stream
+from models.results.verdict import REASONS
 
 TURNS: Final = ("twist_cw", "twist_ccw")
 INSIDE_S: Final = 0.2  # from an event's edges: what comes closer may be either
+LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
+RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
+SHORT_S: Final = 0.3
 
 Counts = NDArray[np.int64]  # (classes, classes)
 Index = NDArray[np.int64]  # (n,)
@@ -30,6 +34,7 @@ class Tally:
     idle_minutes: float  # time in which no gesture lasts or may still be answered
     answered: Counts  # events (rows; 0: nothing) by answer (columns; 0: nothing)
     named: Counts  # events by class of the mean probability
+    unanswered: Counts  # events without an answer by reason, (classes, REASONS)
     answers: Index  # answers of each gesture, (classes,)
     wrong: int  # answers with another name than the event's
     duplicates: int  # right answers again
@@ -71,8 +76,11 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
     answers = [a for a in stream.answers if not truth.excluded[_frame(truth, a.time_s)]]
     answered, named = np.zeros((2, classes, classes), dtype=np.int64)
     got, counts = _matched(truth, answers, answered, number)
+    unanswered = np.zeros((classes, len(REASONS)), dtype=np.int64)
     for event, kind in zip(truth.events, got, strict=True):
         answered[number[event.kind], kind] += 1
+        if kind == NULL:
+            unanswered[number[event.kind], _reason(stream, event)] += 1
         named[number[event.kind], _name(stream, event)] += 1
     use = (truth.label != UNKNOWN) & ~truth.excluded
     right = stream.probabilities.argmax(axis=1) == truth.label
@@ -87,6 +95,7 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
         int(idle.sum()) * step_min,
         answered,
         named,
+        unanswered,
         np.bincount([number[a.kind] for a in answers], minlength=classes).astype(np.int64),
         *counts,
         (int(right[use].sum()), int(use.sum())),
@@ -142,6 +151,19 @@ def _name(stream: Stream, event: Event) -> int:
     if not stream.ready[frames].any():
         return NULL
     return NULL + 1 + int(stream.probabilities[frames, NULL + 1 :].mean(axis=0).argmax())
+
+
+def _reason(stream: Stream, event: Event) -> int:
+    """Return why an event has no answer: a position in `REASONS`, as the host's panel gives it."""
+    probabilities = stream.probabilities[_between(stream.truth, event)]
+    *_, second, first = np.sort(np.append(0.0, probabilities[:, NULL + 1 :].max(axis=0)))
+    if 1.0 - probabilities[:, NULL].min() < LIGHT:
+        reason = "too light"
+    elif second > RIVAL * first:
+        reason = "undecided"
+    else:
+        reason = "too short" if event.release_s - event.onset_s < SHORT_S else "unclear"
+    return list(REASONS).index(reason)
 
 
 def _attached(truth: GroundTruth) -> NDArray[np.bool_]:

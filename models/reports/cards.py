@@ -6,7 +6,6 @@ from controller.bundles.bundle import Bundle
 from models.formatting import several
 from models.reports import markdown, tables
 from models.reports.tables import Table
-from models.results import missed_gestures
 from models.results.evaluation import Evaluation
 from models.results.training import Training, UserResult
 
@@ -27,10 +26,10 @@ def evaluation(found: Evaluation) -> str:
         _made(found.card),
         *found.notes,
         markdown.table(tables.figures(found.results)),
-        *missed_gestures.of_all(found.results),
     ]
     for result in found.results:
-        parts += [f"## {result.name}", markdown.table(tables.answered(result))]
+        parts += [f"## {result.name}", _listed(map(str, result.verdict))]
+        parts.append(markdown.table(tables.answered(result)))
         parts.append(markdown.table(tables.gestures(result)))
         if result.users > 1:
             parts.append(markdown.table(tables.sessions("user", result.by_user)))
@@ -53,6 +52,7 @@ def training(loaded: Bundle, found: Training) -> str:
         _listed((*found.how, *found.symmetries)),
         headline(found),
         markdown.table(tables.classes(found)) if found.gesture is not None else "",
+        _listed(map(str, found.gesture.verdict)) if found.gesture is not None else "",
         _listed(found.advice),
         _listed(found.notes),
     ]

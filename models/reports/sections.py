@@ -11,9 +11,10 @@ from markupsafe import Markup
 from models.formatting import count, duration, label, percent, several
 from models.reports import tables
 from models.reports.tables import Table
-from models.results import missed_gestures
+from models.results import verdict
 from models.results.evaluation import Evaluation
 from models.results.training import ENOUGH, SessionRow, Training
+from models.results.verdict import Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,23 +42,32 @@ def without_null(counts: Sequence[Sequence[int]]) -> list[Sequence[int]]:
     return [row[1:] for row in counts[1:]]
 
 
-def answered_rightly(
-    labels: Sequence[str], counts: missed_gestures.Table, on: str
-) -> tuple[str, str, str]:
-    """Return a headline of events by answer, (classes, classes): value, meaning, and who fails."""
-    right, events = missed_gestures.right(counts)
-    failing = [
-        missed_gestures.counts(labels, counts, one) for one in missed_gestures.failing(counts)
-    ]
-    below = "; ".join([f"{count(right)} of {count(events)} {on}", *failing])
-    share = right / events if events else math.nan
-    return percent(share), "of gestures answered rightly", below
+def understood(found: Verdict, on: str) -> tuple[str, str, str]:
+    """Return a headline: share of the events understood, its meaning, counts and worst gesture.
+
+    Nothing but all of them is 100 %.
+    """
+    share, events = verdict.share(found), sum(one.of for one in found)
+    worst = found[0]
+    below = f"{count(sum(one.understood for one in found))} of {count(events)} {on}"
+    if share < 1.0:
+        share = min(share, 0.9999)
+        below += f"; worst: {worst.label}, {worst.understood} of {worst.of}"
+    return percent(share), "of gestures understood", below
 
 
-def advice(trained: Training, judged: Evaluation | None) -> list[str]:
-    """Return the next steps: the advice of the evaluation, then of the training."""
-    advised = missed_gestures.of_all(judged.results) if judged is not None else []
-    return [*advised, *(() if advised and trained.advice == (ENOUGH,) else trained.advice)]
+def verdicts(trained: Training | None, judged: Evaluation | None) -> list[tuple[str, Verdict]]:
+    """Return name and verdict of each set of sessions: of the evaluation, else of the training."""
+    if judged is not None:
+        return [(one.name, one.verdict) for one in judged.results if one.verdict]
+    held = trained.gesture.verdict if trained is not None and trained.gesture is not None else ()
+    return [("in sessions it never saw", held)] if held else []
+
+
+def advice(trained: Training, judged: Evaluation | None) -> Sequence[str]:
+    """Return the next steps that a training advises; there is not enough if a verdict is poor."""
+    failing = any(verdict.poor(found) for _, found in verdicts(trained, judged))
+    return () if failing and trained.advice == (ENOUGH,) else trained.advice
 
 
 def chip(kind: str, text: str) -> Markup:

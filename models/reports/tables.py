@@ -18,7 +18,6 @@ from models.formatting import (
     several,
     share_interval,
 )
-from models.results import missed_gestures
 from models.results.evaluation import Broken, LocationFigures, Result, Row, Tuning
 from models.results.training import ClassRow, Training, UserResult
 
@@ -187,14 +186,15 @@ def honesty(found: Training) -> Table:
     if (gesture := found.gesture) is not None:
         honest = gesture.honesty
         binary = honest.random_binary - honest.unseen_binary
-        right, events = missed_gestures.right(gesture.answered)
+        understood, events = (sum(getattr(one, name) for one in gesture.verdict)
+                              for name in ("understood", "of"))  # fmt: skip
         rows += [
             ["right windows", share_interval(honest.figure), percent(honest.random, 2),
              points(honest.gap)],
             ["right outputs (“binary”)", percent(honest.unseen_binary, 2),
              percent(honest.random_binary, 2), points(binary)],
             ["right events", percent(gesture.event_accuracy, 2), "", ""],
-            ["answered rightly, as in play", f"{right} of {events}", "", ""],
+            ["understood, as in play", f"{understood} of {events}", "", ""],
         ]  # fmt: skip
     if (location := found.location) is not None:
         honest = location.honesty

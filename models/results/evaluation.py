@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from controller.recognition.debounce import DebounceSettings
+from models.results.verdict import Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +116,7 @@ class Result:
     location: LocationFigures | None
     by_session: tuple[Row, ...] = ()  # every session
     by_user: tuple[Row, ...] = ()  # every user
+    verdict: Verdict = ()  # on every gesture, the worst first; empty in files of older versions
 
 
 @dataclass(frozen=True, slots=True)

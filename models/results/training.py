@@ -10,6 +10,7 @@ from typing import Final
 
 from controller.recognition.touch_position import PositionSpread
 from models.results.evaluation import Figure
+from models.results.verdict import Verdict
 
 ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
 
@@ -136,6 +137,9 @@ class GestureResult:
     # events of sessions held out by what the device would answer; row 0: nothing happened, column
     # 0: no answer. (): not measured.
     answered: tuple[tuple[int, ...], ...] = ()
+    # those without an answer by reason, (classes, models/results/verdict.py:REASONS)
+    unanswered: tuple[tuple[int, ...], ...] = ()
+    verdict: Verdict = ()  # on every gesture, the worst first
 
 
 @dataclass(frozen=True, slots=True)

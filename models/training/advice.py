@@ -18,7 +18,7 @@ from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.splits import Index, Parts, Split
 from models.evaluation import scores
-from models.results import missed_gestures
+from models.results import verdict
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
 from models.training.gesture_task import GestureTask
 from models.training.loop import TrainingJob, fit
@@ -60,20 +60,18 @@ def advise(result: Training, job: TrainingJob, *, measured: bool) -> Training:
     if measured and any(held):
         rows = _with_curves(rows, job)
     rows = [null, *(_judged(row, own) for row, own in zip(rows, held[1:], strict=True))]
-    table, commands = result.gesture.answered, job.data.vocabulary.table
-    wrong = missed_gestures.failing(table)
-    for i in wrong:  # what is named rightly may not be answered all the same
-        row = rows[i]
-        little = bool(row.curve) and not row.more and row.event_recall < 1.0 - GOOD
-        words = missed_gestures.advice(result.labels, table, i, more=row.more, little=little)
-        rows[i] = replace(row, advice=words)
+    gesture = _with_verdict(result.labels, result.gesture, rows)
+    table = gesture.answered or gesture.event_confusion
+    failing = {one.label: one.advice for one in gesture.verdict if one.advice}
+    rows = [replace(row, advice=failing.get(row.label, row.advice)) for row in rows]
     lines = [
-        *(rows[i].advice for i in wrong),
-        *(row.advice for i, row in enumerate(rows) if row.more and i not in wrong),
-        *confused(result.labels, result.gesture.event_confusion),
-        *safest(result.labels, table or result.gesture.event_confusion, commands),
+        *(row.advice for row in rows if row.more and row.label not in failing),
+        *confused(result.labels, gesture.event_confusion),
+        *safest(result.labels, table, job.data.vocabulary.table),
     ]
-    return replace(result, classes=tuple(rows), advice=tuple(lines or [ENOUGH]))
+    if not (lines or failing):
+        lines = [ENOUGH]
+    return replace(result, classes=tuple(rows), gesture=gesture, advice=tuple(lines))
 
 
 def needed(examples: float, error: float, slope: float) -> int:
@@ -155,6 +153,21 @@ def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
         precision=_share(windows[number, number], windows[:, number].sum()),
         event_recall=_share(events[number, number], events[number].sum()) if number else math.nan,
     )
+
+
+def _with_verdict(
+    labels: Sequence[str], gesture: GestureResult, rows: Sequence[ClassRow]
+) -> GestureResult:
+    """Return the scores with the verdict: what is named rightly may not be answered all the same.
+
+    More examples are advised as the learning curves tell, if these have been measured.
+    """
+    more = {}
+    for row in rows[1:]:
+        if row.more or (row.curve and row.event_recall < 1.0 - GOOD):
+            more[row.label] = row.more
+    found = verdict.judge(labels, gesture.answered, gesture.unanswered, more)
+    return replace(gesture, verdict=found)
 
 
 def _judged(row: ClassRow, held: int) -> ClassRow:

@@ -103,8 +103,9 @@ class NetworkPlan:
         if result.gesture is not None:
             tried = folder / "tried.orb"
             export.write_bundle(tried, manifest, gesture, location)
-            answered = evaluate.replay_held_out(bundle.read(tried), data, split)
-            result = replace(result, gesture=replace(result.gesture, answered=answered))
+            answered, unanswered = evaluate.replay_held_out(bundle.read(tried), data, split)
+            scores = replace(result.gesture, answered=answered, unanswered=unanswered)
+            result = replace(result, gesture=scores)
             measured = not (request.unmeasured or request.auxiliary)
             if measured:
                 say("measuring how much more examples would help")

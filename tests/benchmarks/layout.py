@@ -35,7 +35,7 @@ from typing import Any, Final
 
 from .results import command_line
 
-PACKAGES: Final = ("controller", "host", "models", "tetris")
+PACKAGES: Final = ("controller", "host", "models", "orbtouch", "tetris")
 STROKES: Final = 12  # frames that press a key, of which the path is taken
 PATIENCE_S: Final = 120.0
 _EMULATED: Final = "controller/sensors/emulated.py"

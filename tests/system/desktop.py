@@ -78,7 +78,8 @@ class Window:
         begun_s = time.monotonic()
         self.process = subprocess.Popen(
             [sys.executable, "-m", "tests.system.window_app", *self.options],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=self.environment,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env=self.environment,
         )  # fmt: skip
         threading.Thread(target=self._read, daemon=True).start()
         self.until(lambda shown: bool(shown), "its first picture")
@@ -138,6 +139,13 @@ class Window:
             self.do("key", name)
             time.sleep(0.06)
 
+    def pad(self, button: str) -> None:
+        """Press a button of a game pad."""
+        assert self.process.stdin
+        self.process.stdin.write(f"{button}\n")
+        self.process.stdin.flush()
+        time.sleep(0.1)
+
     def choose(self, label: str) -> None:
         """Click the item of a menu."""
         self.until(lambda shown: label in shown["items"], f"item {label!r}")
@@ -149,6 +157,10 @@ class Window:
         """Hold the mouse's button on the dome, at shares of its radius right and up."""
         self.stroke([(x, y)], seconds, button)
 
+    def twist(self, degrees: float, seconds: float = 0.4) -> None:
+        """Drag along the rim from its top, by degrees to the right."""
+        self.stroke(arc(90, 90 - degrees), seconds)
+
     def stroke(self, path: Sequence[tuple[float, float]], seconds: float, button: int = 1) -> None:
         """Drag along a path on the dome, shares of its radius right and up."""
         centre_x, centre_y, radius = self.shown["dome"]
@@ -157,6 +169,16 @@ class Window:
         for point in points[1:]:
             words += ["sleep", f"{seconds / len(points):.4f}", "mousemove", *point]
         self.do(*words, "sleep", f"{seconds / len(points):.4f}", "mouseup", button)
+
+
+def arc(
+    first_deg: float, last_deg: float, radius: float = 0.86, steps: int = 12
+) -> list[tuple[float, float]]:
+    """Return points on a circle, shares of the dome's radius; degrees from the right, upwards."""
+    angles = [
+        math.radians(first_deg + (last_deg - first_deg) * k / steps) for k in range(steps + 1)
+    ]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
 
 
 _FOLDERS: Final = ("CONFIG", "DATA", "STATE", "CACHE")

@@ -19,7 +19,7 @@ from typing import Any, Final
 from .image import DEFAULT, ImageError, image
 
 TREE: Final = Path(__file__).resolve().parents[2]
-PARTS: Final = ("controller", "host", "tetris", "models", "assets", "tests")
+PARTS: Final = ("controller", "host", "tetris", "models", "orbtouch", "assets", "tests")
 CASES: Final = Path(__file__).parent / "cases"
 # Emulated in software: /dev/kvm is often there and does not work, in containers and other
 # machines' guests. Set to "kvm" where it does: the whole run then takes well under a minute.

@@ -14,11 +14,11 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from math import cos, radians, sin
 from pathlib import Path
 from typing import Final
 
 from .desktop import ScenarioError, Screen, Window, missing
+from .walk import HANDS, Orb, Page, walk
 
 SIZE: Final = (1280, 720)
 CLICK_S: Final = 0.08  # how long people's clicks last
@@ -49,6 +49,7 @@ class Desk:
 
 Scenario = Callable[[Desk], None]
 SCENARIOS: dict[str, Scenario] = {}
+EVERY: set[Page] = set()  # pages that the walks before have reached
 
 
 def scenario(do: Scenario) -> Scenario:
@@ -88,7 +89,7 @@ def pinch_and_twist(desk: Desk) -> None:
     window.press(*TOP, 0.25, button=3)
     window.until(lambda shown: shown["game"][1] == 1, "a dropped piece")
     time.sleep(0.8)
-    window.stroke(arc(90, 25), 0.4)
+    window.twist(65)
     window.until(lambda shown: shown["gestures"][-1].startswith("twist"), "a twist")
 
 
@@ -135,11 +136,40 @@ def swipe(window: Window, number: int) -> None:
     window.stroke(path, 0.3 + 0.05 * (number % 3))
 
 
-def arc(first_deg: float, last_deg: float, radius: float = 0.86) -> list[tuple[float, float]]:
-    """Return points on a circle, shares of the dome's radius; degrees from the right, upwards."""
-    steps = 12
-    angles = [first_deg + (last_deg - first_deg) * k / steps for k in range(steps + 1)]
-    return [(radius * cos(radians(a)), radius * sin(radians(a))) for a in angles]
+@scenario
+def walk_by_mouse(desk: Desk) -> None:
+    """Reach every page with the pointer, and come back."""
+    _walk(desk, "mouse")
+
+
+@scenario
+def walk_by_keys(desk: Desk) -> None:
+    """The same with the keyboard."""
+    _walk(desk, "keys")
+
+
+@scenario
+def walk_by_pad(desk: Desk) -> None:
+    """The same with a game pad."""
+    _walk(desk, "pad")
+
+
+@scenario
+def walk_by_orb(desk: Desk) -> None:
+    """The same with the orb."""
+    _walk(desk, "orb")
+
+
+def _walk(desk: Desk, name: str) -> None:
+    window = desk.open()
+    hand = HANDS[name](window)
+    found = walk(hand)
+    desk.seen["pages"] = len(found)
+    if isinstance(hand, Orb):
+        desk.seen["missed"] = hand.missed
+    if EVERY and (lacking := EVERY - set(found)):
+        raise ScenarioError(f"{sorted(lacking)} cannot be reached")
+    EVERY.update(found)
 
 
 def _play(window: Window) -> None:

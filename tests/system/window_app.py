@@ -1,7 +1,11 @@
-"""`host`, printing what its window shows: a line of JSON at each change."""
+"""`host`, printing what its window shows: a line of JSON at each change.
+
+Names of a pad's buttons on standard input press those of a pad that is not there.
+"""
 
 import json
 import sys
+import threading
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +15,7 @@ from controller.protocol.messages import Command
 from host.app.application import OrbApp
 from host.cli import play
 from host.connection.receiver import Delivered, Received
+from tetris.window.pads import BUTTONS
 from tetris.window.screens.menu_screen import MenuScreen
 
 
@@ -18,13 +23,18 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
     """Return what the window shows: the screen, its items with their places, the orb."""
     screen, orb = app.stage.screen, app.orb
     seen: dict[str, Any] = {
-        "screen": type(screen).__name__, "title": "", "notice": "", "items": {}, "table": [],
-        "link": orb.link, "ready": orb.ready, "labels": orb.labels,
+        "screen": type(screen).__name__, "title": "", "notice": "", "items": {}, "doors": [],
+        "values": [], "table": [],
+        "link": orb.link, "ready": orb.ready, "labels": [], "selected": "",
         "gestures": app.gestures, "size": pygame.display.get_window_size(),
     }  # fmt: skip
     if isinstance(screen, MenuScreen):
         menu = screen.menu
-        seen |= {"title": menu.title, "notice": menu.notice}
+        selected = menu.items[screen.selected].label if menu.items else ""
+        seen |= {"title": menu.title, "notice": menu.notice, "selected": selected}
+        seen["labels"] = [item.label for item in menu.items]
+        # What leads elsewhere when it is taken; items with a value only change that.
+        seen["doors"] = [item.label for item in menu.items if item.do and not item.step]
         seen["values"] = [item.value for item in menu.items]
         seen["table"] = [list(row.cells) for row in menu.table]
         left, top = app.dock.game.topleft
@@ -66,6 +76,15 @@ class PrintingApp(OrbApp):
             print(line, flush=True)
 
 
+def press_pad() -> None:
+    """Press the buttons that standard input names, until it ends."""
+    numbers = {name: number for number, name in BUTTONS.items()}
+    for line in sys.stdin:
+        for kind in (pygame.CONTROLLERBUTTONDOWN, pygame.CONTROLLERBUTTONUP):
+            pygame.event.post(pygame.event.Event(kind, button=numbers[line.strip()], instance_id=9))
+
+
 if __name__ == "__main__":
+    threading.Thread(target=press_pad, daemon=True).start()
     play.OrbApp = PrintingApp  # type: ignore[misc]
     sys.exit(play.main(sys.argv[1:]))

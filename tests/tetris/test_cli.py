@@ -162,6 +162,22 @@ def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(name: str) -> N
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
+MADE_ANOTHER_ERROR = PRESS.replace(
+    "os.kill(os.getpid(), signal.SIGINT)",
+    """
+            try:
+                os.kill(os.getpid(), signal.SIGINT)
+            except KeyboardInterrupt:
+                raise ImportError""",
+)
+
+
+def test_ctrl_c_that_pygame_makes_another_error_of_ends_without_a_word() -> None:
+    command = [sys.executable, "-c", MADE_ANOTHER_ERROR, "pygame.imageext"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
 @pytest.mark.parametrize(
     ("redirection", "why"),

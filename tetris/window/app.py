@@ -11,6 +11,7 @@ import pygame
 
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
+from tetris.window import bindings
 from tetris.window import settings as settings_file
 from tetris.window.display import open_window, set_fullscreen
 from tetris.window.game_session import Saves
@@ -39,9 +40,11 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
     try:
         clock = pygame.time.Clock()
         began_s = time.monotonic()
-        while app.step(time.monotonic() - began_s, pygame.event.get()):
+        events = pygame.event.get()
+        while app.step(time.monotonic() - began_s, events):
             pygame.display.flip()
             clock.tick(_FRAMES_HZ)
+            events = _next_events(app.frames_hz)
     finally:
         app.close()
         pygame.quit()
@@ -54,6 +57,14 @@ class HostWindow:
 
     items: Callable[[ScreenStack], Sequence[Item]]  # that the title page offers besides its own
     mode_setting: str = "mode"  # name of the setting with the mode that is offered
+
+
+def _next_events(frames_hz: int) -> list[pygame.event.Event]:
+    """Return what has happened, at once; if nothing has, wait for the screen's next frame."""
+    wait_ms = round(1000 / frames_hz - 1000 / _FRAMES_HZ)
+    first = [pygame.event.wait(wait_ms)] if wait_ms > 0 else []
+    events = [*first, *pygame.event.get()]
+    return [event for event in events if event.type != pygame.NOEVENT]
 
 
 class App:
@@ -86,6 +97,7 @@ class App:
             self.stage.further = partial(host.items, self.stage)
         self._flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
+        self._window: tuple[tuple[int, int], tuple[int, int] | None] = _SIZE, None  # size, place
         self._settled_s = 0.0  # when the window has come to rest after filling the screen
         self.stage.pads.start()
         if sound:
@@ -101,6 +113,11 @@ class App:
     def play(self) -> None:
         """Begin a game of the chosen mode."""
         self._flow.play(chosen_mode(self.stage))
+
+    @property
+    def frames_hz(self) -> int:
+        """How often the screen that is seen has something new to show while nothing is pressed."""
+        return self.stage.screen.frames_hz if self.stage.screen else _FRAMES_HZ
 
     def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
         """Take events, let time pass, draw; return whether the window stays open."""
@@ -162,6 +179,8 @@ class App:
         match event.type:
             case pygame.KEYDOWN if event.key == pygame.K_F11:
                 stage.change(stepped(stage.settings, "fullscreen", 1))
+            case pygame.KEYDOWN if event.key == pygame.K_F1 or self._asks_help(event):
+                self._flow.toggle_help()
             case pygame.KEYDOWN:
                 screen.press(event.key, time_s)
             case pygame.KEYUP:
@@ -174,6 +193,12 @@ class App:
             case kind if kind in _MOUSE:
                 screen.mouse(event, time_s)
 
+    def _asks_help(self, event: pygame.event.Event) -> bool:
+        """Return whether "?" was typed with a key that is bound to nothing."""
+        name = bindings.key_name(event.key)
+        taken = any(name in names for names in self.stage.settings.keys.values())
+        return getattr(event, "unicode", "") == "?" and not taken
+
     def _resize(self) -> None:
         self._surface = pygame.display.get_surface() or self._surface
         if self._surface.get_size() != self._size:
@@ -184,7 +209,12 @@ class App:
         wanted = self.stage.settings.fullscreen
         if wanted is not self._fullscreen and pygame.display.get_surface() is self._surface:
             self._fullscreen = wanted
-            self._surface = set_fullscreen(wanted, _SIZE)
+            if wanted:
+                self._window = self._surface.get_size(), pygame.display.get_window_position()
+            size, place = self._window
+            self._surface = set_fullscreen(wanted, size)
+            if not wanted and place is not None:
+                pygame.display.set_window_position(place)
             self._resize()
             self._settled_s = self.stage.time_s + _SETTLE_S
 

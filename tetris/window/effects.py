@@ -1,4 +1,7 @@
-"""Effects of events: light on the board, and words beside it ("T-spin double", "+1,200")."""
+"""Effects of events: light on the board, and words beside it ("T-spin double", "+1,200").
+
+Settings without motion show the words alone, and nothing flashes.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
@@ -23,6 +26,7 @@ _A_CELL: Final = 3  # sparks
 _SPEED: Final = 4.2  # of sparks, cells in a lifetime
 _FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
 _GLOW_S: Final = 0.8
+_APART_S: Final = 0.34  # between flashes: WCAG 2.3.1 allows three in any second
 _LASTS_S: Final = 1.8
 _POP_S: Final = 0.12  # the words come in a little from below
 _FADE_FROM: Final = 0.7  # of its time
@@ -37,28 +41,44 @@ class Effects:
     def __init__(self, look: ThemeChoice) -> None:
         self._look = look
         self._alive: list[Effect] = []
+        self._lit_s = -_APART_S  # when something was lit last
 
     def show(self, events: Iterable[Event], layout: Layout, rows: Sequence[str]) -> None:
-        """Begin what the events call for; the rows are as last drawn, with those now cleared."""
-        palette, cell = self._look.palette, layout.cell
+        """Begin what the events call for; the rows are as last drawn, with those now cleared.
+
+        Without motion there is nothing. What lights or dims the board begins at most three times
+        a second.
+        """
         for event in events:
-            match event:
-                case happened.Dropped(rows=fallen) if fallen and self._look.motion:
-                    self._alive.append(_Trail(event, cell, self._look))
-                case happened.Locked(rows=cleared) if cleared:
-                    grand = event.clear.difficult or event.clear.perfect
-                    self._alive.append(_Rows(event, self._look))
-                    if self._look.motion:
-                        self._alive.append(_Burst(event, layout, rows, self._look))
-                    if grand:
-                        self._alive.append(_Glow(event.time_s, palette.accent))
-                case happened.Locked():
-                    self._alive.append(_Flash(event, cell, palette.flash))
-                case happened.LevelUp():
-                    self._alive.append(_Glow(event.time_s, palette.good))
-                case happened.Restarted():
-                    self.clear()
+            if isinstance(event, happened.Restarted):
+                self.clear()
+            elif self._look.motion:
+                if isinstance(event, happened.Locked) and event.rows:
+                    self._alive.append(_Burst(event, layout, rows, self._look))
+                if event.time_s == self._lit_s or event.time_s >= self._lit_s + _APART_S:
+                    self._light(event, layout.cell)
         del self._alive[:-_MOST]
+
+    def _light(self, event: Event, cell: int) -> None:
+        palette, count = self._look.palette, len(self._alive)
+        match event:
+            case happened.Dropped(rows=fallen) if fallen:
+                self._alive.append(_Trail(event, cell, self._look))
+            case happened.Locked(rows=cleared) if cleared:
+                self._alive.append(_Rows(event, palette.background))
+                if event.clear.difficult or event.clear.perfect:
+                    self._alive.append(_Glow(event.time_s, palette.accent))
+            case happened.Locked():
+                self._alive.append(_Flash(event, cell, palette.flash))
+            case happened.LevelUp():
+                self._alive.append(_Glow(event.time_s, palette.good))
+        if len(self._alive) > count:
+            self._lit_s = event.time_s
+
+    @property
+    def alive(self) -> bool:
+        """Whether anything is seen at present."""
+        return bool(self._alive)
 
     def clear(self) -> None:
         """Forget all."""
@@ -123,20 +143,17 @@ class _Trail(Effect):
 
 
 class _Rows(Effect):
-    """A band of light where rows were cleared, closing like an eye."""
+    """A dark band where rows were cleared, which closes."""
 
-    def __init__(self, event: happened.Locked, look: ThemeChoice) -> None:
+    def __init__(self, event: happened.Locked, colour: Colour) -> None:
         super().__init__(event.time_s, _CLEAR_S)
-        self._rows = event.rows
-        self._flash, self._moves = look.palette.flash, look.motion
-        self._colour = look.palette.accent if event.clear.difficult else look.palette.flash
+        self._rows, self._colour = event.rows, colour
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        left = 1 - age
         width, height = layout.board.width, layout.cell
-        band = pygame.Surface((width, max(1, round(height * left)) if self._moves else height))
-        band.fill(theme.mix(self._flash, self._colour, min(1, 2 * age)))
-        band.set_alpha(round(230 * left**1.5))
+        band = pygame.Surface((width, max(1, round(height * (1 - age)))))
+        band.fill(self._colour)
+        band.set_alpha(round(200 * (1 - age) ** 1.5))
         for y in self._rows:
             x_px, y_px = layout.at(0, y)
             surface.blit(band, (x_px, y_px + (height - band.get_height()) // 2))
@@ -235,23 +252,29 @@ class Callouts:
             return
         if self._picture is None:
             self._picture = self._draw_words(layout)
-        age = age_s / _LASTS_S
-        self._picture.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
-        sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell if self._look.motion else 0.0
+        sunk = 0.0
+        if self._look.motion:
+            age = age_s / _LASTS_S
+            self._picture.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
+            sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell
         surface.blit(self._picture, layout.callout.move(0, round(sunk)))
 
     def _say(self, time_s: float, lines: list[Line]) -> None:
         self._lines, self._since_s, self._picture = lines, time_s, None
 
     def _draw_words(self, layout: Layout) -> pygame.Surface:
-        box, cell = layout.callout, layout.cell
+        """Draw the lines below each other, or side by side in a tall layout."""
+        box, letter = layout.callout, layout.letter
         picture = pygame.Surface(box.size, pygame.SRCALPHA)
-        top = 0
+        left = top = 0
         for row, (words, colour) in enumerate(self._lines):
-            size = round(cell * (1.0 if row == 0 else 0.78))
-            line = theme.fitted(words, size, colour, box.width)
-            picture.blit(line, (0, top))
-            top += round(line.get_height() * 0.98)
+            size = round(letter * (1.0 if row == 0 else 0.78))
+            line = theme.fitted(words, size, colour, max(1, box.width - left))
+            picture.blit(line, (left, top))
+            if layout.tall:
+                left += line.get_width() + round(0.6 * letter)
+            else:
+                top += round(line.get_height() * 0.98)
         return picture
 
 

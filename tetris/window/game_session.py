@@ -14,8 +14,8 @@ from tetris.engine.game import Game, Phase
 from tetris.engine.modes import Mode, Pace
 from tetris.engine.pieces import Piece
 from tetris.history.high_scores import Entry, HighScores
-from tetris.history.replay import Player, Recorder
-from tetris.history.replay_file import SUFFIX, ReplayError, save
+from tetris.history.replay import Player, Recorder, Replay
+from tetris.history.replay_file import SUFFIX, ReplayError, load, save
 from tetris.history.stats import COMMANDS, Statistics, Summary
 from tetris.window.settings import Settings
 
@@ -193,6 +193,16 @@ class Saves:
     def best(self, mode: str) -> tuple[Entry, ...]:
         """Return a mode's best games, the best first."""
         return self._records.best(mode) if self._records else ()
+
+    def best_replay(self, mode: str, but: int | None = None) -> Replay | None:
+        """Return the replay of a mode's best game, leaving out one place; None if it is gone."""
+        others = [entry for place, entry in enumerate(self.best(mode), 1) if place != but]
+        if self._folder is None or not others or not others[0].replay:
+            return None
+        try:
+            return load(self._folder / _FOLDER / Path(others[0].replay).name)
+        except ReplayError:
+            return None
 
     @property
     def trouble(self) -> str:

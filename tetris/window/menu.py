@@ -24,6 +24,7 @@ class Item:
     label: str
     do: Callable[[], None] | None = None  # when it is taken; None for lines with only a value
     value: str = ""  # what is chosen at present
+    late: Callable[[], str] | None = None  # gives the value of an item that is seen
     caps: tuple[str, ...] = ()  # the same as the captions of keys
     step: Step | None = None  # changes the value, by -1 or 1
     share: float | None = None  # how much of a bar beside the value is filled, 0 to 1
@@ -40,12 +41,21 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
+class Curve:
+    """One line of a graph: points from left to right, each (x, y) at 0 or above."""
+
+    label: str
+    points: Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
 class Menu:
     """A page: what can be chosen, what is only to be read, and a sentence that matters now."""
 
     title: str
     items: Sequence[Item]
     table: Sequence[Row] = ()  # above the items
+    curves: Sequence[Curve] = ()  # between the table and the items
     notice: str = ""
 
 
@@ -106,6 +116,11 @@ class Repeater:
     def __init__(self) -> None:
         self._held: MenuStep | None = None
         self._next_s = 0.0
+
+    @property
+    def held(self) -> bool:
+        """Whether a direction is held."""
+        return self._held is not None
 
     def press(self, nav: MenuStep, time_s: float) -> None:
         """Take note of a press, which acts by itself; the latest direction repeats."""

@@ -1,11 +1,12 @@
 """Drawing of menus: a column of items with a cursor, a table above, a sentence below."""
 
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import pygame
 
 from tetris.window import theme
-from tetris.window.menu import Item, Menu, Row
+from tetris.window.menu import Curve, Item, Menu, Row
 from tetris.window.theme import Colour
 from tetris.window.tiles import ThemeChoice
 
@@ -13,9 +14,11 @@ from tetris.window.tiles import ThemeChoice
 _TITLE: Final = 58
 _ITEM: Final = 48  # height of a line
 _TABLE: Final = 36
-_FIRST: Final = 0.07  # of a table's width: its first column, of places
+_BETWEEN: Final = 12  # columns of a table, at least
 _BELOW: Final = 14  # a table
 _FOOT: Final = 94
+_SENTENCE: Final = 22
+_CURVES: Final = 92  # height of a graph
 _MARGIN: Final = 30
 _LETTERS: Final = 30
 _VALUE: Final = 27
@@ -25,7 +28,8 @@ _ARROW: Final = 7
 _BESIDE: Final = 26  # the place of an arrow
 _BAR: Final = 110
 _NUMBER: Final = 62  # beside a bar, so that bars stand below each other
-_MOST: Final = 0.56  # of a line, for its value
+_LEAST_TARGET: Final = 24  # pixels: what a pointer can hit, WCAG 2.5.8
+_MOST: Final = 0.64  # of a line, for its value
 
 
 class Spot(NamedTuple):
@@ -33,6 +37,7 @@ class Spot(NamedTuple):
 
     place: pygame.Rect
     number: int
+    arrows: tuple[pygame.Rect, ...] = ()  # where a click turns the value back, and on
 
 
 class MenuView:
@@ -60,39 +65,97 @@ class MenuView:
             title = theme.fitted(menu.title, size, self._palette.text, inner.width)
             surface.blit(title, (inner.left, top))
             top += self._px(_TITLE * 1.15)
-        if menu.table:
-            top = self._draw_table(inner, top, menu)
-        foot = pygame.Rect(inner.left, 0, inner.width, self._px(_foot(menu)))
+        foot = pygame.Rect(inner.left, 0, inner.width, self._foot(menu))
         foot.bottom = area.bottom
-        self._draw_items(
-            area, pygame.Rect(inner.left, top, inner.width, foot.top - top), menu, selected
-        )
-        sentence = menu.notice or menu.items[selected].hint
-        colour = self._palette.warn if menu.notice else self._palette.dim
-        size = self._px(22)
-        for row, line in enumerate(wrapped(sentence, size, foot.width)[:3]):
-            place = foot.left, foot.top + self._px(4 + 24 * row)
-            surface.blit(theme.text(line, size, colour), place)
+        if menu.table:
+            top = self._draw_table(inner, top, menu, foot.height)
+        if menu.curves and foot.top - top >= len(menu.items) * self._high + self._px(_CURVES):
+            graph = pygame.Rect(inner.left, top, inner.width, self._px(_CURVES - 12))
+            self._draw_curves(graph, menu.curves)
+            top += self._px(_CURVES)
+        if foot.top - top < 2 * self._high:  # what is chosen matters more than what is said of it
+            foot.top = foot.bottom
+        room = pygame.Rect(inner.left, top, inner.width, foot.top - top)
+        self._draw_items(area, room, menu, selected)
+        self._draw_sentence(foot, menu, selected)
 
     def height(self, menu: Menu, unit: float) -> int:
         """Return how high a menu is that shows all it has."""
-        title = _TITLE * 1.15 if menu.title else 0
-        table = len(menu.table) * _TABLE + _BELOW if menu.table else 0
-        return round((title + table + len(menu.items) * _ITEM + _foot(menu)) * unit)
+        self._unit = unit
+        title = self._px(_TITLE * 1.15) if menu.title else 0
+        table = len(menu.table) * self._row + self._px(_BELOW) if menu.table else 0
+        curves = self._px(_CURVES) if menu.curves else 0
+        return title + table + curves + len(menu.items) * self._high + self._foot(menu)
+
+    @property
+    def _high(self) -> int:
+        """Height of an item; its letters are not smaller than the least that can be read."""
+        return max(self._px(_ITEM), theme.font(self._px(_LETTERS)).get_linesize() + 2)
+
+    @property
+    def _row(self) -> int:
+        """Height of a row of the table."""
+        return max(self._px(_TABLE), theme.font(self._px(25)).get_linesize())
+
+    @property
+    def _line(self) -> int:
+        """Height of a line of the sentence."""
+        size = self._px(_SENTENCE)
+        return max(self._px(_SENTENCE + 2), theme.font(size).get_linesize())
+
+    def _foot(self, menu: Menu) -> int:
+        """Return how high the place for a sentence is."""
+        if menu.notice or any(item.hint for item in menu.items):
+            return max(self._px(_FOOT), 3 * self._line + self._px(4))
+        return 0
+
+    def _draw_sentence(self, foot: pygame.Rect, menu: Menu, selected: int) -> None:
+        sentence = menu.notice or menu.items[selected].hint
+        colour = self._palette.warn if menu.notice else self._palette.dim
+        size = self._px(_SENTENCE)
+        most = max(0, foot.height // self._line)
+        for row, line in enumerate(wrapped(sentence, size, foot.width)[:most]):
+            picture = theme.fitted(line, size, colour, foot.width)
+            self._surface.blit(picture, (foot.left, foot.top + self._px(4) + row * self._line))
+
+    def _draw_curves(self, place: pygame.Rect, curves: Sequence[Curve]) -> None:
+        """Draw lines from a common zero, the first one in front, and their labels above them."""
+        palette, size = self._palette, self._px(_SENTENCE)
+        pygame.draw.rect(self._surface, palette.line, place, 1, border_radius=self._px(6))
+        most_x, most_y = (
+            max(1e-9, *(point[axis] for curve in curves for point in curve.points), 0.0)
+            for axis in (0, 1)
+        )
+        plot = place.inflate(-self._px(16), -self._px(8))
+        left = plot.left
+        for number, curve in enumerate(curves):
+            colour = palette.dim if number else palette.accent
+            label = theme.fitted(curve.label, size, colour, max(1, plot.right - left))
+            self._surface.blit(label, (left, place.top + self._px(4)))
+            left += label.get_width() + self._px(18)
+        plot.top, plot.height = plot.top + self._line, max(1, plot.height - self._line)
+        for number, curve in reversed(tuple(enumerate(curves))):
+            points = [
+                (plot.left + plot.width * x / most_x, plot.bottom - plot.height * y / most_y)
+                for x, y in curve.points
+            ]
+            if len(points) > 1:
+                colour = palette.dim if number else palette.accent
+                pygame.draw.lines(self._surface, colour, False, points, max(1, self._px(2)))
 
     def _px(self, units: float) -> int:
         return round(units * self._unit)
 
     def _draw_items(self, area: pygame.Rect, inner: pygame.Rect, menu: Menu, selected: int) -> None:
-        high, count = self._px(_ITEM), len(menu.items)
+        high, count = self._high, len(menu.items)
         room = max(1, inner.height // high)
         self._first = max(min(self._first, selected, max(0, count - room)), selected - room + 1)
         self.spots = []
         for place, item in enumerate(menu.items[self._first : self._first + room]):
             line = pygame.Rect(inner.left, inner.top + place * high, inner.width, high)
             line.inflate_ip(self._px(_MARGIN), 0)
-            self.spots.append(Spot(line, self._first + place))
-            self._draw_item(line, item, self._first + place == selected)
+            number = self._first + place
+            self.spots.append(Spot(line, number, self._draw_item(line, item, number == selected)))
         if count > room:  # a bar shows which part of a long menu is seen
             width = max(2, self._px(4))
             track = pygame.Rect(area.right - self._px(8), inner.top, width, room * high)
@@ -107,39 +170,50 @@ class MenuView:
 
     # -- the table ---------------------------------------------------------------------
 
-    def _draw_table(self, inner: pygame.Rect, top: int, menu: Menu) -> int:
-        high = self._px(_TABLE)
-        columns = max(len(row.cells) for row in menu.table)
+    def _draw_table(self, inner: pygame.Rect, top: int, menu: Menu, foot: int) -> int:
+        high = self._row
         # The last item of a long menu is to be seen, so a table gives up its last rows first.
-        below = self._px(_foot(menu) + len(menu.items) * _ITEM + _BELOW)
+        below = foot + len(menu.items) * self._high + self._px(_BELOW)
         rows = menu.table[: max(1, (inner.bottom - top - below) // high)]
+        widths = self._widths(menu.table, inner.width)
         for place, row in enumerate(rows):
             line = pygame.Rect(inner.left, top + place * high, inner.width, high)
-            self._draw_row(line, row, columns)
+            self._draw_row(line, row, widths if len(row.cells) > 1 else [inner.width])
         return top + len(rows) * high + self._px(_BELOW)
 
-    def _draw_row(self, line: pygame.Rect, row: Row, columns: int) -> None:
+    def _widths(self, rows: Sequence[Row], whole: int) -> list[int]:
+        """Return the widths of columns: what their cells need, or their share of what there is."""
+        cells = [
+            [theme.font(self._letters(row)).size(cell)[0] for cell in row.cells]
+            for row in rows
+            if len(row.cells) > 1
+        ]
+        needed = [max(column) for column in zip(*cells, strict=True)]
+        gap = self._px(_BETWEEN)
+        share = min(1.0, (whole - gap * (len(needed) - 1)) / max(1, sum(needed)))
+        return [max(1, int(width * share)) for width in needed]
+
+    def _letters(self, row: Row) -> int:
+        return self._px(21 if row.quiet else 25)
+
+    def _draw_row(self, line: pygame.Rect, row: Row, widths: Sequence[int]) -> None:
         """Draw a row: the first cell at the left, the others end where their columns do."""
-        palette, size = self._palette, self._px(21 if row.quiet else 25)
-        first = round(line.width * _FIRST) if columns > 2 else 0
-        wide = (line.width - first) // max(1, columns - 1)
-        for column, words in enumerate(row.cells):
-            second = row.quiet or (column == 0 and columns == 2)
+        palette, left = self._palette, float(line.left)
+        gap = (line.width - sum(widths)) / max(1, len(widths) - 1)
+        for column, (words, width) in enumerate(zip(row.cells, widths, strict=True)):
+            second = row.quiet or (column == 0 and len(widths) == 2)
             colour = palette.accent if row.marked else palette.dim if second else palette.text
-            if len(row.cells) == 1:
-                widest = line.width
-            else:
-                share = 0.9 if first else 0.64 if column == 0 else 0.36
-                widest = first if first and column == 0 else max(1, round(wide * share))
-            picture = theme.fitted(words, size, colour, widest)
-            place = picture.get_rect(midleft=line.midleft)
+            picture = theme.fitted(words, self._letters(row), colour, width)
+            place = picture.get_rect(midleft=(round(left), line.centery))
             if column:
-                place.right = line.left + first + column * wide
+                place.right = round(left + width)
             self._surface.blit(picture, place)
+            left += width + gap
 
     # -- an item -----------------------------------------------------------------------
 
-    def _draw_item(self, line: pygame.Rect, item: Item, chosen: bool) -> None:
+    def _draw_item(self, line: pygame.Rect, item: Item, chosen: bool) -> tuple[pygame.Rect, ...]:
+        """Draw an item, and return where its arrows are."""
         palette = self._palette
         if chosen:
             bar = line.inflate(0, -self._px(4))
@@ -147,40 +221,46 @@ class MenuView:
             mark = pygame.Rect(bar.left, bar.top, self._px(5), bar.height)
             self._draw_rect(palette.accent, mark, self._px(3))
         place = line.inflate(-2 * self._px(_EDGE), 0)
-        plain = not (item.value or item.caps)
-        colour = palette.text if chosen or plain else palette.dim
-        widest = max(1, self._draw_value(place, item, chosen) - place.left - self._px(12))
-        label = theme.fitted(item.label, self._px(_LETTERS), colour, widest)
+        begin = self._draw_value(place, item)
+        widest = max(1, begin - place.left - self._px(12))
+        label = theme.fitted(item.label, self._px(_LETTERS), palette.text, widest)
         self._surface.blit(label, label.get_rect(midleft=place.midleft))
+        if not item.step:
+            return ()
+        arrow = pygame.Rect(0, line.top, max(_LEAST_TARGET, self._px(1.6 * _BESIDE)), line.height)
+        back, on = arrow.copy(), arrow
+        back.centerx, on.right = begin + self._px(_ARROW), line.right
+        return back, on
 
-    def _draw_value(self, place: pygame.Rect, item: Item, chosen: bool) -> int:
-        """Draw an item's value at the right end of its place; return where it begins."""
+    def _draw_value(self, place: pygame.Rect, item: Item) -> int:
+        """Draw an item's value at the right end of its place; return where it begins.
+
+        What can be changed stands between arrows, in the colour of text.
+        """
         right, middle, arrow = place.right, place.centery, self._px(_ARROW)
         if item.step:
-            if chosen:
-                self._draw_arrow(right - arrow, middle, arrow)
+            self._draw_arrow(right - arrow, middle, arrow)
             right -= self._px(_BESIDE)
-        colour = self._palette.text if chosen else self._palette.dim
+        colour = self._palette.text if item.step or item.caps else self._palette.dim
         if item.caps:
             right = self._draw_caps(right, middle, item.caps, colour)
-        elif item.value:
+        elif words := item.late() if item.late else item.value:
             widest = round(place.width * _MOST)
-            value = theme.fitted(item.value, self._px(_VALUE), colour, widest)
+            value = theme.fitted(words, self._px(_VALUE), colour, widest)
             self._surface.blit(value, value.get_rect(midright=(right, middle)))
             right -= value.get_width() if item.share is None else self._px(_NUMBER)
         if item.share is not None:
-            right = self._draw_bar(right, middle, item.share, chosen)
+            right = self._draw_bar(right, middle, item.share)
         if item.step:
             right -= self._px(_BESIDE)
-            if chosen:
-                self._draw_arrow(right + arrow, middle, -arrow)
+            self._draw_arrow(right + arrow, middle, -arrow)
         return right
 
     def _draw_caps(self, right: int, middle: int, caps: tuple[str, ...], colour: Colour) -> int:
         """Draw keycaps side by side that end at a point; return where they begin."""
         for words in reversed(caps):
             letters = theme.text(words, self._px(_CAP), colour)
-            cap = pygame.Rect(0, 0, 0, self._px(34))
+            cap = pygame.Rect(0, 0, 0, max(self._px(34), letters.get_height()))
             cap.width = max(cap.height, letters.get_width() + self._px(16))
             cap.midright = right, middle
             self._draw_rect(self._palette.background, cap, self._px(6))
@@ -189,7 +269,7 @@ class MenuView:
             right = cap.left - self._px(6)
         return right
 
-    def _draw_bar(self, right: int, middle: int, share: float, chosen: bool) -> int:
+    def _draw_bar(self, right: int, middle: int, share: float) -> int:
         """Draw a bar that ends near a point; return where it begins."""
         track = pygame.Rect(0, 0, self._px(_BAR), max(3, self._px(6)))
         track.midright = right - self._px(10), middle
@@ -197,8 +277,7 @@ class MenuView:
         if share > 0:
             filled = track.copy()
             filled.width = max(track.height, round(track.width * share))
-            colour = self._palette.accent if chosen else self._palette.dim
-            self._draw_rect(colour, filled, track.height // 2)
+            self._draw_rect(self._palette.accent, filled, track.height // 2)
         return track.left
 
     def _draw_arrow(self, x: int, y: int, size: int) -> None:
@@ -206,11 +285,6 @@ class MenuView:
         back = x - size
         corners = ((x, y), (back, y - size), (back, y + size))
         pygame.draw.polygon(self._surface, self._palette.accent, corners)
-
-
-def _foot(menu: Menu) -> int:
-    """Return how high the place for a sentence is, in design units."""
-    return _FOOT if menu.notice or any(item.hint for item in menu.items) else 0
 
 
 def wrapped(sentence: str, size: int, widest: int) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import pygame
 from pygame._sdl2 import controller
 
-_BUTTONS: Final = {
+BUTTONS: Final = {
     pygame.CONTROLLER_BUTTON_A: "pad_a",
     pygame.CONTROLLER_BUTTON_B: "pad_b",
     pygame.CONTROLLER_BUTTON_X: "pad_x",
@@ -70,7 +70,7 @@ class Pads:
             case pygame.JOYDEVICEREMOVED:
                 return self._plug_out(event.instance_id)
             case pygame.CONTROLLERBUTTONDOWN | pygame.CONTROLLERBUTTONUP:
-                if name := _BUTTONS.get(event.button):
+                if name := BUTTONS.get(event.button):
                     down = event.type == pygame.CONTROLLERBUTTONDOWN
                     return self._set(event.instance_id, name, down)
             case pygame.CONTROLLERAXISMOTION:

@@ -18,13 +18,22 @@ _LOGO: Final = (
 _LEAST_COLUMNS: Final = 10  # a board with fewer stands in the middle of so many
 _LEAST_ROWS: Final = 20
 _SIDE: Final = 4.8  # width of the column on either side, in cells
+_WIDER_SIDE: Final = 130  # pixels, where a small window has room for them
 _GAP: Final = 0.6  # between the board and a side column
 _HEAD: Final = 1.3  # above the board, for a piece that is just entering
 _FOOT: Final = 0.6
-_WIDTH: Final = 2 * (_SIDE + _GAP) + 0.5  # all but the board
-_HOLD: Final = 4.4  # heights
-_NEXT: Final = 15.7
+_HOLD: Final = 4.4  # height
+_FIRST_SLOT: Final = 2.65  # the middle of the next piece on its card
+_SLOT: Final = 2.75  # from one next piece to the one after it
+_CALLOUT: Final = 3.6  # the least height of what is said, in letters
 _LEAST_CELL: Final = 6  # pixels; below, nothing could be told apart
+_LEAST_LETTER: Final = 16  # pixels
+_PREVIEWS: Final = 5
+_FIGURES: Final = 5
+_FIGURE: Final = 2.55  # height of a number with its label, in letters
+_CHIPS: Final = 1.6  # height of the chains below the figures, in letters
+_STRIP: Final = 16  # width of the cards above and below a board in a tall area, in cells
+_STRIP_SLOT: Final = 3.5  # from one next piece to the one beside it
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,35 +42,44 @@ class Layout:
 
     area: pygame.Rect
     cell: int  # the side of one block
+    letter: float  # the unit of sizes of text
     columns: int
     rows: int  # the visible ones
     board: pygame.Rect
     hold: pygame.Rect  # cards, like the next two
     stats: pygame.Rect
     next: pygame.Rect
-    callout: pygame.Rect  # where a clear is named, beside the board so that it hides nothing
+    callout: pygame.Rect  # where a clear is named, outside the board so that it hides nothing
+    slots: tuple[tuple[int, int], ...]  # the middles of next pieces, the nearest first
+    figures: tuple[pygame.Rect, ...]  # where numbers stand
+    tall: bool  # whether the cards are above and below the board
 
     @classmethod
     def inside(
-        cls, area: pygame.Rect, columns: int = _LEAST_COLUMNS, rows: int = _LEAST_ROWS
+        cls,
+        area: pygame.Rect,
+        columns: int = _LEAST_COLUMNS,
+        rows: int = _LEAST_ROWS,
+        scale: float = 1.0,
     ) -> "Layout":
-        """Fit the largest whole cell size into an area and centre everything in it."""
-        wide, high = max(columns, _LEAST_COLUMNS), max(rows, _LEAST_ROWS)
-        height = high + _HEAD + _FOOT
-        cell = max(_LEAST_CELL, int(min(area.width / (wide + _WIDTH), area.height / height)))
-        place = pygame.Rect(0, 0, wide * cell, high * cell)
-        place.centerx = area.centerx
-        place.top = area.top + round((area.height - height * cell) / 2 + _HEAD * cell)
-        board = pygame.Rect(0, 0, columns * cell, rows * cell)
-        board.midbottom = place.midbottom
-        side, gap = round(_SIDE * cell), round(_GAP * cell)
-        left, right = place.left - gap - side, place.right + gap
-        hold = pygame.Rect(left, place.top, side, round(_HOLD * cell))
-        stats = pygame.Rect(left, hold.bottom + gap, side, place.bottom - hold.bottom - gap)
-        following = pygame.Rect(right, place.top, side, round(_NEXT * cell))
-        below = following.bottom + gap
-        callout = pygame.Rect(right, below, side, place.bottom - below)
-        return cls(area.copy(), cell, columns, rows, board, hold, stats, following, callout)
+        """Fit the largest whole cell size into an area and centre everything in it.
+
+        The cards are beside the board, or above and below it where the cells are larger so.
+        `scale` is the size of letters, 1.0 the one that suits the cells.
+        """
+        beside = _beside(area, columns, rows, scale)
+        stacked = _stacked(area, columns, rows, scale)
+        return stacked if stacked.cell > beside.cell else beside
+
+    @property
+    def outer(self) -> pygame.Rect:
+        """The smallest rectangle around the board and its cards."""
+        return self.board.unionall((self.hold, self.stats, self.next))
+
+    @property
+    def hold_centre(self) -> tuple[int, int]:
+        """The middle of the piece that is held."""
+        return self.hold.centerx, self.slots[0][1]
 
     def at(self, x: float, y: float) -> tuple[int, int]:
         """Return the upper left pixel of a cell of the board."""
@@ -69,6 +87,101 @@ class Layout:
             round(self.board.left + x * self.cell),
             round(self.board.bottom - (y + 1) * self.cell),
         )
+
+
+def _beside(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
+    """Lay out a board between two columns of cards."""
+    wide, high = max(columns, _LEAST_COLUMNS), max(rows, _LEAST_ROWS)
+    height, least_side = high + _HEAD + _FOOT, _SIDE * max(1.0, scale)
+    fits = min(area.width / (wide + 2 * (least_side + _GAP) + 0.5), area.height / height)
+    cell = max(_LEAST_CELL, int(fits))
+    letter, gap = max(_LEAST_LETTER, cell * scale), round(_GAP * cell)
+    place = pygame.Rect(0, 0, wide * cell, high * cell)
+    place.centerx = area.centerx
+    place.top = area.top + round((area.height - height * cell) / 2 + _HEAD * cell)
+    room = (area.width - place.width) // 2 - 2 * gap
+    side = max(round(least_side * cell), min(room, round(_WIDER_SIDE * scale)))
+    board = pygame.Rect(0, 0, columns * cell, rows * cell)
+    board.midbottom = place.midbottom
+    left, right = place.left - gap - side, place.right + gap
+    hold = pygame.Rect(left, place.top, side, round(_HOLD * cell))
+    stats = pygame.Rect(left, hold.bottom + gap, side, place.bottom - hold.bottom - gap)
+    above = _FIRST_SLOT - _SLOT / 2
+    count = int((place.height - gap - _CALLOUT * letter - above * cell) / (_SLOT * cell))
+    count = max(1, min(_PREVIEWS, count))
+    following = pygame.Rect(right, place.top, side, round((above + _SLOT * count + 0.7) * cell))
+    slots = [
+        (following.centerx, following.top + round((_FIRST_SLOT + _SLOT * number) * cell))
+        for number in range(count)
+    ]
+    below = following.bottom + gap
+    callout = pygame.Rect(right, below, side, max(1, place.bottom - below))
+    pad = round(0.6 * cell)
+    figures = [
+        pygame.Rect(left + pad, round(stats.top + number * _FIGURE * letter), side - 2 * pad, 1)
+        for number in range(_FIGURES)
+    ]
+    for figure in figures:
+        figure.height = round(_FIGURE * letter)
+    figures = [each for each in figures if each.bottom + _CHIPS * letter <= stats.bottom + 1]
+    return Layout(
+        area.copy(),
+        cell,
+        letter,
+        columns,
+        rows,
+        board,
+        hold,
+        stats,
+        following,
+        callout,
+        tuple(slots),
+        tuple(figures),
+        False,
+    )
+
+
+def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
+    """Lay out a board between a strip of pieces above it and one of figures below it."""
+    wide, high = max(columns, _LEAST_COLUMNS), max(rows, _LEAST_ROWS)
+    strip = 1.2 * scale + 2.3
+    height = strip + _HEAD + high + 0.2 + 1.2 * scale + 2.9 * scale + 2 * _FOOT
+    cell = max(_LEAST_CELL, int(min(area.width / (wide + 2 * _GAP), area.height / height)))
+    letter, gap = max(_LEAST_LETTER, cell * scale), round(_GAP * cell)
+    width = min(area.width - 2 * gap, _STRIP * cell)
+    left, top = area.centerx - width // 2, area.top + round((area.height - height * cell) / 2) + gap
+    hold = pygame.Rect(left, top, round(4.6 * cell), round(strip * cell))
+    right = hold.right + gap // 2
+    following = pygame.Rect(right, top, left + width - right, hold.height)
+    board = pygame.Rect(0, 0, columns * cell, rows * cell)
+    board.midbottom = area.centerx, hold.bottom + round((_HEAD + high) * cell)
+    callout = pygame.Rect(left, board.bottom + round(0.2 * cell), width, round(1.2 * letter))
+    stats = pygame.Rect(left, callout.bottom, width, round(2.9 * letter))
+    count = max(1, min(_PREVIEWS, int((following.width - 0.3 * cell) / (_STRIP_SLOT * cell))))
+    step = following.width / count
+    middle = top + round((1.2 * scale + 1.1) * cell)
+    slots = [(round(following.left + (number + 0.5) * step), middle) for number in range(count)]
+    number = max(1, min(_FIGURES, int(width / (3.4 * letter))))
+    pad, one = round(0.5 * cell), width // number
+    figures = [
+        pygame.Rect(left + pad + one * place, stats.top, one - pad, round(2.5 * letter))
+        for place in range(number)
+    ]
+    return Layout(
+        area.copy(),
+        cell,
+        letter,
+        columns,
+        rows,
+        board,
+        hold,
+        stats,
+        following,
+        callout,
+        tuple(slots),
+        tuple(figures),
+        True,
+    )
 
 
 def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
@@ -80,23 +193,20 @@ def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
     _draw_well(scenery, layout.board.move(here), layout, look)
     for card in (layout.hold, layout.next, layout.stats):
         draw_card(scenery, card.move(here), cell // 3, look)
+    pad, letter = round(0.6 * cell), layout.letter
     for card, key in ((layout.hold, "view.hold"), (layout.next, "view.next")):
         place = card.move(here)
-        size, widest = round(cell * 0.6), card.width - round(1.2 * cell)
-        words = theme.fitted(look.words(key), size, palette.dim, widest)
-        scenery.blit(words, (place.left + round(0.6 * cell), place.top + round(0.5 * cell)))
-    nearest = layout.next.inflate(-round(0.7 * cell), 0)
-    nearest.height = round(2.5 * cell)
-    nearest.center = layout.next.centerx, slot(layout, 0)
+        words = theme.fitted(
+            look.words(key), round(letter * 0.6), palette.dim, max(1, card.width - 2 * pad)
+        )
+        scenery.blit(words, (place.left + pad, place.top + round(0.4 * cell)))
+    nearest = pygame.Rect(0, 0, round(4.1 * cell), round((1.9 if layout.tall else 2.5) * cell))
+    nearest.width = min(nearest.width, layout.next.width - round(0.4 * cell))
+    nearest.center = layout.slots[0]
     pygame.draw.rect(scenery, palette.raised, nearest.move(here), border_radius=cell // 3)
     if pygame.display.get_init() and pygame.display.get_surface():
         return scenery.convert()
     return scenery
-
-
-def slot(layout: Layout, place: int) -> int:
-    """Return the y of the middle of a next piece, 0 the nearest."""
-    return layout.next.top + round((2.65 + 2.75 * place) * layout.cell)
 
 
 def draw_card(surface: pygame.Surface, card: pygame.Rect, radius: int, look: ThemeChoice) -> None:

@@ -11,10 +11,11 @@ from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
 from tetris.window.game_session import BotPlayer, Saves, Session
 from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.menu_screen import AttractMode
+from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.menus import (
     best_screen,
     chosen_mode,
+    help_screen,
     over_screen,
     pause_screen,
     replays_screen,
@@ -46,6 +47,7 @@ class ScreenFlow:
         """Lead over a stage; finished games go on a shelf."""
         self._stage, self._shelf = stage, shelf
         self._attract = AttractMode()
+        self._help: MenuScreen | None = None  # shown last
         self.game: Game | None = None  # the one played last
 
     def begin(self, start: Start) -> None:
@@ -111,13 +113,14 @@ class ScreenFlow:
     def _over(self, screen: PlayScreen) -> None:
         kept = self._shelf.keep(screen.session)
         self._stage.notice = kept.notice
-        replay = screen.session.recorder.replay()
+        replay, mode = screen.session.recorder.replay(), screen.session.mode
         self._stage.push(
             over_screen(
                 self._stage,
                 screen,
                 kept,
-                again=lambda: self.play(screen.session.mode),
+                replays=[replay, self._shelf.best_replay(mode.name, kept.place)],
+                again=lambda: self.play(mode),
                 watch=lambda: self._watch(Player(replay)),
                 leave=lambda: self._stage.home(),
             )
@@ -130,6 +133,17 @@ class ScreenFlow:
     def _leave(self, screen: PlayScreen) -> None:
         self._stage.notice = self._shelf.keep(screen.session).notice
         self._stage.home()
+
+    def toggle_help(self) -> None:
+        """Show the keys in use, and pause a game for it; or leave them again."""
+        stage = self._stage
+        if self._help and stage.screen is self._help:
+            stage.pop()
+            return
+        if isinstance(stage.screen, PlayScreen):
+            stage.screen.pause()
+        self._help = help_screen(stage)
+        stage.push(self._help)
 
     def watch(self, path: Path) -> None:
         """Show a replay's file, or say why it cannot be shown."""

@@ -16,13 +16,24 @@ from tetris.window.sounds import Sounds
 from tetris.window.tiles import ThemeChoice
 
 _HEIGHT = 720  # design units of the window's height
-_WIDTH = 860  # and the least of its width
+_WIDTH = 620  # and the least of its width
+PLAY_HZ = 60  # frames of a game
+ATTRACT_HZ = 30  # of effects beside a menu
+IDLE_HZ = 10  # of a menu; an event ends the wait for the next one
 
 
 class Screen(ABC):
     """One thing that the window shows."""
 
-    pointer = True  # whether the mouse has something to do there, and is seen
+    @property
+    def pointer(self) -> bool:
+        """Whether the mouse has something to do there, and is seen."""
+        return True
+
+    @property
+    def frames_hz(self) -> int:
+        """How often there is something new to draw while no key is pressed."""
+        return IDLE_HZ
 
     def press(self, code: Code, time_s: float) -> None:  # noqa: B027
         """Take a key or a button that went down."""
@@ -81,7 +92,8 @@ class ScreenStack:
     @property
     def unit(self) -> float:
         """Pixels in a design unit."""
-        return min(self.area.height / _HEIGHT, self.area.width / _WIDTH)
+        fits = min(self.area.height / _HEIGHT, self.area.width / _WIDTH)
+        return fits * self.settings.scale / 100
 
     @property
     def screen(self) -> Screen | None:
@@ -126,5 +138,5 @@ class ScreenStack:
 
 def _seen(settings: Settings) -> list[object]:
     """Return what a change of shows."""
-    names = ("theme", "patterns", "motion", "ghost", "grid", "language")
+    names = ("theme", "patterns", "motion", "ghost", "grid", "language", "scale")
     return [getattr(settings, name) for name in names]

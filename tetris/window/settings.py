@@ -41,6 +41,7 @@ class Settings:
     ghost: bool = True
     grid: bool = True
     fullscreen: bool = False
+    scale: int = 100  # of letters and menus, per cent
     language: str = ""  # its file's name, or "" for the system's
     effects: int = 70  # volume, per cent, like the next two
     clicks: int = 40  # of menus
@@ -57,6 +58,7 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
         "arr_ms": (0, 200, 1),
         "soft_drop": (1, 60, 1),
         "guard_ms": (0, 500, 10),
+        "scale": (80, 160, 10),
         "effects": (0, 100, 10),
         "clicks": (0, 100, 10),
         "tones": (0, 100, 10),
@@ -67,7 +69,7 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
 _SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "play": ("mode", "orb_mode", "level", "introduced"),
     "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard"),
-    "screen": ("theme", "patterns", "motion", "ghost", "grid", "fullscreen", "language"),
+    "screen": ("theme", "patterns", "motion", "ghost", "grid", "fullscreen", "scale", "language"),
     "sound": ("effects", "clicks", "tones"),
 }
 _BINDINGS: Final = ("keys", "pads")

@@ -41,15 +41,16 @@ PIECES: Final[dict[str, Colour]] = {
 }
 DEBRIS: Final = "?"  # the colour of blocks that no piece left, such as those to be dug away
 _EM: Final = 0.7  # of a size: what its letters measure, from ascender to descender
+LEAST_PX: Final = 12  # of a font: smaller letters cannot be read
 
 
 @lru_cache(maxsize=32)
 def font(size: int) -> pygame.font.Font:
-    """Return the interface font; it comes with the program, so nothing is to be installed."""
+    """Return the interface font, at `LEAST_PX` or more; it comes with the program."""
     if not pygame.font.get_init():
         pygame.font.init()
     pygame.register_quit(font.cache_clear)  # pygame.quit() leaves fonts that no longer work
-    return pygame.font.Font(BytesIO(_font_file()), max(1, round(size * _EM)))
+    return pygame.font.Font(BytesIO(_font_file()), max(LEAST_PX, round(size * _EM)))
 
 
 @cache
@@ -74,13 +75,15 @@ def shade(colour: Colour, share: float) -> Colour:
     return mix(colour, WHITE if share > 0 else BLACK, abs(share))
 
 
+@lru_cache(maxsize=256)
 def fitted(words: str, size: int, colour: Colour, widest: int) -> pygame.Surface:
-    """Return words as a picture, smaller where they would be too wide."""
-    picture = text(words, size, colour)
-    while picture.get_width() > widest and size > 1:
-        size = min(size - 1, int(size * widest / picture.get_width()))
-        picture = text(words, max(1, size), colour)
-    return picture
+    """Return words as a picture, smaller where they would be too wide, and then cut short."""
+    least = round(LEAST_PX / _EM)
+    while (wide := font(size).size(words)[0]) > widest and size > least:
+        size = max(least, min(size - 1, int(size * widest / wide)))
+    while len(words) > 1 and font(size).size(words)[0] > widest:
+        words = words[:-2].rstrip() + "…"
+    return text(words, size, colour)
 
 
 # -- themes ------------------------------------------------------------------------------------

@@ -192,6 +192,7 @@ class ThemeChoice:
     motion: bool = True
     ghost: bool = True
     grid: bool = True
+    scale: float = 1.0  # of letters beside the board
 
     @classmethod
     def chosen(cls, settings: Settings) -> "ThemeChoice":
@@ -204,4 +205,5 @@ class ThemeChoice:
             motion=settings.motion,
             ghost=settings.ghost,
             grid=settings.grid,
+            scale=settings.scale / 100,
         )

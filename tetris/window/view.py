@@ -14,7 +14,7 @@ from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.window import theme
 from tetris.window.effects import Callouts, Effects
-from tetris.window.scenery import Layout, draw_scenery, slot
+from tetris.window.scenery import Layout, draw_scenery
 from tetris.window.tiles import ThemeChoice
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
@@ -25,9 +25,6 @@ _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
 _VEIL_ALPHA: Final = 205  # over the board when time does not pass
 _HEADROOM_ROWS: Final = 1  # drawn above the board, for a piece that is just entering
 _DANGER_ROWS: Final = 4  # a stack so near to the top lights the well's frame
-_FIRST_BASE: Final = 2.75  # the lower edge of each number in its card, in cells
-_NEXT_BASE: Final = 2.7
-_PREVIEWS: Final = 5  # how many fit on their card
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +88,7 @@ class GameView:
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
         self._rows: Sequence[str] = ()  # the board as it was drawn last
-        self._lay_out(Layout.inside(area))
+        self._lay_out(Layout.inside(area, scale=self._look.scale))
 
     def _lay_out(self, layout: Layout) -> None:
         self.layout = layout
@@ -101,6 +98,11 @@ class GameView:
         self._veil = pygame.Surface(layout.board.size)
         self._veil.fill(self._look.palette.background)
         self._veil.set_alpha(_VEIL_ALPHA)
+
+    @property
+    def lively(self) -> bool:
+        """Whether an effect is going on, so that the next picture differs from the last one."""
+        return self._effects.alive
 
     def show(self, events: Iterable[Event]) -> None:
         """Let what happened be seen in the next frames."""
@@ -134,7 +136,8 @@ class GameView:
         """
         columns, rows = game.config.columns, game.config.rows
         if (columns, rows) != (self.layout.columns, self.layout.rows):
-            self._lay_out(Layout.inside(self.layout.area, columns, rows))
+            area = self.layout.area
+            self._lay_out(Layout.inside(area, columns, rows, self._look.scale))
         surface.blit(self._scenery, self.layout.area)
         self._draw_danger(surface, game)
         self._draw_blocks(surface, game, hint)
@@ -208,16 +211,12 @@ class GameView:
 
     def _draw_hold(self, surface: pygame.Surface, game: Game) -> None:
         if game.hold:
-            card = self.layout.hold
             picture = self._look.tiles.preview(game.hold, self._small, dim=not game.can_hold)
-            centre = (card.centerx, card.top + round(2.65 * self.layout.cell))
-            surface.blit(picture, picture.get_rect(center=centre))
+            surface.blit(picture, picture.get_rect(center=self.layout.hold_centre))
 
     def _draw_next(self, surface: pygame.Surface, game: Game) -> None:
-        card = self.layout.next
-        for place, kind in enumerate(game.next[:_PREVIEWS]):
+        for kind, centre in zip(game.next, self.layout.slots, strict=False):
             picture = self._look.tiles.preview(kind, self._small)
-            centre = card.centerx, slot(self.layout, place)
             surface.blit(picture, picture.get_rect(center=centre))
 
     @property
@@ -226,27 +225,29 @@ class GameView:
         return max(4, round(self.layout.cell * 0.82))
 
     def _draw_figures(self, surface: pygame.Surface, figures: Sequence[Figure]) -> None:
-        card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
-        left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
-        for row, figure in enumerate(figures):
-            bottom = card.top + round((_FIRST_BASE + row * _NEXT_BASE) * cell)
-            size = round(cell * (1.25 if row == 0 else 1.05))
+        letter, palette = self.layout.letter, self._look.palette
+        places = self.layout.figures
+        for row, (figure, place) in enumerate(zip(figures, places, strict=False)):
+            left, widest, bottom = place.left, max(1, place.width), place.bottom
+            size = round(letter * (1.25 if row == 0 and not self.layout.tall else 1.05))
             number = theme.fitted(figure.value, size, palette.text, widest)
             surface.blit(number, number.get_rect(bottomleft=(left, bottom)))
             words = self._look.words(figure.key)
-            label = theme.fitted(words, round(cell * 0.6), palette.dim, widest)
-            above = bottom - round(1.25 * cell)
+            label = theme.fitted(words, round(letter * 0.6), palette.dim, widest)
+            above = bottom - max(round(1.2 * letter), number.get_height() - 2)
             surface.blit(label, label.get_rect(bottomleft=(left, above)))
             if figure.share is not None:
-                high = max(2, round(0.14 * cell))
-                bar = pygame.Rect(left, bottom + round(0.06 * cell), widest, high)
+                high = max(2, round(0.14 * letter))
+                bar = pygame.Rect(left, bottom + round(0.06 * letter), widest, high)
                 pygame.draw.rect(surface, palette.track, bar, border_radius=high // 2)
                 if figure.share > 0:
                     bar.width = max(high, round(widest * min(1.0, figure.share)))
                     pygame.draw.rect(surface, palette.accent, bar, border_radius=high // 2)
 
     def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
-        """Show at the foot of the figures which chains are alive."""
+        """Show at the foot of the figures which chains are alive, where there is room."""
+        if self.layout.tall:
+            return
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
         left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
         chips = []
@@ -256,6 +257,6 @@ class GameView:
             count = game.streak.combo - 1
             chips.append((self._look.words("callout.combo", count=count), palette.cool))
         for row, (words, colour) in enumerate(chips):
-            picture = theme.fitted(words, round(cell * 0.56), colour, widest)
-            bottom = card.bottom - round((0.4 + 0.8 * row) * cell)
+            picture = theme.fitted(words, round(self.layout.letter * 0.56), colour, widest)
+            bottom = card.bottom - round(0.3 * cell) - row * round(0.9 * picture.get_height())
             surface.blit(picture, picture.get_rect(bottomleft=(left, bottom)))

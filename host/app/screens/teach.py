@@ -128,10 +128,11 @@ class TeachScreen(TeachPage):
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the list, with a picture of each gesture; those that were taught have a ring."""
         super().draw(surface, time_s)
-        for place, number in self._view.spots:
-            if not _FIRST <= number < _FIRST + len(self._listed):
+        for spot in self.spots:
+            place, place_in_list = spot.place, spot.number - _FIRST
+            if not 0 <= place_in_list < len(self._listed):
                 continue
-            one = self._listed[number - _FIRST]
+            one = self._listed[place_in_list]
             picture = self.thumbnail(one.image, _ICON)
             at = picture.get_rect(midright=(place.left - self.px(4), place.centery))
             surface.blit(picture, at)

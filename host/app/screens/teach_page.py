@@ -115,7 +115,7 @@ class TeachPage(OrbScreen):
     def strip(self) -> pygame.Rect:
         """Return the room between the items and the sentence below them."""
         area = self._stage.area
-        top = max((spot.place.bottom for spot in self._view.spots), default=area.top)
+        top = max((spot.place.bottom for spot in self.spots), default=area.top)
         bottom = area.bottom - self.px(_FOOT)
         return pygame.Rect(self.px(24), top, area.width - 2 * self.px(24), max(1, bottom - top))
 

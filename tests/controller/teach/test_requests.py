@@ -110,7 +110,7 @@ def test_examples_are_counted_and_so_is_what_the_model_made_of_them() -> None:
     assert tally.understood("pinch") == (1, 1)  # which came while the hand was leaving
     assert tally.understood("null") == (1, 1)  # nothing was recognised in nothing
     assert summary(tally)[0] == (
-        "  press: 2 examples, 9 in all; the present model understood 1 of 2"
+        "  press: 2 examples, 9 in all; 1 of 2 understood by the present model"
     )
 
 

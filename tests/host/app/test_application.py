@@ -15,6 +15,7 @@ from host.app.layout import Dock
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
+from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
@@ -125,8 +126,9 @@ def test_the_mouse_touches_the_dome_and_clicks_the_menu_beside_it() -> None:
             sent = window.app.outgoing(window.now_s)
             assert any(isinstance(one, Contacts) and one.contacts for one in sent)
     assert not window.playing
-    beside = Dock.of(SIZE).game
-    place = beside.centerx, round(beside.height * 0.317)  # "Play", below the name
+    menu = window.app.stage.screen
+    assert isinstance(menu, MenuScreen)
+    place = menu.spots[0].place.move(Dock.of(SIZE).game.topleft).center
     click = pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=place, button=1)
     window.app.handle(click, window.now_s)
     window.pass_s(0.1)

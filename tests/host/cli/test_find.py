@@ -222,7 +222,7 @@ def test_double_identity_is_not_chosen(desk: Desk, memory: DeviceStore, monkeypa
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
     answers = discovery.ask_all([Port(real), Port(liar)])
     assert len(find.rows(answers, [])) == 2
-    assert "2 ports say that they are orb-1" in find.remarks(answers)[0]
+    assert "2 ports say that they are orb-1" in discovery.remarks(answers)[0]
     discovery.note(memory, answers)
     assert memory.devices == []
     monkeypatch.setattr(discovery, "listed", lambda everything: [real, liar])

@@ -66,6 +66,24 @@ def test_answers_match_events_as_the_metric_says(both: tuple[list[Event], list[A
     assert counted.latencies_s.tolist() == score.latencies_s
 
 
+@pytest.mark.parametrize(
+    ("null", "press", "pinch", "length_s", "reason"),
+    [
+        (0.6, 0.4, 0.0, 0.5, "too light"),
+        (0.0, 0.6, 0.4, 0.5, "undecided"),
+        (0.0, 0.9, 0.1, 0.2, "too short"),
+        (0.0, 0.9, 0.1, 0.5, "unclear"),
+    ],
+)
+def test_a_press_without_an_answer_has_a_reason(
+    null: float, press: float, pinch: float, length_s: float, reason: str
+) -> None:
+    stream = drawn([Event(2.0, 2.0 + length_s, "press")], [])
+    stream.probabilities[stream.truth.label == LABELS.index("press"), :3] = null, press, pinch
+    found = summarise("drawn", LABELS, [tally(stream, LABELS)])
+    assert [str(one) for one in found.verdict] == [f"press: 0 of 1 understood, {reason}"]
+
+
 def test_every_event_and_every_false_alarm_stands_once_in_the_confusion() -> None:
     events = [Event(k, k + 0.5, kind) for k, kind in ((2, "press"), (5, "press"), (8, "pinch"))]
     answers = [

@@ -90,7 +90,7 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
         assert honest["random"] is not None
     events = sum(map(sum, found["gesture"]["answered"][1:]))
     card = (tmp_path / "my.md").read_text()
-    assert f"of {events} | | |" in card.partition("answered rightly, as in play")[2]
+    assert f"of {events} | | |" in card.partition("understood, as in play")[2]
     assert "windows at random, as the paper's protocol" in card
     assert loaded.card["command"] in card
     assert not (tmp_path / "my.orb.training").exists()

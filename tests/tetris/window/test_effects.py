@@ -1,5 +1,7 @@
 """Feedback: what lights up after an event, what is said, and that nothing hides the board."""
 
+from dataclasses import replace
+
 import pygame
 import pytest
 
@@ -9,7 +11,7 @@ from tetris.engine.board import Board
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
-from tetris.window.effects import praise
+from tetris.window.effects import Effects, praise
 from tetris.window.scenery import Layout
 from tetris.window.settings import Settings
 from tetris.window.tiles import ThemeChoice
@@ -50,11 +52,35 @@ def changed(look: ThemeChoice, events: list[Event], game: Game, at_s: float) -> 
 QUAD = "J.........\n" + "JJJJJJJJJ.\n" * 4
 
 
-@pytest.mark.parametrize("look", [STILL, MOVING], ids=["still", "moving"])
-def test_a_great_clear_is_seen_and_then_gone(look: ThemeChoice) -> None:
+def test_a_great_clear_is_seen_and_then_gone() -> None:
     game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
-    assert changed(look, events, game, 0.05).count() > 2000
-    assert changed(look, events, game, 5.0).count() == 0
+    assert changed(MOVING, events, game, 0.05).count() > 2000
+    assert changed(MOVING, events, game, 5.0).count() == 0
+
+
+def test_cleared_rows_dim_and_nothing_large_becomes_bright() -> None:
+    game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
+    view, surface = GameView(AREA, look=MOVING), pygame.Surface(AREA.size)
+    view.draw(surface, game, 0.0)
+    view.show(events)
+    view.draw(surface, game, 0.01)
+    rows = pygame.Rect(view.layout.at(0, 3), (view.layout.board.width, 4 * view.layout.cell))
+    assert max(pygame.transform.average_color(surface, rows)[:3]) < 60
+
+
+def test_light_begins_three_times_a_second_at_most() -> None:
+    look, layout = MOVING, Layout.inside(AREA)
+    effects, lit = Effects(look), []
+    for tick in range(300):
+        game, events = drop("", Piece("O", 4, 18))
+        events = [replace(event, time_s=tick / 100) for event in events]
+        before = len(effects._alive)
+        effects.show(events, layout, game.board.rows)
+        if len(effects._alive) > before:
+            lit.append(tick / 100)
+        effects.draw(pygame.Surface(AREA.size), layout, tick / 100)
+    assert len(lit) > 5
+    assert all(later - earlier > 1 for earlier, later in zip(lit, lit[3:], strict=False))
 
 
 def test_words_stand_beside_the_board() -> None:
@@ -66,13 +92,12 @@ def test_words_stand_beside_the_board() -> None:
     assert all(frame.contains(rect) for rect in late.get_bounding_rects())
 
 
-def test_without_motion_a_drop_leaves_no_trail_and_pushes_nothing() -> None:
+def test_without_motion_nothing_lights_up_and_words_stand_without_fading() -> None:
     game, events = drop("", Piece("O", 4, 18))
-    layout = Layout.inside(AREA)
-    still, moving = (changed(look, events, game, 0.02) for look in (STILL, MOVING))
-    landed = pygame.Rect(layout.at(4, 1), (2 * layout.cell, 2 * layout.cell))
-    assert all(landed.contains(rect) for rect in still.get_bounding_rects())
-    assert moving.count() > 3 * still.count()
+    assert changed(STILL, events, game, 0.02).count() == 0
+    assert changed(MOVING, events, game, 0.02).count() > 0
+    game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
+    assert changed(STILL, events, game, 0.02).count() == changed(STILL, events, game, 1.7).count()
 
 
 def test_a_lock_is_praised_greatest_first() -> None:

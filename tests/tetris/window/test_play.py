@@ -1,6 +1,7 @@
 """A game in the window: beginning, pausing, ending, watching, and playing on."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pygame
@@ -10,7 +11,7 @@ from tests.support.pytest_types import Patch
 from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
-from tetris.window import video
+from tetris.window import theme, video
 from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
@@ -38,6 +39,50 @@ def test_no_time_passes_in_a_pause(player: Player) -> None:
     player.wait(RESUME_S)
     assert game.phase is Phase.RUNNING
     assert game.time_s - before_s < 0.3
+
+
+def test_a_game_goes_on_after_three_two_one(player: Player, monkeypatch: Patch) -> None:
+    player.play()
+    player.key(pygame.K_p)
+    accent, said, write = player.app.stage.look.palette.accent, [], theme.fitted
+
+    def fitted(words: str, size: int, colour: theme.Colour, widest: int) -> pygame.Surface:
+        if colour == accent:
+            said.append(words)
+        return write(words, size, colour, widest)
+
+    monkeypatch.setattr(theme, "fitted", fitted)
+    player.key(pygame.K_RETURN)
+    player.wait(RESUME_S)
+    assert list(dict.fromkeys(said)) == ["3", "2", "1"]
+
+
+@pytest.mark.parametrize("button", [pygame.BUTTON_LEFT, pygame.BUTTON_RIGHT])
+def test_the_mouse_alone_pauses_goes_on_and_leaves(player: Player, button: int) -> None:
+    screen = player.play()
+    at = screen.button.center
+    assert min(screen.button.size) >= 24
+    player.wait(FRAME_S, pygame.event.Event(pygame.MOUSEMOTION, pos=at, buttons=(0, 0, 0)))
+    assert screen.pointer
+    player.wait(FRAME_S, pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=button, pos=at))
+    assert player.menu.menu.title == "Paused"
+    player.wait(FRAME_S, pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=3, pos=(1, 1)))
+    player.wait(2.1)
+    assert player.screen is screen
+    assert not screen.pointer
+
+
+def test_f1_pauses_and_shows_the_keys_in_use(player: Player) -> None:
+    player.app.stage.change(Settings(keys={**Settings().keys, "hold": ("q",)}))
+    screen = player.play()
+    player.key(pygame.K_F1)
+    assert player.menu.menu.title == "Keys in use"
+    caps = {item.label: item.caps for item in player.menu.menu.items}
+    assert caps["Hold"] == ("Q",)
+    player.key(pygame.K_F1)
+    assert player.menu.menu.title == "Paused"
+    player.key(pygame.K_ESCAPE)
+    assert player.screen is screen
 
 
 def test_a_window_that_loses_the_focus_pauses_and_says_why(player: Player) -> None:
@@ -69,7 +114,9 @@ def test_the_end_has_a_menu_and_drumming_on_the_keys_does_not_pass_it(player: Pl
     while isinstance(player.screen, PlayScreen):
         player.key(pygame.K_SPACE)
     ended = player.screen
-    player.key(pygame.K_SPACE, pygame.K_SPACE)
+    for _ in range(9):  # for longer than any input is ignored
+        player.key(pygame.K_SPACE)
+        player.wait(0.3)
     assert player.screen is ended
     player.wait(0.7)
     player.choose("Play again")
@@ -97,6 +144,37 @@ def test_a_finished_game_is_kept_watched_and_played_on_from(player: Player, tmp_
     assert player.game.session.game.pieces_placed >= placed + 1
     player.lose()
     assert len(list((tmp_path / "data").rglob("*.tetris"))) == 2
+
+
+def test_a_list_of_replays_says_what_is_in_them(player: Player, tmp_path: Path) -> None:
+    summary = player.play().session.summary
+    player.lose()
+    player.choose("Leave the game")
+    player.choose("Replays")
+    (game, _) = player.menu.menu.items
+    assert game.late
+    score, length, _ = game.late().split(" · ")
+    assert int(score.replace(",", "")) > summary.score
+    assert length.startswith("0:")
+    (path,) = (tmp_path / "data").rglob("*.tetris")
+    path.write_text("damaged")
+    player.key(pygame.K_ESCAPE)
+    player.choose("Replays")
+    assert " · " not in (player.menu.menu.items[0].late or str)()
+
+
+def test_the_results_show_the_course_beside_the_best_games(player: Player) -> None:
+    player.play()
+    player.lose()
+    (first,) = player.menu.menu.curves
+    assert first.label == "This game"
+    assert first.points[0] == (0.0, 0.0)
+    assert first.points[-1][1] > 0
+    player.choose("Play again")
+    player.wait(READY_S + 0.1)
+    player.lose()
+    assert [curve.label for curve in player.menu.menu.curves] == ["This game", "Best game"]
+    assert player.menu.menu.curves[1] == replace(first, label="Best game")
 
 
 def watching(player: Player) -> ReplayScreen:
@@ -195,7 +273,7 @@ def pressed(
     assert isinstance(screen, PlayScreen)
     screen.resume()  # with these settings
     for number, keys in enumerate([(), (), *frames]):
-        now_s = READY_S + number / hz
+        now_s = RESUME_S + number / hz
         kinds = [(pygame.KEYDOWN if key > 0 else pygame.KEYUP, abs(key)) for key in keys]
         app.step(now_s, [pygame.event.Event(kind, key=key) for kind, key in kinds])
     return screen
@@ -230,6 +308,13 @@ def test_keys_pressed_in_one_frame_act_as_in_frames_of_their_own(
         assert again.game.piece == session.game.piece
     assert together.game.piece.kind == apart.game.piece.kind
     assert together.game.hold == apart.game.hold
+
+
+def test_a_hold_that_stays_down_holds_once(window: pygame.Surface) -> None:
+    held = pressed(window, (C,), (SPACE,), (-SPACE,), (SPACE,), hz=60).session.game
+    assert held.can_hold
+    again = pressed(window, (C,), (SPACE,), (-SPACE, -C), (C,), hz=60).session.game
+    assert not again.can_hold
 
 
 @pytest.mark.parametrize("hz", [30, 60])

@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Action
+from tetris.window.menu_view import Spot
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.pages import WAIT_S, BindingScreen
 from tetris.window.screens.play_screen import READY_S, PlayScreen
@@ -78,6 +79,66 @@ def test_the_mouse_chooses_takes_and_turns(player: Player) -> None:
     assert player.app.stage.settings.mode == "endless"
     player.click(spots[0].place.center)
     assert isinstance(player.screen, PlayScreen)
+
+
+def test_a_click_on_an_arrow_turns_a_value_back_and_on(player: Player) -> None:
+    for number, mode in ((1, "endless"), (1, "sprint"), (0, "endless")):
+        arrows = player.menu._view.spots[1].arrows
+        assert min(arrow.width for arrow in arrows) >= 24
+        player.click(arrows[number].center)
+        assert player.app.stage.settings.mode == mode
+
+
+def test_what_can_be_changed_stands_between_arrows_and_actions_do_not(player: Player) -> None:
+    arrows = {
+        player.menu.menu.items[spot.number].label: len(spot.arrows)
+        for spot in player.menu._view.spots
+    }
+    assert arrows["Mode"] == arrows["Start level"] == 2
+    assert arrows["Play"] == arrows["Quit"] == 0
+
+
+def pad(player: Player, *buttons: int) -> None:
+    for button in buttons:
+        for kind in (pygame.CONTROLLERBUTTONDOWN, pygame.CONTROLLERBUTTONUP):
+            player.wait(FRAME_S, pygame.event.Event(kind, instance_id=0, button=button))
+
+
+def test_a_pad_alone_plays_pauses_goes_back_and_leaves(player: Player) -> None:
+    take, back = pygame.CONTROLLER_BUTTON_A, pygame.CONTROLLER_BUTTON_B
+    down, start = pygame.CONTROLLER_BUTTON_DPAD_DOWN, pygame.CONTROLLER_BUTTON_START
+    title = player.screen
+    pad(player, *[down] * 3, take)
+    assert player.menu.menu.title == "Best games"
+    pad(player, back)
+    assert player.screen is title
+    pad(player, *[down] * 4, take)
+    player.wait(READY_S + 0.1)
+    pad(player, start)
+    assert player.menu.menu.title == "Paused"
+    pad(player, *[down] * 3, take)
+    assert player.screen is title
+
+
+def test_the_mouse_alone_goes_back_from_every_page(player: Player) -> None:
+    title = player.screen
+    for label in ("Best games", "Replays", "Settings"):
+        player.choose(label)
+        player.click(next(s for s in player.menu._view.spots if _is_back(player, s)).place.center)
+        assert player.screen is title
+
+
+def _is_back(player: Player, spot: Spot) -> bool:
+    return player.menu.menu.items[spot.number].label == "Back"
+
+
+def test_a_menu_is_drawn_less_often_than_a_game(player: Player) -> None:
+    menus = player.app.frames_hz
+    player.choose("Play")
+    assert menus <= 30 < player.app.frames_hz == 60
+    player.wait(READY_S + 0.1)
+    player.key(pygame.K_p)
+    assert player.app.frames_hz <= 20
 
 
 def test_a_step_back_on_the_title_closes_nothing(player: Player) -> None:
@@ -181,6 +242,21 @@ def test_every_size_is_drawn(window: pygame.Surface, size: tuple[int, int], them
     player.wait(0.1)
     player.key(pygame.K_p)
     player.wait(0.05)
+
+
+def test_the_attract_mode_has_equal_margins_and_begins_level_with_the_logo(player: Player) -> None:
+    view = player.menu._attract._view if player.menu._attract else None
+    assert view
+    outer, letters = view.layout.outer, player.menu._view.spots[0].place.left
+    assert abs((player.app.stage.area.right - outer.right) - letters) <= 20
+    assert outer.top <= 56
+
+
+def test_a_window_has_its_size_again_after_full_screen(player: Player) -> None:
+    pygame.display.set_mode((900, 700), pygame.RESIZABLE)
+    player.wait(FRAME_S, pygame.event.Event(pygame.VIDEORESIZE, size=(900, 700), w=900, h=700))
+    player.key(pygame.K_F11, pygame.K_F11)
+    assert player.app.stage.area.size == (900, 700)
 
 
 def test_full_screen_and_back(player: Player) -> None:

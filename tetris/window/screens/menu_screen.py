@@ -10,20 +10,23 @@ from tetris.window.game_session import BotPlayer
 from tetris.window.keys import Code
 from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView, Spot
-from tetris.window.scenery import draw_card, draw_logo
-from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.scenery import Layout, draw_card, draw_logo
+from tetris.window.screen_stack import ATTRACT_HZ, IDLE_HZ, Screen, ScreenStack
 from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
-_LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game
-_LEFT: Final = 24
+_LEAST_BESIDE: Final = 0.4  # of the height: a narrower rest of the window shows no game
+_EDGE: Final = 30  # of the column, outside of its letters
 _TOP: Final = 56
+_BOTTOM: Final = 16
 _LOGO: Final = 150
+_LEAST_LOGO: Final = 480  # of the height: a lower window shows no logo
 _PANEL: Final = 520
+_LEAST_COLUMN: Final = 310  # pixels, like a panel: letters do not become smaller without end
 _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
-_LONGEST_S: Final = 0.1  # time that one frame may bring; it stands still while it is not seen
+_LONGEST_S: Final = 0.25  # time that one frame may bring; it stands still while it is not seen
 _SEED: Final = 7
 
 
@@ -37,6 +40,11 @@ class AttractMode:
         self._area = pygame.Rect(0, 0, 0, 0)
         self._look: ThemeChoice | None = None
         self._time_s = self._seen_s = 0.0
+
+    @property
+    def lively(self) -> bool:
+        """Whether an effect is going on; the bot itself moves a few times a second."""
+        return self._view is not None and self._view.lively
 
     def tick(self, time_s: float) -> None:
         """Let time pass."""
@@ -78,14 +86,16 @@ class MenuScreen(Screen):
             behind: The screen over which it is a panel; without one it fills the window.
             logo: Whether the program's name stands above it.
             back: What a step back does; None goes to the screen below.
-            quiet_s: For how long input, meant for the game that has just ended, is ignored.
+            quiet_s: For how long no input may have come before any is taken, so that presses
+                meant for the game that has just ended do nothing.
         """
         self._stage, self._build = stage, build
         self._attract, self._behind, self._logo = attract, behind, logo
         self._back = back or stage.pop
-        self._open_s = stage.time_s + quiet_s
+        self._quiet_s, self._open_s = quiet_s, stage.time_s + quiet_s
         self._cursor, self._repeater = Cursor(), Repeater()
         self._view = MenuView(stage.look)
+        self._backdrop: pygame.Surface | None = None  # what is behind a panel
         self._menu = build()
 
     @property
@@ -99,6 +109,12 @@ class MenuScreen(Screen):
         return self._view.spots
 
     @property
+    def frames_hz(self) -> int:
+        """Faster while a direction repeats, and while something flies in the bot's game."""
+        lively = self._repeater.held or (self._attract and self._attract.lively)
+        return ATTRACT_HZ if lively else IDLE_HZ
+
+    @property
     def selected(self) -> int:
         """The number of the chosen item."""
         return min(self._cursor.selected, len(self._menu.items) - 1)
@@ -106,6 +122,7 @@ class MenuScreen(Screen):
     def nav(self, nav: MenuStep, time_s: float) -> None:
         """Take a step."""
         if time_s < self._open_s:
+            self._open_s = time_s + self._quiet_s
             return
         if nav is MenuStep.BACK:
             self._stage.sounds.click("back")
@@ -137,27 +154,27 @@ class MenuScreen(Screen):
     def mouse(self, event: pygame.event.Event, time_s: float) -> None:
         """Choose the item under the pointer; take it, or turn its value, by a click."""
         match event.type:
+            case pygame.MOUSEBUTTONDOWN if event.button == pygame.BUTTON_RIGHT:
+                self.nav(MenuStep.BACK, time_s)
             case pygame.MOUSEMOTION | pygame.MOUSEBUTTONDOWN:
                 for spot in self._view.spots:
                     if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):
                         self._cursor.selected = spot.number
                         if getattr(event, "button", 0) == 1:
-                            self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
+                            self._click(spot, event.pos, time_s)
                         return
             case pygame.MOUSEWHEEL if event.y:
                 self.nav(MenuStep.UP if event.y > 0 else MenuStep.DOWN, time_s)
 
-    def _click(self, x: int, width: int, time_s: float) -> None:
-        """Take an item; one with a value goes back where its left half is clicked."""
-        item = self._menu.items[self._cursor.selected]
-        if item.step and not item.do:
-            self.nav(MenuStep.RIGHT if x > 0.72 * width else MenuStep.LEFT, time_s)
-        else:
-            self.nav(MenuStep.CONFIRM, time_s)
+    def _click(self, spot: Spot, at: tuple[int, int], time_s: float) -> None:
+        """Take an item, or turn its value by one of its arrows."""
+        hit = pygame.Rect(at, (1, 1)).collidelist(spot.arrows)
+        steps = {-1: MenuStep.CONFIRM, 0: MenuStep.LEFT, 1: MenuStep.RIGHT}
+        self.nav(steps[hit], time_s)
 
     def refresh(self) -> None:
         """Take over another look."""
-        self._view = MenuView(self._stage.look)
+        self._view, self._backdrop = MenuView(self._stage.look), None
         self.rebuild()
 
     def tick(self, time_s: float) -> None:
@@ -178,32 +195,58 @@ class MenuScreen(Screen):
     def _draw_page(self, surface: pygame.Surface) -> None:
         stage, area, unit = self._stage, self._stage.area, self._stage.unit
         surface.fill(stage.look.palette.background)
-        column = pygame.Rect(0, 0, round(_COLUMN * unit), area.height - round(_TOP * unit))
-        column.topleft = round(_LEFT * unit), round(_TOP * unit)
+        column = pygame.Rect(
+            0, 0, min(area.width, max(_LEAST_COLUMN, round(_COLUMN * unit))), area.height
+        )
+        logo = round(_LOGO * unit) if self._logo and area.height > _LEAST_LOGO * unit else 0
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
         if self._attract and beside.width >= _LEAST_BESIDE * area.height:
-            spare = max(0, beside.width - round(1.05 * area.height)) // 2
-            column.left += spare // 2
-            beside.left, beside.width = column.right, area.width - column.right - spare // 2
-            self._attract.draw(surface, beside, stage.look)
+            game = self._share_out(column, beside)
+            self._attract.draw(surface, game, stage.look)
         else:
+            high = logo + self._view.height(self._menu, unit)
+            column.top = max(round(_TOP * unit / 2), (area.height - high) // 2)
             column.centerx = area.centerx
-        if self._logo:
-            logo = pygame.Rect(column.left, column.top, column.width, round(_LOGO * unit))
-            draw_logo(surface, logo.inflate(-round(52 * unit), 0), stage.look)
-            column.top, column.height = logo.bottom, column.height - logo.height
+        column.height = area.height - column.top - round(_BOTTOM * unit)
+        if logo:
+            place = pygame.Rect(column.left, column.top, column.width, logo)
+            draw_logo(surface, place.inflate(-round(60 * unit), 0), stage.look)
+            column.top, column.height = place.bottom, column.height - logo
         self._view.draw(surface, column, self._menu, self.selected, unit)
+
+    def _share_out(self, column: pygame.Rect, beside: pygame.Rect) -> pygame.Rect:
+        """Move a column and a game beside it, so that the margins are equal and both begin level.
+
+        Return the area of the game.
+        """
+        stage = self._stage
+        edge = round(_EDGE * stage.unit)  # from the column's end to its letters
+        outer = Layout.inside(beside, scale=stage.look.scale).outer
+        spare = stage.area.width - (column.width - 2 * edge) - outer.width
+        margin = spare // 3
+        column.left = margin - edge
+        column.top = min(outer.top, round(_TOP * stage.unit))
+        right = stage.area.width - margin
+        return beside.move(right - outer.right, column.top - outer.top)
 
     def _draw_panel(self, surface: pygame.Surface, time_s: float) -> None:
         assert self._behind
-        self._behind.draw(surface, time_s)
         stage, area, unit = self._stage, self._stage.area, self._stage.unit
-        veil = pygame.Surface(area.size)
-        veil.fill(stage.look.palette.background)
-        veil.set_alpha(_VEIL_ALPHA)
-        surface.blit(veil, (0, 0))
+        if self._backdrop is None:
+            self._behind.draw(surface, time_s)
+            veil = pygame.Surface(area.size)
+            veil.fill(stage.look.palette.background)
+            veil.set_alpha(_VEIL_ALPHA)
+            surface.blit(veil, (0, 0))
+            self._backdrop = surface.copy()
+        surface.blit(self._backdrop, (0, 0))
         height = self._view.height(self._menu, unit) + round(52 * unit)
-        panel = pygame.Rect(0, 0, round(_PANEL * unit), min(height, area.height))
+        panel = pygame.Rect(
+            0,
+            0,
+            min(area.width, max(_LEAST_COLUMN, round(_PANEL * unit))),
+            min(height, area.height),
+        )
         panel.center = area.center
         draw_card(surface, panel, round(16 * unit), stage.look)
         inner = panel.inflate(-round(20 * unit), -round(44 * unit))

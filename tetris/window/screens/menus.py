@@ -1,17 +1,21 @@
 """The first page and the lists that it leads to, and the menus over a game that pauses or ends."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
 from tetris.engine.game import Finish
 from tetris.engine.modes import MODES, Mode, Ranking
+from tetris.history.course import course
 from tetris.history.high_scores import Entry
+from tetris.history.replay import Replay
+from tetris.history.replay_file import ReplayError, load_head
 from tetris.history.stats import Summary
+from tetris.window import bindings
 from tetris.window.game_session import SavedGame, Saves
 from tetris.window.language import Words
-from tetris.window.menu import Item, Menu, Row
+from tetris.window.menu import Curve, Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.pages import back_item
@@ -113,21 +117,66 @@ def replays_screen(
     stage: ScreenStack, shelf: Saves, attract: AttractMode, watch: Callable[[Path], None]
 ) -> MenuScreen:
     """Return the replays, the newest first; choosing one shows it."""
-    paths = shelf.replays()
+    words = stage.look.words
+
+    @cache
+    def about(path: Path) -> str:
+        _, when, ranking = _named(path, words)
+        try:
+            head = load_head(path)
+        except ReplayError:
+            return when
+        lines, length = words("replays.lines", lines=head.outcome.lines), clock(head.length_s)[:-3]
+        figure = f"{head.outcome.score:,}" if ranking == "score" else lines
+        return " · ".join((figure, length, when[5:]))
 
     def item(path: Path) -> Item:
-        words, title, when = stage.look.words, path.stem, ""
-        day, time, mode = [*path.stem.split("_", 2), "", ""][:3]
-        if mode in MODES:
-            title, when = words(f"modes.{mode}.title"), f"{day}  {time[:5].replace('-', ':')}"
-        return Item(title, partial(watch, path), value=when, hint=words("replays.watch_hint"))
+        title, when, _ = _named(path, words)
+        hint = f"{when}  {words('replays.watch_hint')}"
+        return Item(title, partial(watch, path), late=partial(about, path), hint=hint)
+
+    paths = shelf.replays()
+    items = (*map(item, paths), back_item(stage))
+
+    def build() -> Menu:
+        notice = stage.notice or ("" if paths else words("replays.none"))
+        return Menu(words("replays.title"), items, notice=notice)
+
+    return MenuScreen(stage, build, attract=attract)
+
+
+def _named(path: Path, words: Words) -> tuple[str, str, Ranking]:
+    """Return a replay's title, when it ended, and what its mode is ranked by: its file's name."""
+    day, time, name = [*path.stem.split("_", 2), "", ""][:3]
+    if name not in MODES:
+        return path.stem, "", "score"
+    when = f"{day} {time[:5].replace('-', ':')}"
+    return words(f"modes.{name}.title"), when, MODES[name].ranking
+
+
+def help_screen(stage: ScreenStack) -> MenuScreen:
+    """Return the keys in use; the sentence below has the buttons of pads."""
+
+    def item(action: str) -> Item:
+        words, settings = stage.look.words, stage.settings
+        caps, buttons = (
+            [bindings.caption(name) for name in names.get(action, ())]
+            for names in (settings.keys, settings.pads)
+        )
+        none = words("bindings.none")
+        hint = f"{words('settings.pads')}: {', '.join(buttons) or none}"
+        return Item(words(f"actions.{action}"), value=none, caps=tuple(caps), hint=hint)
 
     def build() -> Menu:
         words = stage.look.words
-        notice = stage.notice or ("" if paths else words("replays.none"))
-        return Menu(words("replays.title"), [*map(item, paths), back_item(stage)], notice=notice)
+        fixed = [
+            Item(words("settings.fullscreen"), caps=("F11",), hint=words("help.mouse")),
+            Item(words("help.title"), caps=("F1", "?"), hint=words("help.mouse")),
+        ]
+        items = (*map(item, bindings.ACTIONS), *fixed, back_item(stage))
+        return Menu(words("help.title"), items, notice=stage.notice)
 
-    return MenuScreen(stage, build, attract=attract)
+    return MenuScreen(stage, build)
 
 
 # -- over a game -------------------------------------------------------------------------------
@@ -156,10 +205,21 @@ def pause_screen(
 
 
 def over_screen(
-    stage: ScreenStack, game: PlayScreen, kept: SavedGame, *, again: Do, watch: Do, leave: Do
+    stage: ScreenStack,
+    game: PlayScreen,
+    kept: SavedGame,
+    *,
+    replays: Sequence[Replay | None],
+    again: Do,
+    watch: Do,
+    leave: Do,
 ) -> MenuScreen:
-    """Return the menu over a game that has ended."""
+    """Return the menu over a game that has ended; the replays are its own and the best game's."""
     session = game.session
+    courses = [
+        course(replay, "score" if session.mode.ranking == "score" else "lines") if replay else ()
+        for replay in replays
+    ]
     summary, result = session.summary, session.game.result
 
     def build() -> Menu:
@@ -174,7 +234,9 @@ def over_screen(
             Item(words("menu.watch"), watch),
             Item(words("menu.leave"), leave),
         )
-        return Menu(words(title), items, table, notice=kept.notice)
+        labels = words("over.this_game"), words("over.best_game")
+        curves = [Curve(*each) for each in zip(labels, courses, strict=True) if each[1]]
+        return Menu(words(title), items, table, curves, notice=kept.notice)
 
     return MenuScreen(stage, build, behind=game, back=leave, quiet_s=_QUIET_S)
 

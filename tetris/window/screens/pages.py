@@ -21,7 +21,7 @@ _UNITS: Final = {
 }
 _HANDLING: Final = ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard")
 _SOUND: Final = ("effects", "clicks", "tones")
-_SCREEN: Final = ("theme", "patterns", "motion", "ghost", "grid", "fullscreen")
+_SCREEN: Final = ("theme", "patterns", "motion", "ghost", "grid", "scale", "fullscreen")
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
 
@@ -105,8 +105,9 @@ def _item(stage: ScreenStack, name: str) -> Item:
     share = None
     if isinstance(value, bool):
         written = words("menu.on" if value else "menu.off")
-    elif name in _SOUND:
-        written, share = words("settings.percent", value=value), value / LIMITS[name][1]
+    elif name in _SOUND or name == "scale":
+        written = words("settings.percent", value=value)
+        share = value / LIMITS[name][1] if name in _SOUND else None
     elif name == "arr_ms" and value == 0:
         written = words("settings.at_once")
     else:

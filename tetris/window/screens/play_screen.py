@@ -7,18 +7,20 @@ from typing import Final
 import pygame
 
 from tetris.bots import beam_search
-from tetris.engine.events import Action, Event, Spawned
+from tetris.engine.events import Action, Event, Held, Spawned
 from tetris.engine.game import Phase
 from tetris.engine.pieces import Piece
 from tetris.window import bindings, theme
 from tetris.window.game_session import BotPlayer, Session
 from tetris.window.keys import Code, DueAction
-from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.screen_stack import PLAY_HZ, Screen, ScreenStack
 from tetris.window.settings import hands
 from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
-RESUME_S: Final = 0.6  # after a pause, to find one's way
+RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
+_POINTER_S: Final = 2.0  # after the mouse has moved, in which it is seen
+_LEAST_BUTTON: Final = 26  # pixels, of the button that pauses
 _REST_S: Final = 1.2  # after the end, before a menu covers the board
 _INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
@@ -26,8 +28,6 @@ _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
 
 class PlayScreen(Screen):
     """Plays one session, by hand or by a bot."""
-
-    pointer = False
 
     def __init__(
         self,
@@ -52,6 +52,9 @@ class PlayScreen(Screen):
         self._time_s = session.recorder.time_s
         self._begin_s: float | None = None  # when the piece begins to move
         self._over_s: float | None = None
+        self._resuming = False
+        self._hold_spent = False  # whether the hold that is held down has swapped a piece
+        self._moved_s = -_POINTER_S  # when the mouse moved last, by the window's clock
         self._hint: Piece | None = None
         self._given: list[DueAction] = []
         self._held: frozenset[Action] = frozenset()  # by a controller of actions
@@ -89,6 +92,33 @@ class PlayScreen(Screen):
         at_s = time_s + self._offset_s
         self._given += [DueAction(at_s, action, True, self._down) for action in repeats]
 
+    @property
+    def pointer(self) -> bool:
+        """The pointer is seen for a moment after the mouse has moved."""
+        return self._stage.time_s < self._moved_s + _POINTER_S
+
+    @property
+    def frames_hz(self) -> int:
+        """As often as the display shows."""
+        return PLAY_HZ
+
+    def mouse(self, event: pygame.event.Event, time_s: float) -> None:
+        """Show the pointer; pause by a click on the button, or with the right button."""
+        self._moved_s = time_s
+        if event.type == pygame.MOUSEBUTTONDOWN and (
+            event.button == pygame.BUTTON_RIGHT
+            or (event.button == pygame.BUTTON_LEFT and self.button.collidepoint(event.pos))
+        ):
+            self.pause()
+
+    @property
+    def button(self) -> pygame.Rect:
+        """Where the mouse pauses the game: the corner of the card of next pieces."""
+        card, side = self._view.layout.next, max(_LEAST_BUTTON, round(self._view.layout.cell))
+        place = pygame.Rect(0, 0, side, side)
+        place.topright = card.right - 2, card.top + 2
+        return place
+
     def release_all(self, reason: str) -> None:
         """Let go of everything, and pause a game that is played by hand."""
         self._keys.release_all()
@@ -108,6 +138,7 @@ class PlayScreen(Screen):
     def resume(self) -> None:
         """Go on in a moment; the player's hands may have changed meanwhile."""
         self._take_over_hands()
+        self._resuming = True
         self._begin_s = self._stage.time_s + self._offset_s + RESUME_S
 
     def refresh(self) -> None:
@@ -162,7 +193,10 @@ class PlayScreen(Screen):
     ) -> None:
         """Act with what is held down at that moment, not yet with presses still to come."""
         at_s = max(at_s, self.session.recorder.time_s)  # presses while another screen was seen
-        initial = [action for action in _INITIAL if action in held]
+        if Action.HOLD in actions or Action.HOLD not in held:
+            self._hold_spent = False  # one press is one hold
+        spent = (Action.HOLD,) if self._hold_spent else ()
+        initial = [action for action in _INITIAL if action in held and action not in spent]
         events = self.session.update(
             at_s,
             actions,
@@ -172,6 +206,7 @@ class PlayScreen(Screen):
         )
         if self._bot:
             self._bot.watch(events)
+        self._hold_spent |= any(isinstance(event, Held) for event in events)
         if any(isinstance(event, Spawned) for event in events):
             self._hint = None
         self._show(events)
@@ -213,12 +248,28 @@ class PlayScreen(Screen):
             words=over,
             veiled=over or self._stage.screen is not self,
         )
-        if not self._begun:
-            self._draw_ready(surface)
+        if self._stage.screen is self:
+            self._draw_button(surface)
+            if not self._begun:
+                self._draw_ready(surface)
 
     def _draw_ready(self, surface: pygame.Surface) -> None:
-        look, board = self._stage.look, self._view.layout.board
-        size = round(1.6 * self._view.layout.cell)
-        words = theme.fitted(look.words("view.ready"), size, look.palette.accent, board.width)
-        centre = board.centerx, board.top + board.height // 3
-        surface.blit(words, words.get_rect(center=centre))
+        """Write "ready" before the first piece, and count down after a pause."""
+        look, layout = self._stage.look, self._view.layout
+        words, board = look.words("view.ready"), layout.board
+        if self._resuming and self._begin_s is not None:
+            words = str(min(3, 1 + int(3 * (self._begin_s - self._time_s) / RESUME_S)))
+        size = round(1.6 * layout.cell)
+        picture = theme.fitted(words, size, look.palette.accent, board.width - layout.cell)
+        place = picture.get_rect(center=(board.centerx, board.top + board.height // 3))
+        band = place.inflate(layout.cell, layout.cell // 2)
+        pygame.draw.rect(surface, look.palette.background, band, border_radius=layout.cell // 3)
+        surface.blit(picture, place)
+
+    def _draw_button(self, surface: pygame.Surface) -> None:
+        palette, place = self._stage.look.palette, self.button
+        pygame.draw.rect(surface, palette.raised, place, border_radius=place.width // 4)
+        bar = pygame.Rect(0, 0, place.width // 6, round(0.46 * place.height))
+        for shift in (-1, 1):
+            bar.center = place.centerx + shift * place.width // 6, place.centery
+            pygame.draw.rect(surface, palette.text, bar, border_radius=1)

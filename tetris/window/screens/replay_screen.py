@@ -11,7 +11,7 @@ from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import FILM_SUFFIXES
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.window.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.video import VideoExport
 from tetris.window.view import GameView, clock, figures_of
@@ -20,6 +20,7 @@ _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _USUAL: Final = 2  # which of them
 _STEP_S: Final = 5.0  # of a seek
 _COLUMN: Final = 430  # width of the menu, design units
+_TALL: Final = 1.2  # height of a window to its width, from which menu and game are stacked
 _LONGEST_S: Final = 0.25  # that one frame may bring
 
 
@@ -62,6 +63,11 @@ class ReplayScreen(MenuScreen):
             self._stage.sounds.show(events)
             self._playing = not player.at_end
         self.rebuild()
+
+    @property
+    def frames_hz(self) -> int:
+        """As a game while it plays, or while a film is made."""
+        return PLAY_HZ if self._playing or (self._film and self._film.going_on) else IDLE_HZ
 
     def refresh(self) -> None:
         """Take over another look, or another size."""
@@ -149,10 +155,7 @@ class ReplayScreen(MenuScreen):
         stage, area, unit = self._stage, self._stage.area, self._stage.unit
         palette = stage.look.palette
         surface.fill(palette.background)
-        column = pygame.Rect(round(24 * unit), round(56 * unit), round(_COLUMN * unit), 0)
-        column.height = area.height - round(110 * unit)
-        beside = pygame.Rect(column.right, 0, area.width - column.right, 0)
-        beside.height = area.height - round(46 * unit)
+        column, beside = self._places(area, unit)
         if self._game_view is None or self._game_area != beside:
             self._game_view = GameView(beside, look=stage.look)
             self._game_area = beside
@@ -162,6 +165,18 @@ class ReplayScreen(MenuScreen):
         self._game_view.draw(surface, game, self._player.time_s, figures=figures)
         self._view.draw(surface, column, self._menu, self.selected, unit)
         self._draw_bar(surface, area, unit)
+
+    def _places(self, area: pygame.Rect, unit: float) -> tuple[pygame.Rect, pygame.Rect]:
+        """Return where the menu and the game are: side by side, or in a tall window stacked."""
+        bottom = area.bottom - round(54 * unit)
+        if area.height > _TALL * area.width:
+            high = min(self._view.height(self._menu, unit), bottom // 2)
+            column = pygame.Rect(0, bottom - high, area.width, high)
+            return column, pygame.Rect(0, 0, area.width, column.top - round(12 * unit))
+        left, top = round(24 * unit), round(min(56 * unit, 0.08 * area.height))
+        column = pygame.Rect(left, top, round(_COLUMN * unit), bottom - top)
+        column.width = min(column.width, area.width // 2)
+        return column, pygame.Rect(column.right, 0, area.width - column.right, bottom)
 
     def _draw_bar(self, surface: pygame.Surface, area: pygame.Rect, unit: float) -> None:
         palette, player = self._stage.look.palette, self._player

@@ -1,0 +1,92 @@
+"""Telemetry of the last seconds in ring buffers: every taxel and every probability."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.protocol.codec import image_from_bytes
+from controller.protocol.messages import Telemetry, Welcome
+from host.app.skin_check import noise, noisy
+
+Array = NDArray[np.float32]
+
+SECONDS: Final = 10.0
+FRAMES: Final = 1024  # at most, whatever the rate
+NOISE_FRAMES: Final = 60  # the newest ones, for the noise
+_DEAD: Final = 0.15  # of the median swing of all taxels, once there was a firm touch
+_FIRM: Final = 0.03  # median swing of a touch that judges
+
+
+class LabData:
+    """The last frames of one orb.
+
+    Attributes:
+        labels: Of the probabilities.
+    """
+
+    def __init__(self) -> None:
+        """Begin without an orb."""
+        self._begin(5, 5, ())
+
+    def _begin(self, rows: int, columns: int, labels: tuple[str, ...]) -> None:
+        self.labels = labels
+        self._images = np.zeros((FRAMES, rows, columns), np.float32)  # z - 1
+        self._shares = np.zeros((FRAMES, len(labels)), np.float32)
+        self._times_s = np.full(FRAMES, -np.inf)
+        self._count = 0  # frames ever taken
+
+    def connected(self, welcome: Welcome) -> None:
+        """Begin anew with an orb."""
+        self._begin(welcome.rows, welcome.columns, welcome.labels)
+
+    def relabel(self, labels: tuple[str, ...]) -> None:
+        """Take other classes; their probabilities begin anew."""
+        self.labels = labels
+        self._shares = np.zeros((FRAMES, len(labels)), np.float32)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the taxels."""
+        return self._images.shape[1], self._images.shape[2]
+
+    def step(self, frame: Telemetry, now_s: float) -> None:
+        """Take a frame; one of another shape is left out."""
+        place = self._count % FRAMES
+        if len(frame.image) != self._images[0].size:
+            return
+        values = np.asarray(image_from_bytes(frame.image), np.float32) - 1.0
+        self._images[place] = values.reshape(self.shape)
+        right = len(frame.probabilities) == len(self.labels)
+        self._shares[place] = frame.probabilities if right else 0.0
+        self._times_s[place] = now_s
+        self._count += 1
+
+    def recent(self, now_s: float) -> tuple[NDArray[np.float64], Array, Array]:
+        """Return the frames of the last `SECONDS`, oldest first.
+
+        Their times (n,), seconds; images (n, rows, columns), z - 1; probabilities (n, labels).
+        """
+        filled = min(self._count, FRAMES)
+        order = np.arange(self._count - filled, self._count) % FRAMES
+        order = order[self._times_s[order] > now_s - SECONDS]
+        return self._times_s[order], self._images[order], self._shares[order]
+
+
+class Quality:
+    """Noise of each taxel, and which are noisy or dead; from recent images (n, rows, columns).
+
+    Attributes:
+        level: Noise of each taxel, (rows, columns), of z.
+        usual: The median of all.
+        noisy, dead: Marked taxels, (rows, columns). Nothing is dead before a firm touch.
+    """
+
+    def __init__(self, images: Array) -> None:
+        """Judge the images."""
+        self.level = noise(images[-NOISE_FRAMES:])
+        self.usual = float(np.median(self.level))
+        self.noisy = noisy(self.level)
+        swing = np.ptp(images, axis=0) if len(images) else np.zeros_like(self.level)
+        usual = float(np.median(swing))
+        self.dead = np.asarray((usual > _FIRM) & (swing < _DEAD * usual))

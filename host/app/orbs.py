@@ -1,0 +1,210 @@
+"""Orbs that are known and found, and the change from one to another.
+
+Scans and pairings run on threads of their own; `tick` takes their results on the window's thread.
+"""
+
+import queue
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final, Protocol
+
+from controller.protocol import psk
+from controller.protocol.link_events import Connected, Lost, Received
+from controller.protocol.messages import Message, Welcome
+from host import discovery
+from host.app.pairing_run import PairingRun
+from host.connection.bundle_upload import BundleUpload
+from host.connection.device_store import DeviceStore
+from host.connection.transport import Transport
+from host.connection.virtual_orb import VirtualOrbProcess
+from host.discovery import Answer, DevicePort, Port
+
+
+@dataclass(frozen=True, slots=True)
+class OrbEntry:
+    """An orb of the list."""
+
+    device_id: str  # "": the program's own virtual orb
+    name: str = ""
+    virtual: bool = False
+    port: str = ""
+    key: str = ""  # path of its key; "": none
+    seen: str = ""  # when it was here last, in UTC, as ISO 8601; "" for found ones
+    here: bool = False  # whether the last scan found it
+
+
+OWN: Final = OrbEntry("", virtual=True, here=True)
+
+
+class Link(Protocol):
+    """The part of a `Receiver` that `Orbs` needs."""
+
+    def reopen(
+        self, open_transport: Callable[[], Transport], *, token: str = "", key: bytes = b""
+    ) -> None:
+        """Leave the device, and connect to another one."""
+
+    def send(self, message: Message) -> object:
+        """Send without waiting."""
+
+
+class Orbs:
+    """The list of orbs, the present one, and what is under way: a scan, a pairing, an upload.
+
+    Attributes:
+        notice: What the last choice or scan came to, a sentence; "": nothing to say.
+        scanning: Whether a scan is under way.
+        pairing: The pairing under way, or the last one; None before the first.
+        upload: The upload under way, or the last one; None before the first.
+        welcome: Of the orb that is connected; None while none is.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        memory: DeviceStore,
+        make_own: Callable[[], VirtualOrbProcess],
+        *,
+        own: VirtualOrbProcess | None = None,
+        where: Callable[[], str] = lambda: "",
+        moved: Callable[[DevicePort | None, str], object] = lambda port, key: None,
+    ) -> None:
+        """Begin with what the program was started with.
+
+        Args:
+            link: Connects to the chosen orb.
+            memory: The known devices.
+            make_own: Prepares a virtual orb of our own.
+            own: The one that was prepared at the start, if any.
+            where: Port of the orb that was named at the start; "": our own.
+            moved: Called with the port and the key's path of a chosen orb; None: our own.
+        """
+        self.notice, self.scanning = "", False
+        self.pairing: PairingRun | None = None
+        self.upload: BundleUpload | None = None
+        self.welcome: Welcome | None = None
+        self._link, self._memory, self._make_own = link, memory, make_own
+        self._own, self._where, self._moved = own, where, moved
+        self._answers: list[Answer] = []
+        self._results: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+
+    # -- the list --------------------------------------------------------------------------
+
+    def entries(self) -> list[OrbEntry]:
+        """Return our own orb, the found ones and then the remembered ones, latest first."""
+        known = {device.device_id: device for device in self._memory.devices}
+        here = {
+            answer.device_id: OrbEntry(
+                *(answer.device_id, answer.name, answer.virtual, answer.url),
+                key=known[answer.device_id].key if answer.device_id in known else "",
+                here=True,
+            )
+            for answer in self._answers
+            if answer.outcome == "orb"
+        }
+        remembered = [
+            OrbEntry(d.device_id, d.name, d.virtual, d.port, d.key, d.seen)
+            for d in known.values()
+            if d.device_id not in here and d.port
+        ]
+        return [OWN, *here.values(), *remembered]
+
+    def present(self, entry: OrbEntry) -> bool:
+        """Return whether an orb of the list is the chosen one."""
+        port = self._where()
+        if not (port and entry.device_id):
+            return not port and not entry.device_id
+        if self.welcome is not None:
+            return entry.device_id == self.welcome.device_id
+        return entry.port == port
+
+    def scan(self) -> None:
+        """Look for orbs, on a thread; `entries` has each as soon as it has answered."""
+        if not self.scanning:
+            self.scanning, self._answers, self.notice = True, [], ""
+            threading.Thread(target=self._scan, args=(self._where(),), daemon=True).start()
+
+    def _scan(self, taken: str) -> None:
+        """Ask all ports but the one that is open; opening it twice would disturb it."""
+        try:
+            ports: list[Port] = discovery.candidates(self._memory)
+            discovery.ask_all([p for p in ports if p.url != taken], each=self._results.put)
+        finally:
+            self._results.put(None)
+
+    # -- choosing --------------------------------------------------------------------------
+
+    def choose(self, entry: OrbEntry) -> bool:
+        """Connect to an orb of the list; return whether that was begun, else see `notice`."""
+        try:
+            key = psk.read(Path(entry.key)) if entry.key else b""
+        except psk.KeyFileError as error:
+            self.notice = str(error)
+            return False
+        self.notice = ""
+        self._end_own()
+        if not entry.device_id:
+            own = self._own = self._make_own()
+            self._link.reopen(own.open, token=own.token)
+            self._where = str
+            self._moved(None, "")
+            return True
+        port = DevicePort(entry.device_id, self._memory, entry.key, at=entry.port)
+        self._where = partial(getattr, port, "url")
+        self._moved(port, entry.key)
+        self._link.reopen(port.open, key=key)
+        return True
+
+    def forget(self, entry: OrbEntry) -> None:
+        """Forget a remembered orb."""
+        self._memory.forget(entry.device_id)
+
+    # -- what is under way -----------------------------------------------------------------
+
+    def pair(self) -> None:
+        """Pair with a Bluetooth orb that waits for it, on a thread."""
+        if self.pairing is None or self.pairing.over:
+            self.pairing = PairingRun()
+            self.pairing.start()
+
+    def install(self, upload: BundleUpload, now_s: float) -> None:
+        """Send the orb that is connected a bundle."""
+        self.upload = upload
+        if self.welcome is not None:
+            upload.turn([Connected(self.welcome)], now_s, self._link.send)
+
+    def tick(self, now_s: float, received: Sequence[Received]) -> None:
+        """Take what came over the link, and the results of the threads."""
+        for item in received:
+            if isinstance(item, Connected):
+                self.welcome = item.welcome
+            elif isinstance(item, Lost):
+                self.welcome = None
+        if self.upload is not None and not self.upload.over:
+            self.upload.turn(received, now_s, self._link.send)
+        while not self._results.empty():
+            answer = self._results.get()
+            if answer is None:
+                self._scanned()
+            else:
+                self._answers.append(answer)
+
+    def _scanned(self) -> None:
+        self.scanning = False
+        discovery.note(self._memory, self._answers)
+        self.notice = next(iter(discovery.remarks(self._answers)), "")
+
+    def close(self) -> None:
+        """End our own virtual orb and a pairing."""
+        self._end_own()
+        if self.pairing is not None:
+            self.pairing.cancel()
+
+    def _end_own(self) -> None:
+        """End our own virtual orb, on a thread, because that may take seconds."""
+        own, self._own = self._own, None
+        if own is not None:
+            threading.Thread(target=own.close, name="own orb").start()

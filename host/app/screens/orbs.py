@@ -1,0 +1,172 @@
+"""The orbs: which there are, the one that is connected, and what can be done with it."""
+
+from functools import partial
+from pathlib import Path
+from textwrap import wrap
+from typing import Final
+
+from controller.errors import UserError
+from controller.files import data_folder
+from controller.protocol.messages import Report
+from controller.protocol.teaching import Describe, Recalibrate, Vocabulary
+from host.app.orbs import OrbEntry, Orbs
+from host.app.programs import Programs, folder
+from host.app.screen import Orb, OrbScreen
+from host.app.screens.pairing import PairScreen
+from host.app.screens.programs import ProgramsScreen
+from host.app.screens.skin import SkinScreen
+from host.connection import bundle_upload
+from tetris.window.menu import Item, Menu, Row
+from tetris.window.screen_stack import Screen, ScreenStack
+
+_LETTERS: Final = 62  # of a sentence in a line of the table
+
+
+def rows(sentence: str) -> list[Row]:
+    """Return a sentence as lines of a table."""
+    return [Row((line,)) for line in wrap(sentence, _LETTERS)]
+
+
+class OrbsScreen(OrbScreen):
+    """Lists orbs, and leads to the pages about the present one."""
+
+    def __init__(
+        self, stage: ScreenStack, orb: Orb, orbs: Orbs, programs: Programs, lab: Screen
+    ) -> None:
+        """Show the list, begin a scan, and ask the present orb what it knows."""
+        self.orbs, self._programs, self._lab = orbs, programs, lab
+        self._bundle: str | None = None
+        super().__init__(stage, orb)
+        orb.send(Describe())
+        orbs.scan()
+
+    def page(self) -> Menu:
+        """Return the list, and what can be done."""
+        words = self._stage.look.words
+        items = [self._choice(entry) for entry in self.orbs.entries()]
+        searching = self.orbs.scanning
+        items.append(
+            Item(
+                words("orbs.searching" if searching else "orbs.search"),
+                self.orbs.scan,
+                hint=words("orbs.search_hint"),
+            )
+        )
+        items += [*self._pages(), Item(words("menu.back"), self.leave)]
+        return Menu(words("orbs.title"), items, table=self._state(), notice=self.orbs.notice)
+
+    def _choice(self, entry: OrbEntry) -> Item:
+        words = self._stage.look.words
+        name = (entry.name or entry.device_id) if entry.device_id else words("orbs.virtual")
+        if self.orbs.present(entry):
+            value = words(f"orbs.link_{self.orb.state.link}")
+        else:
+            value = words("orbs.here") if entry.here else entry.seen[:10]
+        hint = words("orbs.own_hint") if not entry.device_id else f"{entry.device_id}, {entry.port}"
+        return Item(name, partial(self._choose, entry), value, hint=hint)
+
+    def _choose(self, entry: OrbEntry) -> None:
+        self._bundle = None
+        self.orbs.choose(entry)
+
+    def _pages(self) -> list[Item]:
+        """Return what can be done with the present orb, and with others."""
+        words, stage, live = self._stage.look.words, self._stage, self.orb.state.link == "live"
+
+        items = [Item(words("orbs.pair"), self._pair, hint=words("orbs.pair_hint"))]
+        if live:
+            items += [
+                Item(words("orbs.rest"), self._rest, hint=words("orbs.rest_hint")),
+                Item(
+                    words("skin.title"),
+                    lambda: stage.push(SkinScreen(stage, self.orb)),
+                    hint=words("skin.hint"),
+                ),
+                Item(
+                    words("install.title"),
+                    lambda: stage.push(InstallScreen(stage, self.orb, self.orbs)),
+                    hint=words("install.hint"),
+                ),
+            ]
+        return [
+            *items,
+            Item(
+                words("programs.title"),
+                lambda: stage.push(ProgramsScreen(stage, self.orb, self._programs, folder())),
+                hint=words("programs.hint"),
+            ),
+            Item(words("lab.title"), lambda: stage.push(self._lab), hint=words("lab.hint")),
+        ]
+
+    def _pair(self) -> None:
+        self.orbs.pair()
+        self._stage.push(PairScreen(self._stage, self.orb, self.orbs))
+
+    def _rest(self) -> None:
+        self.orb.send(Recalibrate())
+
+    def _state(self) -> list[Row]:
+        """Return how the present orb is, in lines."""
+        words, state = self._stage.look.words, self.orb.state
+        if state.link != "live" or state.welcome is None:
+            return rows(state.reason or words(f"orbs.link_{state.link}"))
+        name = state.welcome.name
+        lines = [Row((words("orbs.state"), f"{name}, {state.rate_hz:.0f} Hz"))]
+        if not state.ready:
+            lines += rows(words("orbs.resting"))
+        if self._bundle is not None:
+            lines.append(Row((words("orbs.bundle"), self._bundle or words("orbs.shipped"))))
+        if state.sure:
+            lines.append(Row((words("orbs.user"), state.user or words("orbs.unknown"))))
+        health = [row for sentence in state.health for row in rows(sentence)]
+        return lines + (health or [Row((words("orbs.health"), words("orbs.healthy")))])
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Take what the orb says of its gestures."""
+        if isinstance(message, Vocabulary):
+            self._bundle = message.bundle
+
+
+class InstallScreen(OrbScreen):
+    """Lists the bundles of the data folder, and sends the orb one."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
+        """Show the bundles that there are now."""
+        self._orbs, self._problem = orbs, ""
+        self._files = bundles(data_folder())
+        super().__init__(stage, orb)
+
+    def page(self) -> Menu:
+        """Return the files, and how the upload goes."""
+        words = self._stage.look.words
+        items = [
+            Item(path.stem, partial(self._install, path), hint=str(path)) for path in self._files
+        ]
+        table = self._progress()
+        if not self._files:
+            table = rows(words("install.none", folder=data_folder()))
+        items.append(Item(words("menu.back"), self.leave))
+        return Menu(words("install.title"), items, table=table, notice=self._problem)
+
+    def _install(self, path: Path) -> None:
+        upload = self._orbs.upload
+        if upload is not None and not upload.over:
+            return
+        try:
+            self._orbs.install(bundle_upload.load(path), self._stage.time_s)
+        except UserError as error:
+            self._problem = str(error)
+
+    def _progress(self) -> list[Row]:
+        words, upload = self._stage.look.words, self._orbs.upload
+        if upload is None:
+            return []
+        if upload.over:
+            return rows(bundle_upload.outcome(upload))
+        share = f"{upload.offset / upload.size:.0%}"
+        return [Row((words(f"install.{upload.stage}"), share))]
+
+
+def bundles(where: Path) -> list[Path]:
+    """Return the bundles in a folder and in its folder "bundles", by name."""
+    return sorted([*where.glob("*.orb"), *where.glob("bundles/*.orb")])

@@ -1,0 +1,49 @@
+"""Pairing with a Bluetooth orb: its messages, and the question whether the digits are the same."""
+
+from functools import partial
+from textwrap import wrap
+from typing import Final
+
+from host.app.orbs import Orbs
+from host.app.screen import Orb, OrbScreen
+from tetris.window.menu import Item, Menu, Row
+from tetris.window.screen_stack import ScreenStack
+
+_LETTERS: Final = 62
+
+
+class PairScreen(OrbScreen):
+    """Shows the pairing that is under way."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
+        """Show the pairing of `orbs`, which has been started."""
+        self._orbs = orbs
+        super().__init__(stage, orb)
+
+    def page(self) -> Menu:
+        """Return its messages, and what can be answered."""
+        words, run = self._stage.look.words, self._orbs.pairing
+        assert run
+        table = [Row((line,)) for said in run.lines[-6:] for line in wrap(said, _LETTERS)]
+        items = []
+        if question := run.question:
+            table.append(Row((words("pair.question", orb=question[0], digits=question[1]),), True))
+            items += [
+                Item(words("pair.same"), partial(run.answer, True)),
+                Item(words("pair.different"), partial(run.answer, False)),
+            ]
+        if run.over:
+            if not run.url:
+                items.append(Item(words("pair.again"), self._orbs.pair))
+            items.append(Item(words("menu.back"), self.leave))
+        else:
+            items.append(Item(words("pair.cancel"), run.cancel))
+        return Menu(words("orbs.pair"), items, table=table, notice="")
+
+    def leave(self) -> None:
+        """End the pairing, and look for the new orb."""
+        run = self._orbs.pairing
+        if run is not None:
+            run.cancel()
+        super().leave()
+        self._orbs.scan()

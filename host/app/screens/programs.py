@@ -1,0 +1,119 @@
+"""Control of other programs: mappings and profiles, on and off, and the key of each command."""
+
+from functools import partial
+from pathlib import Path
+
+from controller.config import ConfigError
+from controller.protocol.messages import COMMANDS
+from host.app import programs
+from host.app.programs import Mapping, Programs
+from host.app.screen import Orb, OrbScreen
+from tetris.window.menu import Item, Menu, Row
+from tetris.window.screen_stack import ScreenStack
+
+
+class ProgramsScreen(OrbScreen):
+    """Lists the mappings, and switches the control of other programs on and off."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb, control: Programs, own: Path) -> None:
+        """Show the shipped mappings and those of the folder `own`."""
+        self._control, self._own = control, own
+        self._mappings = programs.mappings(own)
+        self._chosen, self._profile = 0, 0
+        super().__init__(stage, orb)
+
+    @property
+    def mapping(self) -> Mapping:
+        """The chosen mapping."""
+        return self._mappings[self._chosen]
+
+    @property
+    def profile(self) -> str:
+        """The chosen profile."""
+        return list(self.mapping.key_map.profiles)[self._profile]
+
+    def page(self) -> Menu:
+        """Return what is chosen, and whether it is on."""
+        words, on = self._stage.look.words, self._control.on
+        edit = lambda: self._stage.push(KeysScreen(self._stage, self.orb, self))  # noqa: E731
+        items = [
+            Item(
+                words("programs.stop" if on else "programs.start"),
+                self._control.stop if on else self._start,
+                hint=words("programs.start_hint", key=self.mapping.key_map.arm_key),
+            ),
+            Item(words("programs.mapping"), None, self.mapping.path.stem, (), self._turn),
+            Item(words("programs.profile"), None, self.profile, (), self._turn_profile),
+            Item(words("programs.edit"), edit, hint=words("programs.edit_hint")),
+            Item(words("menu.back"), self.leave),
+        ]
+        return Menu(words("programs.title"), items, table=self._state())
+
+    def _state(self) -> list[Row]:
+        words, control = self._stage.look.words, self._control
+        state = "armed" if control.armed else "disarmed" if control.on else "off"
+        lines = [Row((words(f"programs.{state}"),), True)]
+        return lines + ([Row((control.said,))] if control.said else [])
+
+    def _start(self) -> None:
+        self._control.start(self.mapping, self.profile)
+
+    def _turn(self, step: int) -> None:
+        self._chosen = (self._chosen + step) % len(self._mappings)
+        self._profile = 0
+
+    def _turn_profile(self, step: int) -> None:
+        self._profile = (self._profile + step) % len(self.mapping.key_map.profiles)
+
+    def save(self, mapping: Mapping) -> str:
+        """Keep an edited mapping, and choose it; return why not, or ""."""
+        self._control.stop()
+        try:
+            kept = programs.save(mapping, self._own)
+        except OSError as error:
+            return programs.trouble(error, self._own)
+        profile = self.profile
+        self._mappings = programs.mappings(self._own)
+        self._chosen = [one.path for one in self._mappings].index(kept.path)
+        self._profile = list(self.mapping.key_map.profiles).index(profile)
+        return ""
+
+
+class KeysScreen(OrbScreen):
+    """The key of each command in a profile; saved when it is left."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb, page: ProgramsScreen) -> None:
+        """Edit what is chosen on the page."""
+        self._page = page
+        self._before = self._mapping = page.mapping
+        self._problem = ""
+        super().__init__(stage, orb)
+
+    def page(self) -> Menu:
+        """Return a line for each command."""
+        words, profile = self._stage.look.words, self._page.profile
+        names = [*COMMANDS, *(set(self._commands()) - set(COMMANDS))]
+        items = [self._item(name) for name in names]
+        items.append(Item(words("programs.save"), self._save))
+        items.append(Item(words("menu.back"), self.leave))
+        return Menu(f"{self._mapping.path.stem}: {profile}", items, notice=self._problem)
+
+    def _commands(self) -> list[str]:
+        return sorted(self._page.orb.state.welcome.commands) if self._page.orb.state.welcome else []
+
+    def _item(self, command: str) -> Item:
+        key = self._mapping.key(self._page.profile, command)
+        return Item(command, None, key, (), partial(self._turn, command))
+
+    def _turn(self, command: str, step: int) -> None:
+        profile = self._page.profile
+        try:
+            self._mapping = programs.choose_key(self._mapping, profile, command, step)
+        except ConfigError as error:
+            self._problem = str(error)
+
+    def _save(self) -> None:
+        if self._mapping is not self._before and (problem := self._page.save(self._mapping)):
+            self._problem = problem
+            return
+        self.leave()

@@ -1,0 +1,78 @@
+"""The quick check of the skin: leave it alone, then press each quarter; what was found."""
+
+from textwrap import wrap
+from typing import Final
+
+from controller.protocol.messages import Command, Contact, Report, Telemetry
+from host.app.screen import Orb, OrbScreen
+from host.app.skin_check import QUARTERS, SkinCheck, named
+from tetris.window.menu import Item, Menu, Row
+from tetris.window.screen_stack import ScreenStack
+
+_LETTERS: Final = 62
+_GHOST_MM: Final = (5.0, 6.0)  # depth and radius of the finger that shows where to press
+
+
+class SkinScreen(OrbScreen):
+    """Leads through a `SkinCheck`; a quarter to press is shown by a finger on the dome."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb) -> None:
+        """Begin with the rest."""
+        self._check = SkinCheck()
+        super().__init__(stage, orb)
+
+    def page(self) -> Menu:
+        """Return what is to be done, or what was found."""
+        words, check = self._stage.look.words, self._check
+        over = check.stage == "over"
+        table = self._found() if over else self._task()
+        items = []
+        if over:
+            items.append(Item(words("skin.again"), self._again))
+        items.append(Item(words("menu.back"), self.leave))
+        limits = words("skin.limits")
+        return Menu(words("skin.title"), items, table=table, notice=limits if over else "")
+
+    def _task(self) -> list[Row]:
+        words, check = self._stage.look.words, self._check
+        lines = wrap(words(f"skin.{check.stage}"), _LETTERS)
+        done = Row((words("skin.done"), f"{check.progress:.0%}"))
+        return [*(Row((line,), True) for line in lines), done]
+
+    def _found(self) -> list[Row]:
+        """Return the verdict, and what the orb itself has found."""
+        words, verdict = self._stage.look.words, self._check.verdict
+        found = list(self.orb.state.health)
+        if verdict.touched:
+            found.append(words("skin.touched"))
+        if verdict.noisy:
+            found.append(words("skin.noisy", places=named(verdict.noisy)))
+        if verdict.still:
+            found.append(words("skin.still", places=named(verdict.still)))
+        lines = [line for said in found or [words("skin.sound")] for line in wrap(said, _LETTERS)]
+        return [Row((line,)) for line in lines]
+
+    def _again(self) -> None:
+        self._check = SkinCheck()
+        self.rebuild()
+
+    def recognised(self, command: Command, time_s: float) -> bool:
+        """Keep presses of the check out of the menu."""
+        return self._check.stage != "over"
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Pass images to the check."""
+        if isinstance(message, Telemetry) and message.ready:
+            self._check.step(self.orb.state.felt, time_s)
+            self.orb.ghost = self._ghost()
+
+    def _ghost(self) -> tuple[Contact, ...]:
+        """Return a finger in the middle of the quarter to press."""
+        if self._check.stage not in QUARTERS:
+            return ()
+        rows, columns = self.orb.state.shape
+        right = self._check.stage.endswith("right")
+        top = self._check.stage.startswith("top")
+        x = (columns - 1) * (0.75 if right else 0.25)
+        y = (rows - 1) * (0.75 if top else 0.25)
+        return (Contact(1, x, y, *_GHOST_MM),)

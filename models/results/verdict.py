@@ -1,0 +1,103 @@
+"""Verdict of an evaluation: how many events of each gesture were understood, why not, what to do.
+
+Terminal, report and JSON show the same words, the worst gesture first.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+Table = Sequence[Sequence[int]]
+
+# Why an event was not answered, and what would help.
+REASONS: Final = {
+    "too light": "a firmer touch",
+    "too short": "0.2 s longer",
+    "undecided": "a movement less like the others",
+    "unclear": "a more distinct movement",
+}
+_UNKNOWN: Final = ("not answered", "a firmer or longer touch")
+_SHARE: Final = 0.05  # of a gesture's events that may be missed without advice
+_LEAST: Final = 2  # events: a single one may be chance
+_STEP: Final = 10  # examples: more are advised in such steps
+
+
+@dataclass(frozen=True, slots=True)
+class GestureVerdict:
+    """Verdict on one gesture."""
+
+    label: str  # its name
+    understood: int  # number of its events that were answered rightly
+    of: int  # number of its events, at least one
+    why: str  # what happened to the others: "too short"; "": there are none
+    advice: str  # what would help; "" where few are missed
+
+    def __str__(self) -> str:
+        """Return it as a line: "knock: 13 of 20 understood, too short; 10 more examples"."""
+        line = f"{self.label}: {self.understood} of {self.of} understood"
+        line += f", {self.why}" if self.why else ""
+        return line + (f"; {self.advice}" if self.advice else "")
+
+
+Verdict = tuple[GestureVerdict, ...]
+
+
+def judge(
+    labels: Sequence[str],
+    answered: Table,
+    unanswered: Table = (),
+    more: Mapping[str, int] | None = None,
+) -> Verdict:
+    """Return the verdict on every gesture that was made, the worst first.
+
+    Args:
+        labels: Classes, "null" first.
+        answered: Events by answer, (classes, classes); column 0: no answer. () is no event.
+        unanswered: Those without an answer by reason, (classes, `REASONS`); (): not known.
+        more: Further examples known to help, by label, 0 where they would not. Of others, as many
+            as were missed are advised, rounded up to tens.
+    """
+    made = []
+    for number, row in list(enumerate(answered))[1:]:
+        if sum(row):
+            reasons = unanswered[number] if unanswered else ()
+            made.append(_gesture(labels, number, row, reasons, more or {}))
+    return tuple(sorted(made, key=lambda one: one.understood / one.of))
+
+
+def share(verdict: Verdict) -> float:
+    """Return the share of events that were understood, NaN if there is none."""
+    events = sum(one.of for one in verdict)
+    return sum(one.understood for one in verdict) / events if events else math.nan
+
+
+def poor(verdict: Verdict) -> bool:
+    """Return whether a gesture is missed so often that something should be done."""
+    return any(one.advice for one in verdict)
+
+
+def _gesture(
+    labels: Sequence[str],
+    number: int,
+    row: Sequence[int],
+    reasons: Sequence[int],
+    more: Mapping[str, int],
+) -> GestureVerdict:
+    """Return the verdict on a class, of which a row of `answered` and of `unanswered` are given."""
+    causes = [
+        (count, f"taken for {labels[other]}", f"a movement less like {labels[other]}")
+        for other, count in enumerate(row)
+        if count and other not in (0, number)
+    ]
+    known = zip(reasons, REASONS.items(), strict=True) if reasons else [(row[0], _UNKNOWN)]
+    causes += [(count, why, remedy) for count, (why, remedy) in known if count]
+    causes.sort(key=lambda cause: -cause[0])
+    total, missed = sum(row), sum(row) - row[number]
+    why = ", ".join(f"{count} {why}" if causes[1:] else why for count, why, _ in causes)
+    advice = ""
+    if missed >= _LEAST and missed > _SHARE * total:
+        examples = more.get(labels[number], math.ceil(missed / _STEP) * _STEP)
+        advice = f"{examples} more examples or " if examples else ""
+        advice += causes[0][2]
+    return GestureVerdict(labels[number], row[number], total, why, advice)

@@ -1,0 +1,3 @@
+"""The whole program under one name."""
+
+from controller import __version__ as __version__

@@ -1,0 +1,92 @@
+"""The verbs of `orbtouch`, from the tables of the programs that have them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from controller.errors import unknown_command
+from orbtouch import __version__
+
+_PLAY, _TEACH, _TRAIN, _CARE = "play", "teach", "train", "look after an orb"  # headings of the help
+_TEACHING: Final = ("teach", "recordings")
+_FRAME: Final = """\
+usage: orbtouch [VERB] [-h] ...
+
+Play with an orb, teach it gestures, train its networks and look after it.
+Without a verb: play.
+{}
+options:
+  -h, --help   show this help message, or that of a verb
+  --version    show the version
+
+Try it without an orb: orbtouch; all options of a verb: orbtouch VERB --help"""
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """A verb of this command."""
+
+    name: str
+    heading: str  # where the help lists it
+    program: str  # package that runs it
+    purpose: Callable[[], str]  # returns a line of help, from the program's own table
+    words: tuple[str, ...] = ()  # what the program calls it; (): what it does without a verb
+
+
+def verbs() -> Iterator[Verb]:
+    """Yield all verbs; a program is imported when its first one is reached.
+
+    Where two programs have a verb, as `pair`, it is that of the first.
+    """
+    import host.cli
+
+    yield Verb("play", _PLAY, "host", partial(str, host.cli.PLAY[1]))
+    import tetris
+
+    yield Verb("tetris", _PLAY, "tetris", partial(str, tetris.PURPOSE))
+    for name, (_, purpose) in host.cli.VERBS.items():
+        yield Verb(name, _CARE, "host", partial(str, purpose), (name,))
+    from controller.cli import COMMANDS
+
+    yield Verb("run", _CARE, "controller", partial(str, COMMANDS[""][1]))
+    for name, (_, purpose) in COMMANDS.items():
+        if name and name not in host.cli.VERBS:
+            heading = _TEACH if name in _TEACHING else _CARE
+            yield Verb(name, heading, "controller", partial(str, purpose), (name,))
+    from models import cli
+
+    for name in cli.names():
+        yield Verb(name, _TRAIN, "models", partial(_summary, name), (name,))
+
+
+def _summary(name: str) -> str:
+    from models import cli
+
+    return str(cli.load(name).SUMMARY)
+
+
+def find(name: str) -> Verb:
+    """Return a verb; raise UserError, which names the nearest, if there is none."""
+    names = []
+    for verb in verbs():
+        if verb.name == name:
+            return verb
+        names.append(verb.name)
+    raise unknown_command("orbtouch", name, names)
+
+
+def show(option: str) -> int:
+    """Print the version or the help; return the exit status."""
+    print(f"orbtouch {__version__}" if option == "--version" else _help(), flush=True)
+    return 0
+
+
+def _help() -> str:
+    """Return every verb with its purpose, under its heading."""
+    found = list(verbs())
+    lines = []
+    for heading in (_PLAY, _TEACH, _TRAIN, _CARE):
+        lines += ["", f"{heading}:"]
+        lines += [f"  {v.name:11}  {v.purpose()}" for v in found if v.heading == heading]
+    return _FRAME.format("\n".join([*lines, ""]))

@@ -1,0 +1,217 @@
+"""A walk through every page of the application by one kind of input alone."""
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from .desktop import ScenarioError, Window
+
+Page = tuple[str, str]  # class of the screen, title of its menu
+
+_SETTLE_S: Final = 0.3
+_MOST_STEPS: Final = 40  # from one item of a menu to another
+_TRIES: Final = 3  # of a gesture
+_GAME_S: Final = 1.2  # before a game can be left
+# Doors that end the program, or change what the walk needs.
+SHUT: Final = frozenset({"Quit", "Restart", "Reset"})
+
+
+class Hand:
+    """One kind of input: chooses items of menus, and leaves a running game."""
+
+    def __init__(self, window: Window) -> None:
+        self.window = window
+
+    def choose(self, label: str) -> None:
+        """Take the item of that label."""
+        labels = self.window.shown["labels"]
+        if label not in labels:
+            raise ScenarioError(f"there is no item {label!r} among {labels}")
+        for _ in range(_MOST_STEPS):
+            shown = self.window.shown
+            if shown["selected"] == label:
+                self.confirm()
+                return
+            there, here = labels.index(label), labels.index(shown["selected"])
+            (self.down if there > here else self.up)()
+            time.sleep(_SETTLE_S / 2)
+        raise ScenarioError(f"{label!r} cannot be selected by {type(self).__name__}")
+
+    def leave_game(self) -> None:
+        """Open the menu over a running game."""
+        raise NotImplementedError
+
+    def up(self) -> None:
+        """Go up in a menu."""
+
+    def down(self) -> None:
+        """Go down in a menu."""
+
+    def confirm(self) -> None:
+        """Take the selected item."""
+
+
+class Mouse(Hand):
+    """The pointer, which clicks what it sees."""
+
+    def choose(self, label: str) -> None:
+        """Click an item; turn the wheel until it is seen."""
+        for _ in range(_MOST_STEPS):
+            if label in self.window.shown["items"]:
+                self.window.choose(label)
+                return
+            self.window.do("click", 5)
+            time.sleep(_SETTLE_S / 2)
+        raise ScenarioError(f"{label!r} cannot be clicked")
+
+    def leave_game(self) -> None:
+        """Click the pause button of the board."""
+        spot = self.window.shown.get("pause")
+        if not spot:
+            raise ScenarioError("a game has no button that pauses it")
+        self.window.do("mousemove", *spot, "click", 1)
+
+
+class Keyboard(Hand):
+    """Arrows, Enter and Escape."""
+
+    def up(self) -> None:
+        """Press the arrow."""
+        self.window.key("Up")
+
+    def down(self) -> None:
+        """Press the arrow."""
+        self.window.key("Down")
+
+    def confirm(self) -> None:
+        """Press Enter."""
+        self.window.key("Return")
+
+    def leave_game(self) -> None:
+        """Press Escape."""
+        self.window.key("Escape")
+
+
+class Pad(Hand):
+    """A game pad, whose events come from the test."""
+
+    def up(self) -> None:
+        """Press the cross."""
+        self.window.pad("pad_up")
+
+    def down(self) -> None:
+        """Press the cross."""
+        self.window.pad("pad_down")
+
+    def confirm(self) -> None:
+        """Press A."""
+        self.window.pad("pad_a")
+
+    def leave_game(self) -> None:
+        """Press Start."""
+        self.window.pad("pad_start")
+
+
+class Orb(Hand):
+    """The dome: presses below go down, twists up, a pinch takes.
+
+    Attributes:
+        missed: Gestures that were not answered, and made again.
+    """
+
+    missed = 0
+
+    def up(self) -> None:
+        """Twist to the left."""
+        self._gesture(lambda: self.window.twist(-65))
+
+    def down(self) -> None:
+        """Press the lower part."""
+        self._gesture(lambda: self.window.press(0.0, -0.55))
+
+    def confirm(self) -> None:
+        """Pinch."""
+        self._gesture(lambda: self.window.press(0.0, 0.0, 0.2, button=3))
+
+    def leave_game(self) -> None:
+        """Hold a pinch."""
+        self._gesture(lambda: self.window.press(0.0, 0.0, 2.2, button=3))
+
+    def _gesture(self, make: Callable[[], None]) -> None:
+        """Make a gesture until it is answered, as people do."""
+        before = len(self.window.shown["gestures"])
+        for _ in range(_TRIES):
+            make()
+            try:
+                self.window.until(lambda shown: len(shown["gestures"]) > before, "an answer", 1.5)
+            except ScenarioError:
+                self.missed += 1
+                continue
+            time.sleep(_SETTLE_S)
+            return
+        raise ScenarioError("the orb does not answer")
+
+
+HANDS: Final[Mapping[str, type[Hand]]] = {
+    "mouse": Mouse, "keys": Keyboard, "pad": Pad, "orb": Orb,
+}  # fmt: skip
+
+
+def page(window: Window) -> Page:
+    """Return which page is shown."""
+    return window.shown["screen"], window.shown["title"]
+
+
+def walk(hand: Hand, *, shut: frozenset[str] = SHUT) -> dict[Page, list[str]]:
+    """Visit every page that doors lead to, each by its shortest way from the first one.
+
+    Return the way to each page, as labels; ScenarioError if one cannot be left.
+    """
+    window = hand.window
+    first = page(window)
+    ways: dict[Page, list[str]] = {first: []}
+    queue = [first]
+    while queue:
+        here = queue.pop(0)
+        _go(hand, ways[here], first)
+        for door in _doors(window, shut):
+            _go(hand, ways[here], first)
+            hand.choose(door)
+            time.sleep(_SETTLE_S)
+            there = page(window)
+            if there not in ways:
+                ways[there] = [*ways[here], door]
+                if window.shown["labels"]:
+                    queue.append(there)
+            _home(hand, first)
+    return ways
+
+
+def _doors(window: Window, shut: frozenset[str]) -> list[str]:
+    """Return the doors of a page but its last one, which leads back."""
+    doors: list[str] = window.shown["doors"]
+    back = window.shown["labels"][-1:]
+    return [door for door in doors if door not in shut and [door] != back]
+
+
+def _go(hand: Hand, way: list[str], first: Page) -> None:
+    """Go to a page from the first one."""
+    _home(hand, first)
+    for door in way:
+        hand.choose(door)
+        time.sleep(_SETTLE_S)
+
+
+def _home(hand: Hand, first: Page) -> None:
+    """Go back to the first page, by the last item of each page."""
+    window = hand.window
+    for _ in range(_MOST_STEPS):
+        if page(window) == first:
+            return
+        if window.shown["labels"]:
+            hand.choose(window.shown["labels"][-1])
+        else:
+            time.sleep(_GAME_S)
+            hand.leave_game()
+        time.sleep(_SETTLE_S)
+    raise ScenarioError(f"{page(window)} cannot be left by {type(hand).__name__}")
