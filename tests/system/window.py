@@ -112,8 +112,8 @@ def teach_swipe(desk: Desk) -> None:
     for count in range(1, 6):
         swipe(window, count)
         tries = f"of {count}"
-        window.until(lambda shown, tries=tries: shown["table"][0][0].endswith(tries), "a try")
-    desk.seen["tried"] = int(window.shown["table"][0][0].split()[1])
+        window.until(lambda shown, tries=tries: shown["table"][0][1].endswith(tries), "a try")
+    desk.seen["tried"] = int(window.shown["table"][0][1].split()[0])
     window.choose("Play with it")
     window.until(lambda shown: shown["screen"] == "PlayScreen", "the game")
     desk.seen["playing_s"] = time.monotonic() - begun_s

@@ -157,7 +157,7 @@ class ExamplesPage(TeachPage):
         super().draw(surface, time_s)
         strip, palette = self.strip(), self._stage.look.palette
         top = strip.top + self.px(6)
-        self.write(surface, self._cue(), 40, (strip.centerx, top), dim=not self._ready)
+        self.write(surface, self._cue(), 40, (strip.centerx, top), strip.width, dim=not self._ready)
         self._places = []
         first = max(0, len(self.examples) - _SHOWN)
         for number, example in enumerate(self.examples[first:]):

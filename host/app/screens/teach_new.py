@@ -111,8 +111,9 @@ class DetailsPage(TeachPage):
         strip, palette = self.strip(), self._stage.look.palette
         radius = min(self.px(_RADIUS), strip.height // 3)
         self._pictures = []
+        wide = strip.width // (len(ROTATIONS) + 1)
         for number, name in enumerate((*ROTATIONS, "")):
-            x = strip.left + round(strip.width * (number + 0.5) / (len(ROTATIONS) + 1))
+            x = strip.left + round(wide * (number + 0.5))
             chosen = name == self.plan.rotations or (not name and self.plan.mirrored)
             colour = palette.accent if chosen else palette.dim
             white = palette.flash if chosen else palette.line
@@ -124,7 +125,9 @@ class DetailsPage(TeachPage):
             place = picture.get_rect(midtop=(x, strip.top + self.px(8)))
             surface.blit(picture, place)
             if chosen:
-                pygame.draw.circle(surface, colour, place.center, place.width // 2, self.px(3) or 1)
-            key = f"teach.turned_{name}" if name else "teach.mirror"
-            self.write(surface, self.words(key), 20, place.midbottom, dim=not chosen)
+                pygame.draw.circle(
+                    surface, colour, place.center, place.width // 2, max(1, self.px(3))
+                )
+            words = self.words(f"teach.turned_{name}" if name else "teach.mirror")
+            self.write(surface, words, 20, place.midbottom, wide - self.px(8), dim=not chosen)
             self._pictures.append((place, name))

@@ -42,6 +42,8 @@ class Course:
 class TeachPage(OrbScreen):
     """A page of Teach: keeps what the orb reports, and asks anew when the link is back."""
 
+    centred = False  # its items stay where they are as others are added
+
     def __init__(self, course: Course) -> None:
         """Show the page of a course."""
         self.course, self.lessons = course, course.lessons
@@ -125,12 +127,19 @@ class TeachPage(OrbScreen):
         return thumbnail(image, rows, columns, max(6, self.px(radius)))
 
     def write(
-        self, surface: pygame.Surface, words: str, size: int, place: tuple[int, int], *, dim: bool
+        self,
+        surface: pygame.Surface,
+        words: str,
+        size: int,
+        place: tuple[int, int],
+        widest: int,
+        *,
+        dim: bool,
     ) -> None:
-        """Write words centred below a place."""
+        """Write words centred below a place, not wider than so many pixels."""
         palette = self._stage.look.palette
         colour = palette.dim if dim else palette.accent
-        picture = theme.fitted(words, self.px(size), colour, self._stage.area.width)
+        picture = theme.fitted(words, self.px(size), colour, widest)
         surface.blit(picture, picture.get_rect(midtop=place))
 
 

@@ -46,16 +46,15 @@ class TryPage(TeachPage):
 
     def _rows(self) -> list[Row]:
         words, trial = self.words, self.trial
-        understood = words("teach.understood", count=trial.understood, tries=len(trial.heard))
-        rows = [Row((understood,), marked=True)]
-        if trial.confused:
-            taken = ", ".join(
-                f"{gesture_name(words, label or _NULL)} ×{count}" for label, count in trial.confused
-            )
-            rows.append(Row((words("teach.taken_for", names=taken),)))
-        if kept := kept_words(words, self._kept, trial.label):
-            rows.append(Row((kept,)))
-        return rows
+        taken = ", ".join(
+            f"{gesture_name(words, label or _NULL)} ×{count}" for label, count in trial.confused
+        )
+        count = words("teach.of", count=trial.understood, tries=len(trial.heard))
+        return [
+            Row((words("teach.understood"), count), marked=True),
+            Row((words("teach.taken_for"), taken)),
+            *kept_rows(words, self._kept, trial.label),
+        ]
 
     def _again(self) -> None:
         self.leave()
@@ -87,15 +86,15 @@ def save_as(course: Course) -> None:
     course.stage.push(page)
 
 
-def kept_words(words: Words, kept: Mapping[str, float], label: str) -> str:
-    """Return what the gestures but one have kept, in words; "" if that is unknown."""
+def kept_rows(words: Words, kept: Mapping[str, float], label: str) -> list[Row]:
+    """Return what the gestures but one have kept, and the least of them; [] if that is unknown."""
     older = {each: share for each, share in kept.items() if each != label}
     if not older:
-        return ""
+        return []
     worst = min(older, key=lambda each: older[each])
-    return words(
-        "teach.kept",
-        percent=f"{100 * sum(older.values()) / len(older):.0f}",
-        name=gesture_name(words, worst),
-        least=f"{100 * older[worst]:.0f}",
-    )
+    mean = sum(older.values()) / len(older)
+    least = words("teach.least", name=gesture_name(words, worst))
+    return [
+        Row((words("teach.kept"), f"{100 * mean:.0f} %")),
+        Row((least, f"{100 * older[worst]:.0f} %")),
+    ]
