@@ -1,6 +1,7 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
 import math
+import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -25,10 +26,13 @@ from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.learn import LearnScreen
 from host.app.screens.orbs import OrbsScreen
+from host.app.screens.teach import TeachScreen
+from host.app.screens.teach_page import Course
 from host.app.screens.watch import WatchScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.gestures import Lessons
 from host.targets import Target
 from host.targets.tetris import ACTIONS, HeldGestures
 from host.ui import rim
@@ -147,7 +151,10 @@ class OrbApp(Target):
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
         words = stage.look.words
-        items = [Item(words("learn.title"), self._learn, hint=words("learn.hint"))]
+        items = [
+            Item(words("learn.title"), self._learn, hint=words("learn.hint")),
+            Item(words("menu.teach"), self._teach, hint=words("teach.hint")),
+        ]
         if self.virtual:
             items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
         if self.orbs is not None:
@@ -162,7 +169,16 @@ class OrbApp(Target):
 
     def _exits(self) -> Sequence[Item]:
         """Return what the end of the introduction leads to."""
-        return (Item(self.stage.look.words("menu.play"), self.game.play),)
+        words = self.stage.look.words
+        return (
+            Item(words("menu.play"), self.game.play),
+            Item(words("menu.teach"), self._teach),
+        )
+
+    def _teach(self) -> None:
+        """Show the gestures in use, to which others can be added."""
+        lessons = Lessons(first=int(time.time()))  # no example before had this number
+        self.stage.push(TeachScreen(Course(self.stage, self, lessons, self.game.play)))
 
     def _watch(self) -> None:
         """Let the virtual orb's own hand play."""
@@ -239,6 +255,7 @@ class OrbApp(Target):
                 self.lab.step(message, now_s)
             case Vocabulary(labels=labels):
                 self.lab.relabel(labels)
+                self.correcting.labels = labels
             case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
