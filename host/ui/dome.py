@@ -1,6 +1,6 @@
 """Picture of the dome: a lit balloon, and the heat map of the taxels on it.
 
-The balloon is drawn once per size, in NumPy and with supersampling. The field is drawn for every
+The balloon is drawn once per size, in NumPy, with soft edges. The field is drawn for every
 picture: a small image is looked up in one table of colours and scaled up, which costs less than
 a millisecond.
 """
@@ -17,7 +17,7 @@ from tetris.window.theme import Colour
 
 Array = NDArray[np.floating[Any]]
 
-SUPERSAMPLE: Final = 2
+_LARGEST: Final = 320  # radius in pixels that is drawn; a larger dome is scaled up
 PADDING: Final = 0.16  # of the radius, round the dome, for its base and shadow
 FIELD: Final = 96  # pixels along a side of the small image of the field
 FULL_SCALE: Final = 0.45  # |z - 1| at which the colours are full: a deep pinch, simulated
@@ -93,14 +93,14 @@ def balloon(radius_px: int, plate: Colour, line: Colour) -> pygame.Surface:
     The surface is square, with the dome's centre in its middle; `PADDING` of the radius lies
     round the dome.
     """
-    half = radius_px * (1 + PADDING)
-    size = round(2 * half)
-    steps = size * SUPERSAMPLE
-    axis = ((np.arange(steps, dtype=np.float32) + 0.5) / SUPERSAMPLE - size / 2) / radius_px
+    size = round(2 * radius_px * (1 + PADDING))
+    if radius_px > _LARGEST:
+        return pygame.transform.smoothscale(balloon(_LARGEST, plate, line), (size, size))
+    axis = (np.arange(size, dtype=np.float32) + 0.5 - size / 2) / radius_px
     x, y = np.meshgrid(axis, -axis)
     radius = np.sqrt(x * x + y * y)
     pixel = 1.2 / radius_px
-    picture = np.zeros((steps, steps, 4), np.float32)
+    picture = np.zeros((size, size, 4), np.float32)
 
     def lay(colour: Array, alpha: Array) -> None:
         """Lay a colour, (3,) or (height, width, 3), over the picture; alpha is (height, width)."""
@@ -123,12 +123,8 @@ def balloon(radius_px: int, plate: Colour, line: Colour) -> pygame.Surface:
     lay(np.zeros(3, np.float32), 0.75 * dark * _smooth(1.09, 0.985, radius))
     lay(_lit(x, y), _smooth(1.0 + pixel, 1.0 - pixel, radius))
 
-    picture[..., :3] = np.clip(picture[..., :3], 0, 255)
-    picture[..., :3] *= picture[..., 3:]  # average premultiplied, or edges darken
-    small = picture.reshape(size, SUPERSAMPLE, size, SUPERSAMPLE, 4).mean(axis=(1, 3))
-    small[..., :3] /= np.maximum(small[..., 3:], 1e-6)
-    small[..., 3] *= 255
-    return _surface(np.rint(np.clip(small, 0, 255)).astype(np.uint8))
+    picture[..., 3] *= 255
+    return _surface(np.rint(np.clip(picture, 0, 255)).astype(np.uint8))
 
 
 @lru_cache(maxsize=4)
