@@ -1,7 +1,6 @@
 """`models evaluate`: judge a bundle on sessions that it never saw."""
 
 import argparse
-import dataclasses
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -57,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.evaluation.evaluate import evaluate, summarise, summarise_broken
     from models.reports import cards
     from models.results import storage
-    from models.results.evaluation import Evaluation
+    from models.results.evaluation import Evaluation, numbers
 
     for path in filter(None, (arguments.card, arguments.json)):
         storage.target(path)
@@ -84,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
         card={key: str(value) for key, value in loaded.card.items()},
         command=f"models {shlex.join(sys.argv[1:])}",
         labels=loaded.labels,
-        debounce=dataclasses.asdict(loaded.debounce),
+        debounce=numbers(loaded.debounce),
         results=tuple(results),
         broken=tuple(broken),
         notes=(note,),

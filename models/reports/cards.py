@@ -17,9 +17,7 @@ USERS_WARNING = (
 
 def evaluation(found: Evaluation) -> str:
     """Return the card of an evaluation."""
-    debounce = ", ".join(
-        f"{name} {value:g}" for name, value in found.debounce.items() if isinstance(value, float)
-    )
+    debounce = ", ".join(f"{name} {value:g}" for name, value in found.debounce.items())
     parts = [
         f"# {found.bundle}",
         f"Labels {', '.join(found.labels)}. Debouncer: {debounce}. SHA-256 `{found.hash[:16]}…`",

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Final
 
 from models.formatting import (
@@ -18,7 +18,14 @@ from models.formatting import (
     several,
     share_interval,
 )
-from models.results.evaluation import Broken, LocationFigures, Result, Row, Tuning
+from models.results.evaluation import (
+    Broken,
+    LocationFigures,
+    Result,
+    Row,
+    Tuning,
+    numbers,
+)
 from models.results.training import ClassRow, Training, UserResult
 
 Column = tuple[str, Callable[[Any], str]]  # its title, and its cell of a row
@@ -140,7 +147,7 @@ def broken(rows: Iterable[Broken]) -> Table:
 
 def thresholds(found: Tuning) -> Table:
     """Return the debounce settings before and after a tuning, and their figures."""
-    names = [name for name, own in asdict(found.chosen.settings).items() if isinstance(own, float)]
+    names = numbers(found.chosen.settings)
     rows = [
         [
             title,

@@ -6,11 +6,16 @@ two axes.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from controller.recognition.debounce import DebounceSettings
 from models.results.verdict import Verdict
+
+
+def numbers(settings: DebounceSettings) -> dict[str, float]:
+    """Return the debounce settings that are numbers, by name."""
+    return {name: one for name, one in asdict(settings).items() if isinstance(one, float)}
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ from models.data.splits import Split
 from models.data.touch_images import Touches
 from models.evaluation import evaluate
 from models.reports import page
+from models.results.evaluation import numbers
 from models.results.training import Training
 from models.training import advice, export
 from models.training.gesture_task import train_gestures
@@ -111,8 +112,9 @@ class NetworkPlan:
                 say("measuring how much more examples would help")
             result = advice.advise(result, job, measured=measured)
         export.write_bundle(request.out, manifest, gesture, location)
-        result = replace(result, debounce=manifest["debounce"])
-        page.write_training(request.out, bundle.read(request.out), result)
+        loaded = bundle.read(request.out)
+        result = replace(result, debounce=numbers(loaded.debounce))
+        page.write_training(request.out, loaded, result)
         return result
 
 

@@ -110,35 +110,23 @@ def _beside(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
     count = int((place.height - gap - _CALLOUT * letter - above * cell) / (_SLOT * cell))
     count = max(1, min(_PREVIEWS, count))
     following = pygame.Rect(right, place.top, side, round((above + _SLOT * count + 0.7) * cell))
-    slots = [
+    slots = tuple(
         (following.centerx, following.top + round((_FIRST_SLOT + _SLOT * number) * cell))
         for number in range(count)
-    ]
+    )
     below = following.bottom + gap
     callout = pygame.Rect(right, below, side, max(1, place.bottom - below))
-    pad = round(0.6 * cell)
-    figures = [
-        pygame.Rect(left + pad, round(stats.top + number * _FIGURE * letter), side - 2 * pad, 1)
-        for number in range(_FIGURES)
-    ]
-    for figure in figures:
-        figure.height = round(_FIGURE * letter)
-    figures = [each for each in figures if each.bottom + _CHIPS * letter <= stats.bottom + 1]
-    return Layout(
-        area.copy(),
-        cell,
-        letter,
-        columns,
-        rows,
-        board,
-        hold,
-        stats,
-        following,
-        callout,
-        tuple(slots),
-        tuple(figures),
-        False,
-    )
+    figures = _figure_column(stats.inflate(-2 * round(0.6 * cell), 0), letter)
+    cards = hold, stats, following, callout
+    return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, False)
+
+
+def _figure_column(card: pygame.Rect, letter: float) -> tuple[pygame.Rect, ...]:
+    """Return places for numbers below each other, as many as leave room for the chains."""
+    high = _FIGURE * letter
+    count = max(0, min(_FIGURES, int((card.height + 1 - _CHIPS * letter) / high)))
+    tops = [round(card.top + number * high) for number in range(count)]
+    return tuple(pygame.Rect(card.left, top, card.width, round(high)) for top in tops)
 
 
 def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
@@ -160,28 +148,15 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
     count = max(1, min(_PREVIEWS, int((following.width - 0.3 * cell) / (_STRIP_SLOT * cell))))
     step = following.width / count
     middle = top + round((1.2 * scale + 1.1) * cell)
-    slots = [(round(following.left + (number + 0.5) * step), middle) for number in range(count)]
+    slots = tuple((round(following.left + (each + 0.5) * step), middle) for each in range(count))
     number = max(1, min(_FIGURES, int(width / (3.4 * letter))))
     pad, one = round(0.5 * cell), width // number
-    figures = [
+    figures = tuple(
         pygame.Rect(left + pad + one * place, stats.top, one - pad, round(2.5 * letter))
         for place in range(number)
-    ]
-    return Layout(
-        area.copy(),
-        cell,
-        letter,
-        columns,
-        rows,
-        board,
-        hold,
-        stats,
-        following,
-        callout,
-        tuple(slots),
-        tuple(figures),
-        True,
     )
+    cards = hold, stats, following, callout
+    return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, True)
 
 
 def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:

@@ -14,9 +14,10 @@ from models.data.ground_truth import GroundTruth
 from models.evaluation.evaluate import evaluate, summarise
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Stream
-from models.reports import cards
+from models.reports import cards, page
+from models.reports.page import ReportData
 from models.results import storage
-from models.results.evaluation import Evaluation
+from models.results.evaluation import Evaluation, numbers
 from tests.support.recordings import LABELS, played
 
 SHIPPED = bundle.read(bundle.default_path(10.0))
@@ -170,7 +171,8 @@ def test_the_shipped_bundle_recognises_people_it_never_met(shipped: list[Tally])
 
 def test_a_result_becomes_a_card_and_json_where_the_unknown_is_null(shipped: list[Tally]) -> None:
     result = summarise("nominal", SHIPPED.labels, shipped[:1])
-    found = Evaluation("x.orb", SHIPPED.hash, {}, "models", SHIPPED.labels, {}, (result,))
+    debounce = numbers(SHIPPED.debounce)
+    found = Evaluation("x.orb", SHIPPED.hash, {}, "models", SHIPPED.labels, debounce, (result,))
     text = cards.evaluation(found)
     assert "| **nothing** |" in text
     assert "false alarms per idle minute" in text
@@ -179,3 +181,7 @@ def test_a_result_becomes_a_card_and_json_where_the_unknown_is_null(shipped: lis
     assert told["results"][0]["f1"]["value"] == pytest.approx(result.f1.value, abs=1e-6)
     assert told["results"][0]["location"]["error"]["low"] is None  # of one session
     assert len(told["results"][0]["answered"]) == len(SHIPPED.labels)
+    again = page.unpack(page.pack(ReportData(evaluation=found))).evaluation
+    assert again is not None  # a later command can add to the report
+    assert again.debounce == pytest.approx(debounce)
+    assert again.results[0].verdict == result.verdict

@@ -77,8 +77,8 @@ def test_words_stand_out_from_what_they_stand_on(palette: Palette) -> None:
     for ground in (palette.background, palette.surface, palette.raised):
         assert contrast(palette.text, ground) >= 7
         assert contrast(palette.dim, ground) >= 4.5
-    for colour in (palette.accent, palette.cool, palette.good, palette.warn, palette.bad):
-        assert contrast(colour, palette.background) >= 3
+        for colour in (palette.accent, palette.cool, palette.good, palette.warn, palette.bad):
+            assert contrast(colour, ground) >= 4.5
 
 
 @THEMES

@@ -212,9 +212,9 @@ class MenuScreen(Screen):
             column.centerx = area.centerx
         column.height = area.height - column.top - round(_BOTTOM * unit)
         if logo:
-            place = pygame.Rect(column.left, column.top, column.width, logo)
-            draw_logo(surface, place.inflate(-round(60 * unit), 0), stage.look)
-            column.top, column.height = place.bottom, column.height - logo
+            place = pygame.Rect(column.left, column.top, column.width, logo - round(_EDGE * unit))
+            draw_logo(surface, place.inflate(-round(2 * _EDGE * unit), 0), stage.look)
+            column.top, column.height = column.top + logo, column.height - logo
         self._view.draw(surface, column, self._menu, self.selected, unit)
 
     def _share_out(self, column: pygame.Rect, beside: pygame.Rect) -> pygame.Rect:
