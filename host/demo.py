@@ -8,24 +8,21 @@ judges what was recognised.
 import json
 import math
 import time
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import pygame
 
 from controller.errors import TroubleError, count
-from controller.protocol.messages import Command, Grant, Granted, GroundTruth, Perform
-from controller.recognition.event_metric import Answer, Event, judge
+from controller.protocol.messages import Grant, Granted, GroundTruth, Perform
 from host.autoplayer import Autoplayer
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.targets.tetris import TetrisTarget, TickResult
+from host.demo_record import DemoRecord
+from host.targets.tetris import TetrisTarget
 from host.window_loop import save, window
-from tetris.engine.events import Locked
 
 TICKS_PER_S: Final = 60
 QUICK: Final = ("--sensor", "virtual:quick=1")  # a nominal orb understands the quickest hand
@@ -36,64 +33,6 @@ ANSWER_S: Final = 5.0  # an orb that takes longer for a tick has died
 
 class DemoError(TroubleError, RuntimeError):
     """The demo cannot go on; the message is one sentence."""
-
-
-@dataclass(slots=True)
-class DemoRecord:
-    """Record of a demo: the hand's truth, the commands, the game."""
-
-    meant: dict[int, str] = field(default_factory=dict)
-    truths: list[GroundTruth] = field(default_factory=list)
-    commands: list[tuple[int, str]] = field(default_factory=list)  # (ms of the action, name)
-    pieces: int = 0
-    lines: int = 0
-
-    def take(self, received: list[Received], until_ms: int) -> None:
-        """Note truths and commands of one tick."""
-        for item in received:
-            if isinstance(item, Delivered) and isinstance(item.message, GroundTruth):
-                self.truths.append(item.message)
-            elif isinstance(item, Delivered) and isinstance(item.message, Command):
-                self.commands.append((until_ms, item.message.name))
-
-    def watch(self, ticked: TickResult) -> None:
-        """Note what the game did."""
-        for event in ticked.events:
-            if isinstance(event, Locked):
-                self.pieces += 1
-                self.lines += len(event.rows)
-
-    def verdict(
-        self, seed: int, seconds: float, received: int = 0, sent: int = 0
-    ) -> dict[str, Any]:
-        """Return the figures of a demo, and bytes over the link: each performed gesture judged."""
-        gestures = [truth for truth in self.truths if self.meant[truth.number]]
-        events = [
-            Event(truth.onset_ms / 1000, truth.release_ms / 1000, self.meant[truth.number])
-            for truth in gestures
-        ]
-        score = judge(events, [Answer(ms / 1000, name) for ms, name in self.commands])
-        return {
-            "seed": seed,
-            "seconds": seconds,
-            "intended": score.intended,
-            "hits": score.hits,
-            "wrong": score.wrong,
-            "missed": score.missed,
-            "false_alarms": score.false_alarms,
-            "duplicates": score.duplicates,
-            "latency_s": {
-                "p50": _quantile(score.latencies_s, 0.5),
-                "p95": _quantile(score.latencies_s, 0.95),
-            },
-            "pieces": self.pieces,
-            "lines": self.lines,
-            "by_command": dict(sorted(Counter(event.kind for event in events).items())),
-            "stray_touches": len(self.truths) - len(gestures),
-            "link_bytes": {"received": received, "sent": sent},
-            "commands": self.commands,
-            "events": [[one.onset_ms, one.release_ms, self.meant[one.number]] for one in gestures],
-        }
 
 
 class Demo:
@@ -255,10 +194,3 @@ def _play(demo: Demo, speed: float, surface: pygame.Surface | None) -> None:
             if event.type == pygame.QUIT:
                 return
             demo.target.handle(event, demo.now_s)
-
-
-def _quantile(values: list[float], share: float) -> float | None:
-    """Return the smallest value that `share` of the values do not exceed; None of none."""
-    if not values:
-        return None
-    return round(sorted(values)[max(0, math.ceil(share * len(values)) - 1)], 4)

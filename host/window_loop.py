@@ -1,22 +1,28 @@
 """Window loop in real time: events and messages in, pictures and contacts out."""
 
 import io
+import math
 import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pygame
+from pygame import Surface as Surface
 
 from controller.errors import TroubleError, reason
 from controller.files import atomic_write
 from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
+from host.ui import dome
+from tetris.window import theme
 from tetris.window.display import DisplayError, open_window, set_fullscreen
 
 FRAMES_PER_S = 60
+_EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer
 TICK_S = 0.01  # without a window, what comes over the link is taken at once
 SIZE = (1280, 720)  # the window's first; it can be resized
+_ICON = 56  # radius of the dome that is the window's icon, pixels
 
 
 class PictureError(TroubleError, OSError):
@@ -49,9 +55,11 @@ def play(
     began_s = clock()
     playing, connected = True, False
     fullscreen = pygame.display.is_fullscreen()
+    drawn_s = -math.inf
     while playing:
         now_s = clock() - began_s
-        for event in pygame.event.get():
+        events = pygame.event.get()
+        for event in events:
             if event.type == pygame.QUIT:
                 playing = False
             elif event.type == pygame.KEYDOWN and event.key == pygame.K_F11:
@@ -62,9 +70,11 @@ def play(
         if target.fullscreen is not fullscreen:
             fullscreen = target.fullscreen
             surface = set_fullscreen(fullscreen, target.size)
-        target.draw(surface)
-        pygame.display.flip()
-        drawn()
+        if events or now_s - drawn_s >= 1 / target.frames_hz - _EARLY_S:
+            drawn_s = now_s
+            target.draw(surface)
+            pygame.display.flip()
+            drawn()
         pace.tick(FRAMES_PER_S)
         playing = playing and not target.closed and (seconds is None or now_s < seconds)
     if screenshot is not None:
@@ -104,12 +114,17 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
     """Open the window, or WindowError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
+    for system in ("X11", "WAYLAND"):  # the name by which desktops group windows
+        os.environ.setdefault(f"SDL_VIDEO_{system}_WMCLASS", "orbtouch")
     try:
-        return open_window(size, "OrbTouch")
+        surface = open_window(size, "OrbTouch")
     except DisplayError as error:
         raise WindowError(
             f"{error}; to let the demo play without a window, add --demo --headless"
         ) from error
+    if not headless:
+        pygame.display.set_icon(dome.balloon(_ICON, theme.SURFACE_RAISED, theme.LINE))
+    return surface
 
 
 def save(surface: pygame.Surface, path: Path) -> None:

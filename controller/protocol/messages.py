@@ -328,7 +328,7 @@ class Perform(Request):
     """Host to virtual device: perform this gesture, "brush" or "rest" by the simulated hand now."""
 
     number: codec.U32
-    label: codec.Text40
+    label: codec.Text40  # "": lift the hand at once
     x: codec.F32
     y: codec.F32
 

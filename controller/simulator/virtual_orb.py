@@ -95,11 +95,15 @@ class VirtualOrb:
         self._simulator.electronics.switch(faults, on)
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
+        """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on; "" lifts it.
 
         Raises:
             ValueError: The hand does not know the label, has too much to do, or the place is none.
         """
+        if not label:
+            self._running.clear()
+            self._presses = deque((p for p in self._presses if p[0].release_s <= t_s), maxlen=16)
+            return
         if len(self._running) >= PERFORMANCES:
             raise ValueError(f"the virtual hand has {PERFORMANCES} things to do; wait for them")
         if not (isfinite(x) and isfinite(y)):

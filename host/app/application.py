@@ -18,24 +18,29 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
-from controller.protocol.teaching import Vocabulary
+from controller.protocol.teaching import Describe, Vocabulary
 from host.app.lab_data import LabData
-from host.app.layout import Dock
 from host.app.orbs import Orbs
 from host.app.programs import Programs
 from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
+from host.app.screens.learn import LearnScreen
 from host.app.screens.orbs import OrbsScreen
 from host.app.screens.teach import TeachScreen
 from host.app.screens.teach_page import Course
+from host.app.screens.watch import WatchScreen
+from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.gestures import Lessons
 from host.targets import Target
 from host.targets.tetris import ACTIONS, HeldGestures
+from host.ui import rim
 from host.ui.correction_keys import CorrectionKeys
+from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
+from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.window import bindings
 from tetris.window.app import App, HostWindow, Start
@@ -55,6 +60,7 @@ _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 _LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
+_IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
@@ -94,6 +100,7 @@ class OrbApp(Target):
             host=HostWindow(self._items, mode_setting="orb_mode"),
         )
         self.panel = Panel()
+        self.stage.watch = self._happened
         self.correcting = CorrectionKeys()
         self._gestures = HeldGestures(self.stage.settings)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
@@ -101,9 +108,13 @@ class OrbApp(Target):
         self._paused: Screen | None = None  # the menu of a pause that the link made
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
+        self._deaf_until_s = 0.0  # no command is taken before
         self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
+        if config is not None and start == Start() and not self.stage.settings.introduced:
+            self.stage.change(changed(self.stage.settings, introduced=True))
+            self._learn(ask=True)
 
     @property
     def stage(self) -> ScreenStack:
@@ -133,22 +144,43 @@ class OrbApp(Target):
         """Send a message to the orb with the next ones."""
         self._due.append(message)
 
+    def ignore(self, seconds: float) -> None:
+        """Take no command for so long."""
+        self._deaf_until_s = self._now_s + seconds
+
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
         words = stage.look.words
-        teach = Item(words("menu.teach"), self._teach, hint=words("teach.hint"))
-        if self.orbs is None:
-            return [teach]
-        show = partial(
-            OrbsScreen, stage, self, self.orbs, self.programs, LabScreen(stage, self, self.lab)
+        items = [Item(words("learn.title"), self._learn, hint=words("learn.hint"))]
+        items.append(Item(words("menu.teach"), self._teach, hint=words("teach.hint")))
+        if self.virtual:
+            items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
+        if self.orbs is not None:
+            show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
+            item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
+            items.append(item)
+        return items
+
+    def _learn(self, *, ask: bool = False) -> None:
+        """Show the introduction, or `ask` whether to."""
+        self.stage.push(LearnScreen(self.stage, self, self._exits, ask=ask))
+
+    def _exits(self) -> Sequence[Item]:
+        """Return what the end of the introduction leads to."""
+        words = self.stage.look.words
+        return (
+            Item(words("menu.play"), self.game.play),
+            Item(words("menu.teach"), self._teach, hint=words("teach.hint")),
         )
-        orbs = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
-        return [teach, orbs]
 
     def _teach(self) -> None:
+        """Show the gestures, and let the player teach one."""
         lessons = Lessons(first=int(time.time()))  # no example before had this number
-        course = Course(self.stage, self, lessons, self.game.play)
-        self.stage.push(TeachScreen(course))
+        self.stage.push(TeachScreen(Course(self.stage, self, lessons, self.game.play)))
+
+    def _watch(self) -> None:
+        """Let the virtual orb's own hand play."""
+        self.stage.push(WatchScreen(self.stage, self, self.game.go_on))
 
     def _show_lab(self) -> None:
         """Show the lab over a paused game, or leave it."""
@@ -159,6 +191,17 @@ class OrbApp(Target):
         if isinstance(screen, PlayScreen):
             screen.pause()
         stage.push(LabScreen(stage, self, self.lab))
+
+    @property
+    def frames_hz(self) -> int:
+        """How often the window has something new to show: the screen's or the panel's need."""
+        own = _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ
+        return max(own, self.game.frames_hz)
+
+    def _happened(self, events: Sequence[Event]) -> None:
+        """Let the dome answer what happened in a game."""
+        if self.stage.settings.motion:
+            self.orb.rim.strike(rim.strength(events), self._now_s)
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -186,6 +229,10 @@ class OrbApp(Target):
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
+                for gesture in shipped_gestures():  # until it has described its own
+                    if gesture.label in welcome.labels:
+                        self.orb.described(gesture)
+                self.send(Describe())
                 self.correcting.labels = welcome.labels
                 self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
@@ -205,7 +252,10 @@ class OrbApp(Target):
                 pass
             case Telemetry():
                 self.lab.step(message, now_s)
-            case Command():
+            case Vocabulary(labels=labels):
+                self.lab.relabel(labels)
+                self.correcting.labels = labels
+            case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
                     self.game.act(action)
@@ -214,8 +264,6 @@ class OrbApp(Target):
                 self._long_s = now_s + _LONG_S if "drop" in message.pressed else math.inf
             case UploadStatus():
                 self.correcting.answer(message, now_s)
-            case Vocabulary(labels=labels):
-                self.correcting.labels = labels
         if isinstance(screen, OrbScreen) and isinstance(message, Report):
             screen.report(message, now_s)
 
@@ -266,6 +314,8 @@ class OrbApp(Target):
             case kind if kind in _FINGERS:
                 self._touch(event, now_s)
             case _:
+                if event.type == pygame.WINDOWLEAVE:
+                    self.orb.pointer = None
                 if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
                     self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
@@ -280,6 +330,8 @@ class OrbApp(Target):
         """Pass an event of the mouse to the dome, or with its place there to the game."""
         self._touch(event, now_s)
         place = getattr(event, "pos", pygame.mouse.get_pos())
+        point = self.panel.projection.to_grid(*place)
+        self.orb.pointer = point if self.touch.pad.on_dome(*point) else None
         if self.dock.game.collidepoint(place) and event.type != pygame.MOUSEBUTTONUP:
             left, top = self.dock.game.topleft
             moved = {**event.dict, "pos": (place[0] - left, place[1] - top)}
@@ -305,9 +357,15 @@ class OrbApp(Target):
             return
         self.game.draw(self._now_s)
         surface.fill(self.stage.look.palette.background, self._panel_side)
-        self.orb.hint = self.note or self._hint()
-        self.panel.place(self.dock.panel, self.touch.pad)
-        self.panel.draw(surface, self.orb, self._now_s)
+        look, settings = self.stage.look, self.stage.settings
+        self.orb.note = self.note or self.correcting.told(self._now_s, look.words)
+        self.orb.hint, self.orb.ghost = self._hint(), self.ghost
+        playing = isinstance(self.stage.screen, PlayScreen)
+        self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
+        scale = settings.scale / 100
+        gestures = len(self.orb.labels[1:])
+        self.panel.place(self.dock.panel, self.touch.pad, gestures=gestures, scale=scale)
+        self.panel.draw(surface, self.orb, self._now_s, look)
 
     def _place(self, surface: pygame.Surface) -> None:
         """Lay out the window anew when its surface is another one."""
@@ -325,8 +383,6 @@ class OrbApp(Target):
 
     def _hint(self) -> str:
         words = self.stage.look.words
-        if message := self.correcting.told(self._now_s):
-            return message
         if self.programs.on:
             return words("programs.armed" if self.programs.armed else "programs.disarmed")
         if not self._touchable:

@@ -15,7 +15,7 @@ import pygame
 
 from controller.errors import UserError
 from controller.protocol.messages import Command, Health, Message, Telemetry, UserIdentified
-from controller.protocol.teaching import Vocabulary
+from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.orb_state import LinkState, OrbState
@@ -55,6 +55,11 @@ class Target(ABC):
 
     size: tuple[int, int]
     fullscreen = False
+
+    @property
+    def frames_hz(self) -> int:
+        """How often there is something new to draw while no key is pressed."""
+        return 60
 
     def __init__(self) -> None:
         """Begin without an orb."""
@@ -107,9 +112,9 @@ class Target(ABC):
                 self.touch.lift_all()
                 self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
             case Stale():
-                self._end_touch("stale", "the orb is silent")
+                self._end_touch("stale", "")
             case Lost(reason=reason) | Refused(reason=reason):
-                self._end_touch("lost", reason or "the link to the orb is lost")
+                self._end_touch("lost", reason)
             case Delivered(message=message):
                 self.orb.heard()
                 self._show(message, now_s)
@@ -126,10 +131,10 @@ class Target(ABC):
                 self.orb.telemetry(message, now_s)
             case Health(found=found):
                 self.orb.health = found
+            case Vocabulary() | GestureInfo():
+                self.orb.described(message)
             case UserIdentified():
                 self.orb.who(message)
-            case Vocabulary():
-                self.orb.vocabulary(message)
 
     def _point(
         self,

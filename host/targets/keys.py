@@ -29,7 +29,7 @@ from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
-from host.ui.panel import WINDOW, OrbWindow
+from host.ui.orb_window import WINDOW, OrbWindow
 
 _OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 

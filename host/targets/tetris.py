@@ -267,13 +267,14 @@ class TetrisTarget(Target):
             self.orb.hops, self.orb.period_ms = tuple(hops.digest()), pace.period_ms
 
     def _hint(self) -> str:
-        if message := self.correcting.told(self._now_s):
+        words = self._look.words
+        if message := self.correcting.told(self._now_s, words):
             return message
         if not self._touchable:
             return ""
         if self.touch.two_fingers:
-            return "two fingers: the left button pinches, 2 switches back"
-        return "" if self.orb.history else "hold the mouse button on the dome"
+            return words("orb.two_fingers")
+        return "" if self.orb.history else words("orb.first_touch")
 
     @property
     def projection(self) -> Projection | None:

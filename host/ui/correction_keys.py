@@ -9,6 +9,7 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Correction, UploadStatus
+from tetris.window.language import Words
 
 SHOWN_S: Final = 6.0  # how long its answer stands below the dome
 PATIENCE_S: Final = 60.0  # while it learns
@@ -28,7 +29,8 @@ class CorrectionKeys:
         """Begin without a correction."""
         self.labels: tuple[str, ...] = ()
         self._due: list[Correction] = []
-        self._told, self._until_s = "", 0.0
+        self._told: tuple[str, int] = "", 0
+        self._until_s = 0.0
 
     def key(self, code: int, mod: int, now_s: float) -> bool:
         """Take a key that goes down; return whether it was a correction."""
@@ -43,10 +45,10 @@ class CorrectionKeys:
         elif (number := code - _FIRST + 1) < len(self.labels):
             label = self.labels[number]
         else:
-            self._say(f"there is no gesture {number}", now_s, SHOWN_S)
+            self._say("dome.correcting.unknown", now_s, SHOWN_S, number)
             return True
         self._due = [Correction(label)]
-        self._say("telling the orb", now_s, SHOWN_S)
+        self._say("dome.correcting.sent", now_s, SHOWN_S)
         return True
 
     def outgoing(self) -> list[Correction]:
@@ -60,9 +62,13 @@ class CorrectionKeys:
             busy = message.text == "learning"
             self._say(message.text, now_s, PATIENCE_S if busy else SHOWN_S)
 
-    def told(self, now_s: float) -> str:
-        """Return what is to be shown now; "" nothing."""
-        return self._told if now_s < self._until_s else ""
+    def told(self, now_s: float, words: Words) -> str:
+        """Return what is to be shown now, the orb's own sentences as they are; "" nothing."""
+        told, number = self._told
+        if now_s >= self._until_s or not told:
+            return ""
+        return words(told, number=number) if number else words(told)
 
-    def _say(self, told: str, now_s: float, seconds: float) -> None:
-        self._told, self._until_s = told, now_s + seconds
+    def _say(self, told: str, now_s: float, seconds: float, number: int = 0) -> None:
+        """Show a key of the language files, or a sentence of the orb."""
+        self._told, self._until_s = (told, number), now_s + seconds

@@ -12,7 +12,8 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from tetris.window import theme
+from controller.protocol.codec import image_from_bytes
+from tetris.window.theme import Colour
 
 Array = NDArray[np.floating[Any]]
 
@@ -28,6 +29,7 @@ _LIGHT = np.array([-0.46, 0.58, 0.67], np.float32)  # from the upper left, y up,
 _SKIN = np.array([255, 132, 88], np.float32)
 _GLOW = np.array([255, 98, 52], np.float32)  # light that has gone through the rubber
 _DEEP = np.array([92, 22, 26], np.float32)
+_THUMB: Final = (150, 58, 44)  # the dome of a thumbnail: dark, so that the map stands out
 _SKIRT: Final = (0.62, 0.25, 0.0)  # of the outer taxel's value, 1, 2, 3 steps outside it
 _MASKS: Final = (0xFF0000, 0xFF00, 0xFF, 0xFF000000)  # of 0xAARRGGBB
 # z - 1 from most negative to most positive: the dent is cold, the bulge hot.
@@ -85,8 +87,8 @@ def _lit(x: Array, y: Array) -> Array:
 
 
 @lru_cache(maxsize=4)
-def balloon(radius_px: int) -> pygame.Surface:
-    """Return the dome on its base, with its shadow, seen from above; drawn as (side, side, 4).
+def balloon(radius_px: int, plate: Colour, line: Colour) -> pygame.Surface:
+    """Return the dome on its base of two colours, with its shadow, seen from above.
 
     The surface is square, with the dome's centre in its middle; `PADDING` of the radius lies
     round the dome.
@@ -94,8 +96,8 @@ def balloon(radius_px: int) -> pygame.Surface:
     half = radius_px * (1 + PADDING)
     size = round(2 * half)
     steps = size * SUPERSAMPLE
-    line = ((np.arange(steps, dtype=np.float32) + 0.5) / SUPERSAMPLE - size / 2) / radius_px
-    x, y = np.meshgrid(line, -line)
+    axis = ((np.arange(steps, dtype=np.float32) + 0.5) / SUPERSAMPLE - size / 2) / radius_px
+    x, y = np.meshgrid(axis, -axis)
     radius = np.sqrt(x * x + y * y)
     pixel = 1.2 / radius_px
     picture = np.zeros((steps, steps, 4), np.float32)
@@ -110,13 +112,15 @@ def balloon(radius_px: int) -> pygame.Surface:
         picture[..., 3:] = total
 
     base = 1.0 + PADDING * 0.56
-    shade = np.sqrt((x - 0.05) ** 2 + (y + 0.075) ** 2)
-    lay(np.zeros(3, np.float32), 0.55 * _smooth(base + 0.10, base - 0.10, shade))
-    plate = np.array(theme.SURFACE_RAISED, np.float32) * (1.0 + 0.30 * (y - x))[..., None]
-    lay(plate, _smooth(base + pixel, base - pixel, radius))
+    dark = 1.0 - 0.6 * float(np.mean(plate)) / 255  # shadows on a light plate are lighter
+    shade = np.sqrt((x - 0.02) ** 2 + (y + 0.03) ** 2)
+    lay(np.zeros(3, np.float32), 0.7 * dark * _smooth(base + 0.035, base - 0.10, shade))
+    raised = np.array(plate, np.float32) * (1.0 + 0.30 * (y - x))[..., None]
+    lay(np.minimum(raised, 255), _smooth(base + pixel, base - pixel, radius))
     ring = np.exp(-(((radius - base + 0.012) / (0.9 * pixel + 0.004)) ** 2))
-    lay(np.array(theme.LINE, np.float32) * (1.25 + 0.5 * (y - x))[..., None], 0.9 * ring)
-    lay(np.zeros(3, np.float32), 0.75 * _smooth(1.09, 0.985, radius))
+    edge = np.array(line, np.float32) * (1.25 + 0.5 * (y - x))[..., None]
+    lay(np.minimum(edge, 255), 0.9 * ring)
+    lay(np.zeros(3, np.float32), 0.75 * dark * _smooth(1.09, 0.985, radius))
     lay(_lit(x, y), _smooth(1.0 + pixel, 1.0 - pixel, radius))
 
     picture[..., :3] = np.clip(picture[..., :3], 0, 255)
@@ -125,6 +129,31 @@ def balloon(radius_px: int) -> pygame.Surface:
     small[..., :3] /= np.maximum(small[..., 3:], 1e-6)
     small[..., 3] *= 255
     return _surface(np.rint(np.clip(small, 0, 255)).astype(np.uint8))
+
+
+@lru_cache(maxsize=4)
+def rim(radius_px: int, colour: Colour) -> pygame.Surface:
+    """Return a soft ring of light round the dome, on a square as large as `balloon`'s."""
+    size = round(2 * radius_px * (1 + PADDING))
+    axis = ((np.arange(size, dtype=np.float32) + 0.5) - size / 2) / radius_px
+    away = np.hypot(axis[None, :], axis[:, None]) - 1.02
+    rgba = np.empty((size, size, 4), np.uint8)
+    rgba[..., :3] = colour
+    rgba[..., 3] = 255 * np.exp(-((away / np.where(away > 0, 0.055, 0.03)) ** 2))
+    return _surface(rgba)
+
+
+@lru_cache(maxsize=64)
+def thumbnail(image: bytes, shape: tuple[int, int], side_px: int) -> pygame.Surface:
+    """Return a small dome with an image of `GestureInfo` on it, at its full contrast."""
+    large = 4 * side_px
+    picture = pygame.Surface((large, large), pygame.SRCALPHA)
+    pygame.draw.circle(picture, _THUMB, (large / 2, large / 2), large / 2)
+    deviation = np.array(image_from_bytes(image), np.float32).reshape(shape) - 1.0
+    deviation *= FULL_SCALE / max(float(np.abs(deviation).max()), 1e-3)
+    radius = (max(shape) - 1) / 2 + 1.0
+    picture.blit(HeatMap().draw(deviation, radius, large), (0, 0))
+    return pygame.transform.smoothscale(picture, (side_px, side_px))
 
 
 def _surface(rgba: NDArray[np.uint8]) -> pygame.Surface:

@@ -20,16 +20,17 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
-from controller.protocol.teaching import Vocabulary
-from host.ui.unanswered import UnansweredTouches
+from controller.protocol.teaching import GestureInfo, Vocabulary
+from host.ui.rim import Rim
+from host.ui.unanswered import Reason, UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
 LinkState = Literal["connecting", "live", "stale", "lost"]
 
 EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second look alive
 MEMORY: Final = 8  # commands in the list
-TRACE_S: Final = 12.0  # seconds of deviation in the sparkline
-TRACE_POINTS: Final = 600  # at most, whatever the rate
+LATEST_S: Final = 2.5  # the last recognised gesture stands below the dome for so long
+TOUCHED: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
 REASON_S: Final = 2.5  # and why the last one gave no command stands there for so long
 
@@ -63,7 +64,13 @@ class OrbState:
     ready: bool = False
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()  # that this host puts on a virtual dome, for the rings
-    hint: str = ""  # the line below the dome while no gesture is held
+    ghost: tuple[Contact, ...] = ()  # fingers that show a gesture, drawn only
+    zones: bool = False  # whether the dome shows which command a press gives where
+    pointer: tuple[float, float] | None = None  # where the mouse is over the dome, grid units
+    gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
+    note: str = ""  # a sentence below the dome, before all others
+    hint: str = ""  # and one for when there is nothing else
+    rim: Rim = field(default_factory=Rim)  # pulses round the dome
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
     missed: int = 0  # frames that the orb skipped because they were late, since its start
@@ -71,8 +78,7 @@ class OrbState:
     user: str = ""  # the identified user; "" for none that it knows
     sure: float = 0.0  # how probable that is; 0 where the device knows no users
     history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
-    unanswered: tuple[str, float] | None = None  # why the last touch gave no command, and when
-    trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
+    unanswered: tuple[Reason, float] | None = None  # why the last touch gave no command, and when
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
     _touches: UnansweredTouches = field(default_factory=lambda: UnansweredTouches(("null",)))
@@ -92,33 +98,38 @@ class OrbState:
         self.welcome, self.link, self.reason = welcome, "live", ""
         self.felt = np.zeros((welcome.rows, welcome.columns), np.float32)
         self.shown = self.felt.copy()
-        self._target = np.zeros(len(welcome.labels), np.float32)
-        self.probabilities = self._target.copy()
+        self._recognise(welcome.labels)
+        self.gestures = {}
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
         self.health = ()
         self.user, self.sure = "", 0.0
-        self.trace.clear()
-        self._touches, self.unanswered = UnansweredTouches(welcome.labels), None
 
-    def vocabulary(self, message: Vocabulary) -> None:
-        """Take other gestures: what follows is about these."""
-        if self.welcome is None or message.labels == self.welcome.labels:
+    def described(self, message: Vocabulary | GestureInfo) -> None:
+        """Take the gestures in use, or one of them."""
+        if isinstance(message, GestureInfo):
+            self.gestures[message.label] = message
             return
-        self.welcome = replace(self.welcome, labels=message.labels, commands=message.commands)
-        self._target = np.zeros(len(message.labels), np.float32)
+        self.gestures = {}
+        if self.welcome and message.labels != self.welcome.labels:
+            labels, commands = message.labels, message.commands
+            self.welcome = replace(self.welcome, labels=labels, commands=commands)
+            self._recognise(labels)
+
+    def _recognise(self, labels: tuple[str, ...]) -> None:
+        """Begin with the gestures of labels, "null" first."""
+        self._target = np.zeros(len(labels), np.float32)
         self.probabilities = self._target.copy()
-        self._touches, self.unanswered = UnansweredTouches(message.labels), None
+        self._touches, self.unanswered = UnansweredTouches(labels), None
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:
         """Take what the device felt in one frame; an image of a foreign shape is left out."""
         if len(message.image) == self.felt.size:
             values = np.asarray(image_from_bytes(message.image), np.float32) - 1.0
             self.felt = values.reshape(self.felt.shape)
-            self.trace.append((now_s, float(np.sqrt(np.mean(self.felt**2)))))
         if len(message.probabilities) == len(self._target):
             self._target = np.asarray(message.probabilities, np.float32)
-            if self.welcome and message.ready and self.trace:
-                level = self.trace[-1][1]
+            if self.welcome and message.ready:
+                level = float(np.sqrt(np.mean(self.felt**2)))
                 reason = self._touches.step(level, self._target, message.gesture, now_s)
                 self.unanswered = (reason, now_s) if reason else self.unanswered
         self.gesture, self.ready = message.gesture, message.ready
@@ -159,13 +170,27 @@ class OrbState:
         self.probabilities = (
             self.probabilities + (self._target - self.probabilities) * share
         ).astype(np.float32)
-        while self.trace and self.trace[0][0] < now_s - TRACE_S:
-            self.trace.popleft()
 
-    def reason_unanswered(self, now_s: float) -> str:
-        """Return why the last touch gave no command; "" if it did, or it is long ago."""
-        reason, at_s = self.unanswered or ("", now_s)
-        return reason if now_s - at_s < REASON_S else ""
+    def reason_unanswered(self, now_s: float) -> Reason | None:
+        """Return why the last touch gave no command; None if it did, or it is long ago."""
+        reason, at_s = self.unanswered or (None, now_s)
+        return reason if now_s - at_s < REASON_S else None
+
+    def latest(self, now_s: float) -> RecentCommand | None:
+        """Return the last command while it is news."""
+        last = self.history[-1] if self.history else None
+        return last if last and now_s - last.time_s < LATEST_S else None
+
+    def lively(self, now_s: float) -> bool:
+        """Return whether the picture moves: touched, shown a gesture, or still fading."""
+        return bool(
+            self.contacts
+            or self.ghost
+            or self.gesture
+            or self.latest(now_s)
+            or self.rim.level(now_s)
+            or np.abs(self.shown).max(initial=0.0) > TOUCHED
+        )
 
     def mark(self, now_s: float) -> tuple[float, float, float] | None:
         """Return the last recognised touch as x, y and how fresh it is, 1 down to 0."""

@@ -1,38 +1,37 @@
-"""Panel of the orb: its image, its recognition and its link, drawn from telemetry only."""
+"""Panel of the orb: its image, its recognition and its link, drawn from telemetry only.
+
+All that stands still is drawn once into a picture; that picture is drawn anew only when something
+on it has changed visibly, and copied otherwise.
+"""
 
 from dataclasses import dataclass
-from textwrap import TextWrapper
-from typing import Final
+from typing import Any, Final
 
+import numpy as np
 import pygame
 
-from host.ui import dome, sprites
-from host.ui.orb_state import TRACE_S, LinkState, OrbState
+from controller.protocol.messages import Contact
+from host.ui import dome, ghost, naming, sprites, zones
+from host.ui.gesture_rows import GestureRows
+from host.ui.orb_state import Deviation, LinkState, OrbState
+from host.ui.panel_layout import HEIGHT, WIDTH, PanelLayout
 from host.ui.pointer_input import DomeArea
-from tetris.window import theme
 from tetris.window.theme import Colour
+from tetris.window.tiles import ThemeChoice
 
-WIDTH: Final = 350  # the panel's design size; any rectangle is filled in proportion
-HEIGHT: Final = 600
-DOME_SHARE: Final = 0.40  # of the panel's width, the dome's radius
-
-_LINK: Final[dict[LinkState, tuple[str, Colour]]] = {
-    "connecting": ("connecting", theme.WARN),
-    "live": ("live", theme.GOOD),
-    "stale": ("silent", theme.WARN),
-    "lost": ("link lost", theme.BAD),
+_COLOURS: Final[dict[LinkState, str]] = {
+    "connecting": "warn",
+    "live": "good",
+    "stale": "warn",
+    "lost": "bad",
 }
-_PILL: Final = 64  # design units that "virtual" takes
-_RATE: Final = 76  # that the rate takes at most
-_REASON: Final = TextWrapper(40, break_long_words=False, break_on_hyphens=False)  # below the dome
-_REASON_LINES: Final = 5
-_HEALTH: Final = TextWrapper(52, break_long_words=False, break_on_hyphens=False)  # in small letters
-_SILENT: Final = {"connecting": "connecting", "stale": "no word from the orb", "lost": "link lost"}
-
-WINDOW: Final = (390, 720)  # of the keyboard and gamepad targets
-_STRIP: Final = 96  # design units below the panel
-_MARGIN: Final = 12
-_LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut off
+_REASONS: Final[dict[LinkState, str]] = {"stale": "orb.silent", "lost": "orb.lost"}
+_TEXT: Final = 18  # size of most text, in design units
+_LINES: Final = 4  # of a sentence below the dome at most
+_LIGHT: Final[Colour] = (255, 238, 226)  # marks on the dome, whose colours no theme changes
+_USUAL: Final = 4  # gestures
+_LEAST: Final = 80  # pixels; nothing is drawn into a narrower or lower panel
+_VISIBLE: Final = 0.012  # change of z - 1 from which the heat map is drawn anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,260 +60,285 @@ class Projection:
 
 
 class Panel:
-    """Draws an `OrbState` into rectangles that it is given."""
+    """Draws an `OrbState` into a rectangle that it is given.
+
+    Attributes:
+        rect: The rectangle, pixels.
+        layout: Its parts.
+        projection: Grid units to pixels.
+    """
 
     def __init__(self) -> None:
         """Make a panel; `place` it before drawing."""
         self._field = dome.HeatMap()
+        self._heat: pygame.Surface | None = None  # as drawn last, of `_felt`
+        self._felt: Deviation | None = None
+        self._heats = 0  # heat maps drawn
+        # What stands still, and all; the keys are what they show.
+        self._still, self._picture = pygame.Surface((1, 1)), pygame.Surface((1, 1))
+        self._still_key: tuple[Any, ...] = ()
+        self._picture_key: tuple[Any, ...] = ()
+        self._look = ThemeChoice()
+        self._asked: tuple[Any, ...] = ()  # of `place`
         self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
 
-    def place(self, rect: pygame.Rect, pad: DomeArea) -> None:
-        """Set where the orb is drawn, and which; changes `projection`."""
-        self.rect = rect
-        self._unit = sprites.SpriteScale(min(rect.width / WIDTH, rect.height / HEIGHT))
-        self._inner = rect.width - 2 * self._unit.px(18)  # pixels: what a line of text may take
-        self._radius = max(24, round(self._unit.factor * WIDTH * DOME_SHARE))
-        centre = (
-            rect.centerx,
-            rect.top + self._unit.px(64) + round(self._radius * (1 + dome.PADDING)),
-        )
-        self.projection = Projection(pad, centre, self._radius / pad.radius)
-
-    def draw(self, surface: pygame.Surface, view: OrbState, now_s: float) -> None:
-        """Draw the orb, its probabilities and its trace; `view` has been advanced to `now_s`."""
-        self._unit.card(surface, self.rect)
-        self._header(surface, view)
-        self._dome(surface, view, now_s)
-        below = self.projection.centre[1] + self._radius * (1 + dome.PADDING)
-        top = round(below) + self._unit.px(4)
-        if view.link == "live":
-            top = self._bars(surface, view, self._caption(surface, view, now_s, top))
-        else:
-            self._reason(surface, view, top + self._unit.px(20))
-        self._hops(surface, view)
-        self._trace(surface, view, now_s, top)
-
-    def _header(self, surface: pygame.Surface, view: OrbState) -> None:
-        left, middle = self.rect.left + self._unit.px(18), self.rect.top + self._unit.px(32)
-        room = self._state(surface, view, middle) - left - self._unit.px(_PILL + 20)
-        name = self._unit.text(view.welcome.name if view.welcome else "OrbTouch", 28, width=room)
-        surface.blit(name, name.get_rect(midleft=(left, middle)))
-        if view.welcome:
-            kind = "virtual" if view.welcome.virtual else "real"
-            tint = theme.ACCENT_COOL if view.welcome.virtual else theme.ACCENT
-            self._pill(surface, kind, tint, (left + name.get_width() + self._unit.px(10), middle))
-        if view.sure and view.link == "live":
-            who = f"{view.user} {view.sure:.0%}" if view.user else "who is it?"
-            tint = theme.ACCENT if view.user else theme.TEXT_DIM
-            label = self._unit.text(who, 17, tint, self._inner)
-            at = self.rect.right - self._unit.px(18), middle + self._unit.px(21)
-            surface.blit(label, label.get_rect(midright=at))
-
-    def _state(self, surface: pygame.Surface, view: OrbState, middle: int) -> int:
-        """Draw how the link is, at the right; return where that begins."""
-        state, colour = _LINK[view.link]
-        right = self.rect.right - self._unit.px(18)
-        label = self._unit.text(state, 20, colour)
-        surface.blit(label, label.get_rect(midright=(right, middle)))
-        lamp = sprites.ring(self._unit.px(9), 0, colour, 0, 50)
-        core = sprites.ring(self._unit.px(4), 0, colour, 0, 255)
-        at = right - label.get_width() - self._unit.px(14), middle
-        surface.blit(lamp, lamp.get_rect(center=at))
-        surface.blit(core, core.get_rect(center=at))
-        if view.link != "live":
-            return at[0] - self._unit.px(9)
-        rate = self._unit.text(f"{view.rate_hz:.1f} Hz", 18, theme.TEXT_DIM, self._unit.px(_RATE))
-        box = rate.get_rect(midright=(at[0] - self._unit.px(15), middle))
-        surface.blit(rate, box)
-        return box.left
-
-    def _dome(self, surface: pygame.Surface, view: OrbState, now_s: float) -> None:
-        place, radius = self.projection, self._radius
-        balloon = dome.balloon(radius)
-        surface.blit(balloon, balloon.get_rect(center=place.centre))
-        rows, columns = view.shape
-        field = self._field.draw(view.shown, place.pad.radius, 2 * radius)
-        surface.blit(field, field.get_rect(center=place.centre))
-        marks = sprites.taxels(rows, columns, place.pixels_per_unit)
-        surface.blit(marks, marks.get_rect(center=place.centre))
-        if view.welcome and view.welcome.virtual and view.link == "live":
-            arrows = sprites.rim_arrows(round(radius * 0.90), (255, 238, 226), 120)
-            surface.blit(arrows, arrows.get_rect(center=place.centre))
-        mark = view.mark(now_s)
-        if mark and place.pad.on_dome(*mark[:2]):
-            x, y, fresh = mark
-            wide = self._unit.px(12 + 16 * (1 - fresh))
-            halo = sprites.ring(wide, 2.2 * self._unit.factor, theme.TEXT, _step(255 * fresh))
-            surface.blit(halo, halo.get_rect(center=place.to_screen(x, y)))
-        for contact in view.contacts:
-            finger = round(contact.radius_mm / place.pad.pitch_mm * place.pixels_per_unit)
-            tip = sprites.ring(finger, 2.0 * self._unit.factor, theme.TEXT, 230, 38)
-            surface.blit(tip, tip.get_rect(center=place.to_screen(contact.x, contact.y)))
-        if view.link != "live":
-            veil = sprites.ring(radius, 0, theme.BACKGROUND, 0, 168)
-            surface.blit(veil, veil.get_rect(center=place.centre))
-            self._banner(surface, _SILENT[view.link], _LINK[view.link][1])
-        elif not view.ready:
-            self._banner(surface, "taking the rest image: do not touch", theme.WARN)
-
-    def _banner(self, surface: pygame.Surface, message: str, colour: Colour) -> None:
-        label = self._unit.text(message, 20, colour)
-        box = label.get_rect(center=self.projection.centre).inflate(
-            self._unit.px(28), self._unit.px(18)
-        )
-        plate = sprites.card(box.size, box.height // 2, theme.BACKGROUND, alpha=225)
-        surface.blit(plate, box)
-        surface.blit(label, label.get_rect(center=box.center))
-
-    def _caption(self, surface: pygame.Surface, view: OrbState, now_s: float, top: int) -> int:
-        """Draw below the dome what matters most; return where the next part begins."""
-        if view.health and not view.gesture:
-            for number, line in enumerate(_HEALTH.wrap(view.health[0])[:2]):
-                label = self._unit.text(line, 16, theme.WARN, self._inner)
-                at = (self.rect.centerx, top + self._unit.px(17) * number)
-                surface.blit(label, label.get_rect(midtop=at))
-            return top + self._unit.px(36)
-        size, colour, message = 18, theme.TEXT_DIM, view.hint
-        if reason := view.reason_unanswered(now_s):
-            colour, message = theme.WARN, reason
-        if view.gesture:
-            size, colour, message = 24, theme.ACCENT, sprites.words(view.gesture)
-        label = self._unit.text(message, size, colour, self._inner)
-        surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
-        return top + self._unit.px(36)
-
-    def _reason(self, surface: pygame.Surface, view: OrbState, top: int) -> None:
-        """Draw why there is no link, where the probabilities would be."""
-        for line in _REASON.wrap(view.reason)[:_REASON_LINES]:
-            label = self._unit.text(line, 19, theme.TEXT, self._inner)
-            surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
-            top += self._unit.px(22)
-
-    def _bars(self, surface: pygame.Surface, view: OrbState, top: int) -> int:
-        left, right = self.rect.left + self._unit.px(20), self.rect.right - self._unit.px(20)
-        start, height = left + self._unit.px(118), self._unit.px(10)
-        end = right - self._unit.px(42)
-        order = [k for k, label in enumerate(view.labels) if label != "null"]
-        order += [k for k, label in enumerate(view.labels) if label == "null"]
-        room = self.rect.bottom - self._unit.px(56) - top
-        step = min(self._unit.px(27), room // max(1, len(order)))
-        for k in order:
-            label, value = view.labels[k], float(view.probabilities[k])
-            middle = top + step // 2
-            held = label == view.gesture and label != "null"
-            quiet = theme.TEXT_DIM if label == "null" else theme.ACCENT
-            tint = theme.TEXT if held else sprites.mix(theme.TEXT_DIM, theme.TEXT, value)
-            mark = sprites.icon(label, self._unit.px(17), theme.ACCENT if held else tint)
-            surface.blit(mark, mark.get_rect(midleft=(left, middle)))
-            name = self._unit.text(sprites.words(label), 20, tint, self._unit.px(88))
-            surface.blit(name, name.get_rect(midleft=(left + self._unit.px(26), middle)))
-            track = pygame.Rect(start, middle - height // 2, end - start, height)
-            surface.blit(sprites.card(track.size, height // 2, theme.SURFACE_RAISED), track)
-            filled = round(track.width * min(1.0, max(0.0, value)))
-            if filled >= height:
-                bar = sprites.card((filled, height), height // 2, quiet)
-                surface.blit(bar, track.topleft)
-            share = self._unit.text(f"{value:.2f}", 18, tint)
-            surface.blit(share, share.get_rect(midright=(right, middle)))
-            top += step
-        return top
-
-    def _hops(self, surface: pygame.Surface, view: OrbState) -> None:
-        """Draw how long frames take: in half of them, and in all but one of a hundred."""
-        if not view.hops or view.link != "live":
-            return
-        words = "   ".join(
-            f"{h.name} {h.p50_ms:.0f} / {h.p95_ms:.0f} / {h.p99_ms:.0f}" for h in view.hops
-        )
-        if view.period_ms:
-            left = view.period_ms - view.hops[0].p99_ms
-            words += f" ms   left {left:.0f} of {view.period_ms:.0f}"
-        line = self._unit.text(words, 13, theme.TEXT_DIM, self._inner)
-        middle = self.rect.centerx, self.rect.bottom - self._unit.px(15)
-        surface.blit(line, line.get_rect(center=middle))
-
-    def _trace(self, surface: pygame.Surface, view: OrbState, now_s: float, top: int) -> None:
-        """Draw how far the membrane was from rest over the last seconds."""
-        left, right = self.rect.left + self._unit.px(20), self.rect.right - self._unit.px(20)
-        top = max(top + self._unit.px(8), self.rect.bottom - self._unit.px(64))
-        bottom = self.rect.bottom - self._unit.px(32)
-        caption = self._unit.text("deviation", 16, theme.TEXT_DIM)
-        surface.blit(caption, caption.get_rect(bottomleft=(left, bottom)))
-        start = left + self._unit.px(66)
-        pygame.draw.line(surface, theme.LINE, (start, bottom), (right, bottom))
-        if len(view.trace) < 2:
-            return
-        high = max(0.08, max(value for _, value in view.trace))
-        points = [
-            (
-                right - (now_s - at_s) / TRACE_S * (right - start),
-                bottom - value / high * (bottom - top),
-            )
-            for at_s, value in view.trace
-        ]
-        pygame.draw.aalines(surface, theme.ACCENT_COOL, False, points)
-
-    def _pill(
-        self, surface: pygame.Surface, word: str, tint: Colour, midleft: tuple[int, int]
+    def place(
+        self, rect: pygame.Rect, pad: DomeArea, *, gestures: int = 0, scale: float = 1.0
     ) -> None:
-        label = self._unit.text(word, 17, tint)
-        box = pygame.Rect(0, 0, label.get_width() + self._unit.px(16), self._unit.px(22))
-        box.midleft = midleft
-        surface.blit(
-            sprites.card(box.size, box.height // 2, sprites.mix(theme.SURFACE, tint, 0.16)), box
-        )
-        surface.blit(label, label.get_rect(center=box.center))
+        """Set where the orb is drawn, which, and for how many gestures; 0: not known yet.
 
-
-def _step(alpha: float) -> int:
-    return min(255, max(0, round(alpha / 16) * 16))
-
-
-class OrbWindow:
-    """Content of the small window.
-
-    Attributes:
-        drawn: Its last place and size in the surface; empty before the first drawing.
-    """
-
-    def __init__(self) -> None:
-        """Begin without a picture."""
-        self.drawn = pygame.Rect(0, 0, 0, 0)
-        self._panel = Panel()
-
-    @property
-    def projection(self) -> Projection:
-        """Rectangle of the dome in the window."""
-        return self._panel.projection
+        `scale` enlarges text, 1.0 is the usual size.
+        """
+        asked = rect.copy(), pad, gestures, scale
+        if asked == self._asked:
+            return
+        self.rect, self._asked = rect.copy(), asked
+        self.layout = layout = PanelLayout.of(rect, gestures or _USUAL, scale)
+        self.projection = Projection(pad, layout.dome.center, layout.radius / pad.radius)
 
     def draw(
-        self,
-        surface: pygame.Surface,
-        now_s: float,
-        orb: OrbState,
-        dome: DomeArea,
-        *,
-        armed: bool,
-        lines: tuple[str, ...],
+        self, surface: pygame.Surface, view: OrbState, now_s: float, look: ThemeChoice
     ) -> None:
-        """Draw the orb, and below it the state of arming and some lines of text."""
-        self.drawn = surface.get_rect()
-        factor = min(self.drawn.width / WINDOW[0], self.drawn.height / WINDOW[1])
-        unit = sprites.SpriteScale(max(_LEAST, factor))
-        surface.fill(theme.BACKGROUND)
-        page = pygame.Rect(0, 0, unit.px(WINDOW[0]), unit.px(WINDOW[1]))
-        page.center = self.drawn.center
-        inner = page.inflate(-2 * unit.px(_MARGIN), -2 * unit.px(_MARGIN))
-        strip = pygame.Rect(inner.left, 0, inner.width, unit.px(_STRIP))
-        strip.bottom = inner.bottom
-        inner.height -= strip.height + unit.px(_MARGIN)
-        self._panel.place(inner, dome)
-        self._panel.draw(surface, orb, now_s)
-        unit.card(surface, strip)
-        left, top = strip.left + unit.px(18), strip.top + unit.px(12)
-        word, colour = ("ARMED", theme.WARN) if armed else ("DISARMED", theme.TEXT_DIM)
-        surface.blit(unit.text(word, 28, colour), (left, top))
-        for line in lines:
-            top += unit.px(26)
-            shown = unit.text(line, 18, theme.TEXT, strip.width - 2 * unit.px(18))
-            surface.blit(shown, (left, top))
+        """Draw the orb in a theme and a language; `view` has been advanced to `now_s`."""
+        if min(self.rect.size) < _LEAST:
+            return
+        self._look = look
+        self._unit = sprites.SpriteScale(self.layout.factor, look.palette)
+        self._rows = GestureRows(self.layout.rows, self._unit, look.words, view)
+        self._keep_still(view)
+        self._keep_heat(view)
+        caption, colour = self._caption(view, now_s)
+        fresh = self._rows.fresh(view, now_s)
+        key: tuple[Any, ...] = (
+            self._still_key, self._heats, caption, colour, fresh, self._rows.bars(view),
+            view.contacts, view.ghost, self._lit(view), self._mark(view, now_s),
+            sprites.in_steps(255 * view.rim.level(now_s)), view.ready,
+        )  # fmt: skip
+        if key != self._picture_key:
+            self._picture_key = key
+            self._compose(view, now_s, caption, colour, fresh)
+        surface.blit(self._picture, self.rect)
+
+    # -- what is drawn when ----------------------------------------------------------------
+
+    def _keep_still(self, view: OrbState) -> None:
+        """Draw anew what stands still, if it is another one."""
+        welcome = view.welcome
+        key: tuple[Any, ...] = (
+            self.rect.topleft, self.rect.size, self.layout, self.projection, self._look.palette,
+            self._look.words.name, view.link, view.reason, welcome, view.shape, view.user,
+            round(view.sure, 2), view.labels, tuple(view.gestures.values()),
+        )  # fmt: skip
+        if key == self._still_key:
+            return
+        self._still_key = key
+        if self._still.get_size() != self.rect.size:
+            self._still = pygame.Surface(self.rect.size)
+            self._picture = pygame.Surface(self.rect.size)
+        self._still.fill(self._look.palette.background)
+        still = _Shifted(self._still, self.rect)
+        self._header(still, view)
+        self._dome(still, view)
+        reason = view.reason or _REASONS.get(view.link, "")
+        if view.link == "live" or reason:
+            self._unit.card(still.part, still.moved(self.layout.card))
+        if view.link == "live":
+            self._rows.draw_still(still.part, still.offset)
+        else:
+            self._reason(still, self._look.words(reason))
+
+    def _keep_heat(self, view: OrbState) -> None:
+        """Draw the heat map anew if it differs visibly."""
+        side = 2 * self.layout.radius
+        same = (
+            self._heat is not None
+            and self._felt is not None
+            and self._heat.get_width() == side
+            and self._felt.shape == view.shown.shape
+            and float(np.abs(self._felt - view.shown).max(initial=0.0)) < _VISIBLE
+        )
+        if not same:
+            self._felt = view.shown.copy()
+            self._heats += 1
+            self._heat = self._field.draw(view.shown, self.projection.pad.radius, side)
+
+    def _compose(
+        self, view: OrbState, now_s: float, caption: str, colour: Colour, fresh: tuple[int, int]
+    ) -> None:
+        """Draw the picture: what stands still, and on it what changes."""
+        self._picture.blit(self._still, (0, 0))
+        picture = _Shifted(self._picture, self.rect)
+        self._light(picture, view, now_s)
+        self._fingers(picture, view)
+        if view.link != "live":
+            veil = sprites.ring(self.layout.radius, 0, self._look.palette.background, 0, 168)
+            picture.blit(veil, self.projection.centre)
+            key = {"connecting": "connecting", "stale": "no_word", "lost": "lost"}[view.link]
+            self._banner(picture, f"dome.{key}", self._tint(view.link))
+            return
+        if not view.ready:
+            self._banner(picture, "dome.calibrating", self._look.palette.warn)
+        self._rows.draw_moving(picture.part, picture.offset, view, fresh)
+        self._say(picture, caption, colour)
+
+    # -- the parts -------------------------------------------------------------------------
+
+    def _tint(self, link: LinkState) -> Colour:
+        colour: Colour = getattr(self._look.palette, _COLOURS[link])
+        return colour
+
+    def _header(self, still: "_Shifted", view: OrbState) -> None:
+        words, unit, box = self._look.words, self._unit, self.layout.header
+        pad, tint = unit.px(6), self._tint(view.link)
+        said = [words(f"dome.{view.link}")] if view.link != "live" else []
+        if view.link == "live" and view.sure:
+            said.append(f"{view.user} {view.sure:.0%}" if view.user else words("dome.who"))
+        if view.link == "live" and view.welcome and view.welcome.virtual:
+            said.append(words("dome.virtual"))
+        colour = self._look.palette.dim if view.link == "live" else tint
+        label = unit.text(" · ".join(said), _TEXT, colour, round(0.55 * box.width))
+        still.blit(label, midright=(box.right - pad, box.centery))
+        lamp = max(4, unit.px(5))
+        at = box.right - 2 * pad - label.get_width() - 2 * lamp, box.centery
+        still.blit(sprites.ring(2 * lamp, 0, tint, 0, 50), at)
+        still.blit(sprites.ring(lamp, 0, tint, 0, 255), at)
+        room = max(0, at[0] - 2 * lamp - 2 * pad - box.left)
+        name = unit.text(view.welcome.name if view.welcome else "OrbTouch", 24, None, room)
+        still.blit(name, midleft=(box.left + pad, box.centery))
+
+    def _dome(self, still: "_Shifted", view: OrbState) -> None:
+        palette, place, radius = self._look.palette, self.projection, self.layout.radius
+        still.blit(dome.balloon(radius, palette.raised, palette.line), place.centre)
+        still.blit(sprites.taxels(*view.shape, place.pixels_per_unit), place.centre)
+        if view.welcome and view.welcome.virtual and view.link == "live":
+            still.blit(sprites.rim_arrows(round(radius * 0.90), _LIGHT, 120), place.centre)
+
+    def _reason(self, still: "_Shifted", reason: str) -> None:
+        """Draw why there is no link, where the gestures would be."""
+        box = self.layout.card.inflate(-2 * self._unit.px(12), -12)
+        step = round(self._unit.size(_TEXT) * 1.1)
+        most = max(1, box.height // step)
+        for number, line in enumerate(self._unit.lines(reason, _TEXT, box.width, most)):
+            label = self._unit.text(line, _TEXT, None, box.width)
+            still.blit(label, midtop=(box.centerx, box.top + number * step))
+
+    def _light(self, picture: "_Shifted", view: OrbState, now_s: float) -> None:
+        """Draw the heat map, the pulse round the dome, the zones and the last touch."""
+        place, palette = self.projection, self._look.palette
+        if level := sprites.in_steps(255 * view.rim.level(now_s)):
+            light = dome.rim(self.layout.radius, palette.accent)
+            light.set_alpha(level)
+            picture.blit(light, place.centre)
+        assert self._heat
+        picture.blit(self._heat, place.centre)
+        if shown := self._lit(view):
+            rules, lit = shown
+            picture.blit(zones.picture(rules, place.pad, self.layout.radius, lit), place.centre)
+        if mark := self._mark(view, now_s):
+            at, wide, alpha = mark
+            picture.blit(sprites.ring(wide, 2.2 * self._line, _LIGHT, alpha), at)
+
+    @property
+    def _line(self) -> float:
+        """Pixels that a fine line on the dome is wide, as a factor."""
+        return max(1.0, self.layout.radius / 140)
+
+    def _lit(self, view: OrbState) -> tuple[zones.Rules, int | None] | None:
+        """Return the zones to show, and which one is lit; None without zones."""
+        rules = zones.rules_in_use(view.gestures.values()) if view.zones else ()
+        if not rules or view.link != "live":
+            return None
+        return rules, zones.zone_at(rules, view.pointer) if view.pointer else None
+
+    def _mark(self, view: OrbState, now_s: float) -> tuple[tuple[float, float], int, int] | None:
+        """Return place, radius and opacity of the ring round the last recognised touch."""
+        mark = view.mark(now_s)
+        if not mark or not self.projection.pad.on_dome(*mark[:2]):
+            return None
+        x, y, fresh = mark
+        wide = round(self.layout.radius * (0.09 + 0.11 * (1 - fresh)))
+        return self.projection.to_screen(x, y), wide, sprites.in_steps(255 * fresh)
+
+    def _fingers(self, picture: "_Shifted", view: OrbState) -> None:
+        place = self.projection
+        shown = []
+        for one in view.ghost:
+            x, y = place.to_screen(one.x, one.y)
+            at = x - picture.offset[0], y - picture.offset[1]
+            shown.append((one, at, self._finger_px(one)))
+        ghost.draw(picture.part, shown, _LIGHT)
+        for contact in view.contacts:
+            wide = round(self._finger_px(contact))
+            tip = sprites.ring(wide, 2.0 * self._line, _LIGHT, 230, 38)
+            picture.blit(tip, place.to_screen(contact.x, contact.y))
+
+    def _finger_px(self, contact: Contact) -> float:
+        """Return the radius of a finger in pixels."""
+        place = self.projection
+        return contact.radius_mm / place.pad.pitch_mm * place.pixels_per_unit
+
+    def _banner(self, picture: "_Shifted", key: str, colour: Colour) -> None:
+        unit, room = self._unit, round(1.9 * self.layout.radius)
+        lines = unit.lines(self._look.words(key), _TEXT, room - unit.px(28), 2)
+        labels = [unit.text(line, _TEXT, colour, room - unit.px(28)) for line in lines]
+        high = labels[0].get_height()
+        box = pygame.Rect(0, 0, max(one.get_width() for one in labels), high * len(labels))
+        box = box.inflate(unit.px(28), unit.px(16))
+        plate = sprites.card(
+            box.size, min(box.height // 2, 2 * high), self._look.palette.background
+        )
+        middle = self.projection.centre
+        picture.blit(plate, middle)
+        top = middle[1] - high * (len(labels) - 1) / 2
+        for number, label in enumerate(labels):
+            picture.blit(label, (middle[0], top + number * high))
+
+    def _caption(self, view: OrbState, now_s: float) -> tuple[str, Colour]:
+        """Return what matters most, a sentence, and its colour."""
+        words, palette = self._look.words, self._look.palette
+        last = view.latest(now_s)
+        if view.note:
+            return view.note, palette.text
+        if last:
+            understood, done = (
+                naming.gesture(words, last.label),
+                naming.command(words, last.command),
+            )
+            return f"{understood} → {done}", palette.accent
+        if view.gesture:
+            return naming.gesture(words, view.gesture), palette.accent
+        if reason := view.reason_unanswered(now_s):
+            return naming.unanswered(words, reason), palette.warn
+        if view.health:
+            return naming.health(words, view.health[0]), palette.warn
+        return view.hint, palette.dim
+
+    def _say(self, picture: "_Shifted", caption: str, colour: Colour) -> None:
+        box, unit = self.layout.caption, self._unit
+        lines = unit.lines(caption, _TEXT, box.width - 8, _LINES)
+        step = box.height // 2
+        if len(lines) > 2:  # a long sentence covers the first gestures
+            box = pygame.Rect(box.left, box.top, box.width, len(lines) * step + 8)
+            unit.card(picture.part, picture.moved(box))
+        for number, line in enumerate(lines):
+            label = unit.text(line, _TEXT, colour, box.width - 8)
+            middle = box.centery + (number - (len(lines) - 1) / 2) * step
+            picture.blit(label, (box.centerx, middle))
+
+
+class _Shifted:
+    """A part of the window as a surface of its own, drawn on in the window's coordinates."""
+
+    def __init__(self, part: pygame.Surface, rect: pygame.Rect) -> None:
+        self.part, self.offset = part, rect.topleft
+
+    def moved(self, rect: pygame.Rect) -> pygame.Rect:
+        """Return a rectangle of the window in coordinates of the part."""
+        return rect.move(-self.offset[0], -self.offset[1])
+
+    def blit(
+        self, picture: pygame.Surface, centre: tuple[float, float] | None = None, **place: Any
+    ) -> None:
+        """Copy a picture, its centre or another point of its rectangle at a place."""
+        rect = picture.get_rect(**(place or {"center": centre}))
+        self.part.blit(picture, self.moved(rect))

@@ -13,52 +13,63 @@ from typing import Final
 import pygame
 
 from tetris.window import theme
-from tetris.window.theme import Colour
+from tetris.window.theme import Colour, Palette
 
 SMOOTH: Final = 4  # times larger while drawing
 
-_WORDS: Final = {
-    "null": "nothing",
-    "twist_cw": "twist right",
-    "twist_ccw": "twist left",
-    "rotate_cw": "turn right",
-    "rotate_ccw": "turn left",
-}
+_LEAST: Final = 18  # size of the smallest text: letters of 12 pixels
 
 Point = tuple[float, float]
 Pen = Callable[..., None]
 
 
 class SpriteScale:
-    """Design units to pixels, and what is drawn in them."""
+    """Design units to pixels, and what is drawn in them in the colours of a theme."""
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, palette: Palette = theme.DARK) -> None:
         """Draw `factor` pixels to a design unit."""
-        self.factor = factor
+        self.factor, self.palette = factor, palette
 
     def px(self, design: float) -> int:
         """Return a length in whole pixels, at least one."""
         return max(1, round(design * self.factor))
 
+    def size(self, design: float) -> int:
+        """Return a size of text that can be read."""
+        return max(_LEAST, self.px(design))
+
     def text(
-        self, words: str, size: int, colour: Colour = theme.TEXT, width: int | None = None
+        self, words: str, size: int, colour: Colour | None = None, width: int | None = None
     ) -> pygame.Surface:
         """Return a line of text, cut off with an ellipsis at so many pixels."""
-        return text(words, max(8, self.px(size)), colour, width)
+        return text(words, self.size(size), colour or self.palette.text, width)
+
+    def lines(self, words: str, size: int, width: int, most: int) -> list[str]:
+        """Return words in at most so many lines for a width in pixels."""
+        font = theme.font(self.size(size) * SMOOTH)
+        lines = [""]
+        for word in words.split():
+            longer = f"{lines[-1]} {word}".strip()
+            if not lines[-1] or len(lines) == most or font.size(longer)[0] <= width * SMOOTH:
+                lines[-1] = longer
+            else:
+                lines.append(word)
+        return lines
 
     def card(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
         """Draw the plate that a group of things lies on."""
-        surface.blit(card(rect.size, self.px(12), theme.SURFACE, theme.LINE), rect)
-
-
-def words(name: str) -> str:
-    """Return a label or a command as a player reads it."""
-    return _WORDS.get(name, name.replace("_", " "))
+        plate = card(rect.size, self.px(12), self.palette.surface, self.palette.line)
+        surface.blit(plate, rect)
 
 
 def mix(low: Colour, high: Colour, share: float) -> Colour:
     """Mix two colours in 16 steps, so that the pictures kept stay few."""
     return theme.mix(low, high, round(min(1.0, max(0.0, share)) * 16) / 16)
+
+
+def in_steps(alpha: float) -> int:
+    """Return an opacity, 0 to 255, in steps of 16, for the same reason."""
+    return min(255, max(0, round(alpha / 16) * 16))
 
 
 @lru_cache(maxsize=512)
@@ -151,6 +162,11 @@ def rim_arrows(radius: int, colour: Colour, alpha: int) -> pygame.Surface:
             surface, (*colour, alpha), middle, radius, towards - 11, towards + 11, 2.0, both=True
         )
     return pygame.transform.smoothscale(surface, (side, side))
+
+
+def has_icon(name: str) -> bool:
+    """Return whether a gesture or a command has an icon of its own."""
+    return name in _ICONS
 
 
 @lru_cache(maxsize=256)

@@ -5,12 +5,11 @@ long, and what the network took it for.
 """
 
 from collections.abc import Sequence
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-
-from host.ui.sprites import words
 
 _RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
 _FALL: Final = (1.3, 0.010)  # and ends below this
@@ -20,6 +19,14 @@ _LIGHT: Final = 0.5  # probability of all gestures together that a firm touch re
 _SHORT_S: Final = 0.3
 _RECOVER_S: Final = 1.0  # in which the dome springs back after an answered touch, like a light one
 _RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a touch gave no command: a key below `dome.unanswered`, and the gestures it names."""
+
+    key: Literal["light", "undecided", "short", "unclear"]
+    labels: tuple[str, ...] = ()
 
 
 class UnansweredTouches:
@@ -44,10 +51,10 @@ class UnansweredTouches:
 
     def step(
         self, deviation: float, probabilities: NDArray[np.float32], held: str, now_s: float
-    ) -> str:
+    ) -> Reason | None:
         """Take a frame's deviation, probabilities (labels,) and held gesture; return the reason.
 
-        It is "" but for the frame in which an unanswered touch is over.
+        It is None but for the frame in which an unanswered touch is over.
         """
         passed_s = 0.0 if self._last_s is None else now_s - self._last_s
         self._last_s = now_s
@@ -64,13 +71,13 @@ class UnansweredTouches:
         elif self._ended_s is None:
             self._ended_s = self._left_s = now_s
         if self._begun_s is None:
-            return ""
+            return None
         self._answered |= bool(held)
         np.maximum(self._peaks, probabilities, out=self._peaks)
         self._null = min(self._null, float(probabilities[0]))
         if self._ended_s is None or now_s - self._ended_s < _ANSWER_S:
-            return ""
-        reason = "" if self._answered else self._reason(self._begun_s, self._ended_s)
+            return None
+        reason = None if self._answered else self._reason(self._begun_s, self._ended_s)
         self._begun_s = self._ended_s = None
         return reason
 
@@ -80,15 +87,13 @@ class UnansweredTouches:
         self._begun_s, self._ended_s, self._answered = now_s, None, False
         self._peaks[:], self._null = 0.0, 1.0
 
-    def _reason(self, begun_s: float, ended_s: float) -> str:
-        """Return why a touch was not answered; "" if it may be none."""
+    def _reason(self, begun_s: float, ended_s: float) -> Reason | None:
+        """Return why a touch was not answered; None if it may be none."""
         first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])
         if 1.0 - self._null < _LIGHT:
-            light = "too light: press a little more firmly"
-            return light if begun_s >= self._recovered_s else ""
+            return Reason("light") if begun_s >= self._recovered_s else None
         if others and self._peaks[others[0]] > _RIVAL * self._peaks[first]:
-            one, other = (words(self._labels[i]) for i in (first, others[0]))
-            return f"undecided between {one} and {other}"
+            return Reason("undecided", (self._labels[first], self._labels[others[0]]))
         if ended_s - begun_s < _SHORT_S:
-            return "too short: stay a little longer"
-        return f"not clearly a {words(self._labels[first])}"
+            return Reason("short")
+        return Reason("unclear", (self._labels[first],))

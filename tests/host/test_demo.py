@@ -8,7 +8,7 @@ from controller.protocol.messages import Command, GroundTruth, Welcome
 from host import demo
 from host.autoplayer import COMMAND_OF, MANUAL, Autoplayer
 from host.connection.receiver import Delivered
-from host.demo import DemoRecord
+from host.demo_record import DemoRecord
 from tests.support.pytest_types import Capture
 from tetris.engine.game import Action, Game
 

@@ -84,6 +84,8 @@ class Window:
         threading.Thread(target=self._read, daemon=True).start()
         self.until(lambda shown: bool(shown), "its first picture")
         self.started_s = time.monotonic() - begun_s
+        if "Later" in self.shown["items"]:  # the introduction is offered once
+            self.choose("Later")
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from .desktop import ScenarioError, Screen, Window, missing
-from .walk import HANDS, Orb, Page, walk
+from .walk import HANDS, SHUT, Orb, Page, walk
 
 SIZE: Final = (1280, 720)
 CLICK_S: Final = 0.08  # how long people's clicks last
@@ -160,10 +160,14 @@ def walk_by_orb(desk: Desk) -> None:
     _walk(desk, "orb")
 
 
+# Pages that take gestures for themselves: the orb cannot steer them.
+TAKING: Final = frozenset({"Learn the orb", "Watch"})
+
+
 def _walk(desk: Desk, name: str) -> None:
     window = desk.open()
     hand = HANDS[name](window)
-    found = walk(hand)
+    found = walk(hand, shut=SHUT | TAKING)
     desk.seen["pages"] = len(found)
     if isinstance(hand, Orb):
         desk.seen["missed"] = hand.missed

@@ -11,6 +11,7 @@ import pygame
 
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
+from tetris.history.replay import Recorder
 from tetris.window import bindings
 from tetris.window import settings as settings_file
 from tetris.window.display import open_window, set_fullscreen
@@ -165,6 +166,10 @@ class App:
         """Take what such a controller holds down, and the repeats that are due."""
         if self.stage.screen is not None:
             self.stage.screen.hold(held, repeats, self.stage.time_s)
+
+    def go_on(self, recorder: Recorder) -> None:
+        """Let the player go on with a game that was recorded so far; it is not ranked."""
+        self._flow.go_on(recorder)
 
     def _take(self, event: pygame.event.Event, time_s: float) -> None:
         stage, screen = self.stage, self.stage.screen

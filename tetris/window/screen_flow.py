@@ -157,8 +157,9 @@ class ScreenFlow:
 
     def _watch(self, player: Player) -> None:
         films = self._shelf.film_namer(player.replay.mode)
-        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on, films=films))
+        self._stage.push(ReplayScreen(self._stage, player, take_over=self.go_on, films=films))
 
-    def _go_on(self, recorder: Recorder) -> None:
+    def go_on(self, recorder: Recorder) -> None:
+        """Let the player go on with a game that was recorded so far; it is not ranked."""
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))
         self._show(Session.going_on(mode, recorder), mode)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pygame
 
-from tetris.engine.events import Action
+from tetris.engine.events import Action, Event
 from tetris.window import settings as settings_file
 from tetris.window.keys import Code
 from tetris.window.menu import OF_ACTION, Item, MenuStep
@@ -85,6 +85,7 @@ class ScreenStack:
         self.area = area  # the window, in pixels
         self.time_s = 0.0  # by the clock of the window
         self.mode_setting = "mode"  # name of the setting with the mode that the title page offers
+        self.watch: Callable[[Sequence[Event]], None] = lambda events: None  # of each game
         self.further: Callable[[], Sequence[Item]] = tuple  # further items of the title page
         self._folder = folder
         self._screens: list[Screen] = []

@@ -1,1 +1,1 @@
-"""Screens about the orb, over those of the game."""
+"""Screens about the orb."""

@@ -168,6 +168,18 @@ def test_a_hosts_finger_dents_the_taxel_under_it_and_leaves_no_trace() -> None:
     assert np.abs(later / rest - 1.0).mean() < 0.02
 
 
+def test_a_performance_without_a_label_lifts_the_hand_at_once() -> None:
+    orb = VirtualOrb(4)
+    orb.perform(7, "press", 1.0, 1.0, 0.5)
+    frames = [orb.read(k / 10) for k in range(1, 10)]
+    orb.perform(8, "", 0.0, 0.0, 0.95)
+    later = [orb.read(k / 10) for k in range(10, 41)]
+    touched = np.abs(frames[-1] / frames[0] - 1.0).max()
+    assert np.abs(np.mean(later[-10:], axis=0) / frames[0] - 1.0).max() < 0.3 * touched
+    assert orb.truths() == []
+    assert orb.label(1.0) == "null"
+
+
 def test_its_own_hand_reports_the_truth_when_it_has_left() -> None:
     orb = VirtualOrb(4)
     orb.perform(7, "press", 1.0, 1.0, 0.5)

@@ -11,8 +11,8 @@ import pytest
 
 from controller.protocol.messages import COMMANDS, Command, Contacts, State, Telemetry, Welcome
 from host.app.application import SIZE, OrbApp
-from host.app.layout import Dock
 from host.connection.receiver import Connected, Delivered, Lost, Received
+from host.ui.layout import Dock
 from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
@@ -48,6 +48,12 @@ class Window:
             if self.now_s >= until_s:
                 return
             self.now_s += FRAME_S
+
+    def key(self, code: int) -> None:
+        """Press a key, and let it come up."""
+        for kind in (pygame.KEYDOWN, pygame.KEYUP):
+            self.app.handle(pygame.event.Event(kind, key=code), self.now_s)
+        self.pass_s(0.1)
 
     @property
     def game(self) -> Game:
@@ -153,6 +159,7 @@ def test_game_and_panel_share_any_window(size: tuple[int, int]) -> None:
 
 def test_the_mode_played_with_an_orb_is_kept_apart(tmp_path: Path) -> None:
     window = Window(config=tmp_path)
+    window.key(pygame.K_ESCAPE)  # no introduction
     assert window.app.stage.settings.orb_mode == "orb"
     window.pass_s(0.1, said("down"), said("right"))  # to "Mode", and the next one
     assert window.app.stage.settings.orb_mode == "marathon"

@@ -229,6 +229,7 @@ class PlayScreen(Screen):
     def _show(self, events: list[Event]) -> None:
         self._view.show(events)
         self._stage.sounds.show(events)
+        self._stage.watch(events)
 
     # -- what comes out ----------------------------------------------------------------
 

@@ -1,0 +1,127 @@
+"""Base class of pages with a game: text and items in a column, the game's board beside them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import pygame
+
+from host.app.screen import Orb, OrbScreen
+from host.ui import sprites
+from tetris.engine.events import Event
+from tetris.engine.game import Game
+from tetris.window import theme
+from tetris.window.menu import Menu
+from tetris.window.menu_view import wrapped
+from tetris.window.screen_stack import PLAY_HZ, ScreenStack
+from tetris.window.theme import Colour
+from tetris.window.view import Figure, GameView
+
+_LEAST, _MOST = 0.36, 0.5  # of the area's width, for the column
+_BOARD: Final = 0.97  # of the area's height, a board's width with what stands beside it
+_EDGE: Final = 30  # left of letters and above them, design units like all below
+_ICON: Final = 1.1  # of the letters' size
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A paragraph of the column.
+
+    Attributes:
+        text: Its words; wrapped.
+        size: Of the letters, design units.
+        colour: Of the letters, and of the icon.
+        icon: Name of an icon before them; "": none.
+        after: Space below it, design units.
+    """
+
+    text: str
+    size: int
+    colour: Colour
+    icon: str = ""
+    after: int = 12
+
+
+class GamePage(OrbScreen):
+    """A page whose game is drawn in the rest of its area.
+
+    Attributes:
+        game: The game that is drawn.
+    """
+
+    def __init__(self, stage: ScreenStack, orb: Orb, game: Game) -> None:
+        """Show a game in the stage; `lines` and `page` say what stands beside it."""
+        self.game = game
+        self._game_view: GameView | None = None
+        self._game_area = pygame.Rect(0, 0, 0, 0)
+        super().__init__(stage, orb)
+
+    @property
+    def frames_hz(self) -> int:
+        """As often as a game that is played."""
+        return PLAY_HZ
+
+    def lines(self, time_s: float) -> Sequence[Line]:
+        """Return the paragraphs of the column, the uppermost first."""
+        raise NotImplementedError
+
+    def figures(self) -> Sequence[Figure]:
+        """Return the numbers beside the board."""
+        return ()
+
+    def show(self, events: Iterable[Event]) -> None:
+        """Let what happened in the game be seen and heard."""
+        happened = list(events)
+        if self._game_view:
+            self._game_view.show(happened)
+        self._stage.sounds.show(happened)
+
+    def refresh(self) -> None:
+        """Take over another look, or another size."""
+        self._game_view = None
+        super().refresh()
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the column and the game."""
+        area, unit = self._stage.area, self._stage.unit
+        surface.fill(self._stage.look.palette.background)
+        wide = min(max(area.width - _BOARD * area.height, _LEAST * area.width), _MOST * area.width)
+        column = pygame.Rect(0, 0, round(wide), area.height)
+        beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
+        view = self._placed(beside)
+        view.draw(surface, self.game, time_s, figures=self.figures())
+        edge = round(_EDGE * unit)
+        column.top = max(edge, view.layout.board.top)
+        menu = Menu("", self.menu.items)
+        high = self._view.height(menu, unit) + len(menu.items)  # a pixel each for rounding
+        items = pygame.Rect(0, 0, column.width, high)
+        items.bottom = min(area.bottom - edge // 2, view.layout.board.bottom)
+        inner = pygame.Rect(edge, column.top, column.width - edge, items.top - column.top)
+        self._draw_lines(surface, inner, self.lines(time_s), unit)
+        self._view.draw(surface, items, menu, self.selected, unit)
+
+    def _placed(self, area: pygame.Rect) -> GameView:
+        """Return the game's picture, laid out in an area."""
+        if self._game_view is None or self._game_area != area:
+            self._game_view, self._game_area = GameView(area, look=self._stage.look), area
+        return self._game_view
+
+    def _draw_lines(
+        self, surface: pygame.Surface, inner: pygame.Rect, lines: Sequence[Line], unit: float
+    ) -> None:
+        top = inner.top
+        for line in lines:
+            size, left = max(1, round(line.size * unit)), inner.left
+            high = theme.font(size).get_linesize()
+            if line.icon:
+                side = round(size * _ICON)
+                mark = sprites.icon(line.icon, side, line.colour)
+                surface.blit(mark, mark.get_rect(midleft=(left, top + high // 2)))
+                left += round(1.4 * side)
+            room = max(1, inner.right - left)
+            for words in wrapped(line.text, size, room):
+                picture = theme.fitted(words, size, line.colour, room)
+                if top + high <= inner.bottom:
+                    surface.blit(picture, (left, top))
+                top += high
+            top += round(line.after * unit)

@@ -1,0 +1,189 @@
+"""The introduction: each gesture is shown on the dome, made by the player, and seen in a game."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from controller.protocol.messages import Command
+from controller.protocol.teaching import GestureInfo
+from host.app import ghost, lesson
+from host.app.lesson import Step
+from host.app.screen import Orb
+from host.app.screens.game_page import GamePage, Line
+from host.targets.tetris import ACTIONS
+from host.ui import naming
+from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
+from tetris.engine.game import Action, Config, Game, Phase
+from tetris.window.menu import Item, Menu
+from tetris.window.screen_stack import ScreenStack
+
+_SEED: Final = 2  # its first five pieces are no O, which looks the same turned
+_STILL: Final = Config(gravity=False, lock_resets=None)
+_ON_S: Final = 1.6  # from a gesture that was right to the next step
+_HINT_S: Final = 8.0  # without success, to a further hint
+_INSTEAD_S: Final = 4.0  # for which it is said what was understood
+_HUSH_S: Final = 0.6  # after the last step, in which the gesture may still be held
+
+Exits = Callable[[], Sequence[Item]]
+
+
+class LearnScreen(GamePage):
+    """The steps, one after another; the game waits for the player.
+
+    Attributes:
+        steps: The gestures to make; empty until the orb is connected.
+        number: The step that is shown; -1 asks whether to begin, `len(steps)` is the end.
+    """
+
+    def __init__(
+        self, stage: ScreenStack, orb: Orb, exits: Exits = tuple, *, ask: bool = False
+    ) -> None:
+        """Show the first step, or `ask` before; `exits` are offered at the end."""
+        self.steps: tuple[Step, ...] = ()
+        self.number = -1 if ask else 0
+        self._exits = exits
+        self._infos: list[GestureInfo] = []  # that the steps are made from
+        self._told: tuple[str, float] | None = None  # what was understood instead, and when
+        self._right_s: float | None = None  # when the step's gesture was made
+        self._since_s = stage.time_s  # when the step began
+        self._screen_touched = False  # whether the player touches a screen, not a mouse
+        super().__init__(stage, orb, Game(_SEED, _STILL))
+
+    @property
+    def step(self) -> Step | None:
+        """The gesture to make now; None before the first and after the last."""
+        return self.steps[self.number] if 0 <= self.number < len(self.steps) else None
+
+    @property
+    def _pad(self) -> DomeArea:
+        welcome = self.orb.state.welcome
+        return DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm) if welcome else DomeArea()
+
+    def page(self) -> Menu:
+        """Return the items of the question, of a step or of the end."""
+        words = self._stage.look.words
+        if self.number < 0:
+            items = [Item(words("learn.begin"), self._next), Item(words("learn.later"), self.leave)]
+        elif self.step or not self.steps:
+            items = [Item(words("learn.next"), self._next)] if self.steps else []
+            items.append(Item(words("learn.skip"), self.leave))
+        else:
+            items = [*self._exits(), Item(words("learn.menu"), self.leave)]
+        return Menu(words("learn.title"), items)
+
+    # -- what the orb says ---------------------------------------------------------------
+
+    def recognised(self, command: Command, time_s: float) -> bool:
+        """Let the game do what was understood, and go on if it was the step's gesture."""
+        step = self.step
+        if step is None:
+            return bool(self.steps) and self.number >= 0 and time_s < self._since_s + _HUSH_S
+        action = ACTIONS.get(command.name)
+        if action is not None and action is not Action.PAUSE:
+            again = [Action.RESTART] if self.game.phase is Phase.OVER else []
+            self.show(self.game.update(time_s, [*again, action]))
+        if (command.label, command.name) == (step.label, step.command):
+            self._right_s = time_s if self._right_s is None else self._right_s
+        elif self._right_s is None:
+            self._told = self._instead(command, step), time_s
+        return True
+
+    def _instead(self, command: Command, step: Step) -> str:
+        """Return what was understood in place of a step's gesture."""
+        words = self._stage.look.words
+        does = naming.command(words, command.name)
+        if command.label == step.label:
+            side = words(f"learn.side.{step.side(self._pad)}")
+            return words("learn.elsewhere", command=does, side=side)
+        gesture = naming.gesture(words, command.label)
+        return words("learn.instead", gesture=gesture, command=does)
+
+    def _make_steps(self) -> None:
+        """Take the gestures in use; while the orb is describing others, those from before."""
+        state = self.orb.state
+        infos = [state.gestures[label] for label in state.labels[1:] if label in state.gestures]
+        if infos == self._infos or (self.steps and len(infos) < len(state.labels) - 1):
+            return
+        self._infos = infos
+        made = lesson.steps(infos, self._pad)
+        if made != self.steps:
+            self.steps, self.number = made, min(self.number, 0)
+            self._since_s = self._stage.time_s
+
+    # -- time ----------------------------------------------------------------------------
+
+    def tick(self, time_s: float) -> None:
+        """Let the ghost move, and go on a moment after success."""
+        self._make_steps()
+        self.show(self.game.update(time_s))
+        if self._right_s is not None and time_s >= self._right_s + _ON_S:
+            self._next()
+        fingers = self.orb.state.contacts
+        self._screen_touched |= any(finger.id >= MOUSE_FINGERS for finger in fingers)
+        step, shown_s = self.step, time_s - self._since_s
+        self.orb.zones = step is not None and step.located
+        showing = step is not None and not fingers and self._right_s is None
+        self.orb.ghost = (
+            ghost.contacts(step.label, step.place, shown_s, self._pad) if step and showing else ()
+        )
+        super().tick(time_s)
+
+    def _next(self) -> None:
+        """Show the next step, or the end."""
+        self.number += 1
+        self._told = self._right_s = None
+        self._since_s = self._stage.time_s
+        self._cursor.selected = 0
+        self.rebuild()
+
+    # -- what is seen --------------------------------------------------------------------
+
+    def lines(self, time_s: float) -> list[Line]:
+        """Return what to do, and how it went."""
+        words, palette, step = self._stage.look.words, self._stage.look.palette, self.step
+        if step is not None:
+            return [
+                Line(self._dots(), 22, palette.accent, after=8),
+                Line(words(f"learn.does.{step.command}"), 40, palette.text, step.command),
+                Line(self._how(step), 27, palette.text, after=20),
+                self._outcome(step, time_s),
+            ]
+        if self.number >= 0 and not self.steps:
+            return [Line(words("learn.waiting"), 27, palette.dim)]
+        title, text = ("title", "ask") if self.number < 0 else ("end", "end_text")
+        return [
+            Line(words(f"learn.{title}"), 40, palette.text),
+            Line(words(f"learn.{text}"), 27, palette.text),
+        ]
+
+    def _dots(self) -> str:
+        passed = self.number + (self._right_s is not None)
+        return " ".join("●" if number < passed else "○" for number in range(len(self.steps)))
+
+    @property
+    def _way(self) -> str:
+        """What the dome is touched with: a hand, a touch screen's fingers or a mouse."""
+        if not self.orb.virtual:
+            return "hand"
+        return "screen" if self._screen_touched else "mouse"
+
+    def _how(self, step: Step) -> str:
+        words = self._stage.look.words
+        if step.label not in ghost.STROKES:
+            return words("learn.own", name=step.say)
+        side = words(f"learn.side.{step.side(self._pad)}")
+        return words(f"learn.{self._way}.{step.label}", side=side)
+
+    def _outcome(self, step: Step, time_s: float) -> Line:
+        """Return what came of the last gesture, or how to make one."""
+        words, palette = self._stage.look.words, self._stage.look.palette
+        if self.orb.state.link != "live":
+            return Line(words("orb.lost"), 25, palette.warn)
+        if self._right_s is not None:
+            return Line(words(f"learn.did.{step.command}"), 30, palette.good)
+        if self._told and time_s < self._told[1] + _INSTEAD_S:
+            return Line(self._told[0], 25, palette.warn)
+        if reason := self.orb.state.reason_unanswered(time_s):
+            return Line(naming.unanswered(words, reason), 25, palette.warn)
+        if time_s >= self._since_s + _HINT_S and step.label in ghost.STROKES:
+            return Line(words(f"learn.more.{self._way}.{step.label}"), 25, palette.dim)
+        return Line("", 25, palette.dim)

@@ -1,0 +1,126 @@
+"""Rows of the panel's card: a gesture each, its probability, and the commands it leads to."""
+
+from typing import Final
+
+import pygame
+
+from host.ui import dome, naming, sprites
+from host.ui.orb_state import OrbState
+from host.ui.zones import NONE
+from tetris.window.language import Words
+from tetris.window.theme import Colour
+
+FADE_S: Final = 2.5  # in which the row of a recognised gesture fades
+_STEPS: Final = 16
+_COMMANDS: Final = 3  # icons of commands that a row shows at most
+_NARROW: Final = 120  # pixels: a narrower row shows icons and the bar alone
+_TEXT: Final = 18
+
+
+class GestureRows:
+    """The rows of one panel; what it draws is in the window's coordinates less an offset."""
+
+    def __init__(
+        self, rows: tuple[pygame.Rect, ...], unit: sprites.SpriteScale, words: Words, view: OrbState
+    ) -> None:
+        """Show an orb's gestures in rectangles, in their order; those without one are left out."""
+        self._unit, self._words, self._view = unit, words, view
+        self._rows = list(zip((k for k in range(len(view.labels)) if k), rows, strict=False))
+
+    def fresh(self, view: OrbState, now_s: float) -> tuple[int, int]:
+        """Return the class of the newest recognised gesture, and how fresh it is, 0 to _STEPS."""
+        last = view.history[-1] if view.history else None
+        if view.gesture in view.labels:
+            return view.labels.index(view.gesture), _STEPS
+        if last is None or last.label not in view.labels or now_s - last.time_s >= FADE_S:
+            return 0, 0
+        share = 1.0 - max(0.0, now_s - last.time_s) / FADE_S
+        return view.labels.index(last.label), round(share * _STEPS)
+
+    def bars(self, view: OrbState) -> tuple[int, ...]:
+        """Return the lengths of the filled bars, pixels."""
+        return tuple(
+            round(self._track(row).width * min(1.0, max(0.0, float(view.probabilities[k]))))
+            for k, row in self._rows
+        )
+
+    def draw_still(self, surface: pygame.Surface, offset: tuple[int, int]) -> None:
+        """Draw all rows as they are while nothing is recognised."""
+        for k, row in self._rows:
+            self._draw(surface, row.move(-offset[0], -offset[1]), k, self._unit.palette.text)
+
+    def draw_moving(
+        self,
+        surface: pygame.Surface,
+        offset: tuple[int, int],
+        view: OrbState,
+        fresh: tuple[int, int],
+    ) -> None:
+        """Draw the bars, and the highlighted row."""
+        palette = self._unit.palette
+        newest, level = fresh
+        for (k, row), filled in zip(self._rows, self.bars(view), strict=True):
+            place = row.move(-offset[0], -offset[1])
+            if k == newest and level:
+                share = level / _STEPS
+                fill = sprites.mix(palette.surface, palette.raised, share)
+                edge = sprites.mix(palette.surface, palette.accent, share)
+                plate = sprites.card(row.size, min(8, row.height // 3), fill, edge)
+                surface.blit(plate, place)
+                self._draw(surface, place, k, palette.text)
+            track = self._track(place)
+            if filled >= track.height:
+                tint = palette.accent if k == newest and level else palette.dim
+                bar = sprites.card((filled, track.height), track.height // 2, tint)
+                surface.blit(bar, track)
+
+    # -- one row ---------------------------------------------------------------------------
+
+    def _icon(self, row: pygame.Rect) -> int:
+        """Return the side of a gesture's icon, pixels."""
+        return min(row.height - 6, max(14, self._unit.px(22)))
+
+    def _track(self, row: pygame.Rect) -> pygame.Rect:
+        """Return the rectangle of the bar: below the name, or between the icons."""
+        icon, high = self._icon(row), max(3, self._unit.px(4))
+        left = row.left + icon + 10
+        right = row.right - 6 - _COMMANDS * (icon + 2)
+        track = pygame.Rect(left, 0, max(8, right - left), high)
+        if row.width < _NARROW:
+            track.width, track.centery = max(8, row.right - 8 - icon - left), row.centery
+        else:
+            track.bottom = row.bottom - max(1, row.height // 10)
+        return track
+
+    def _draw(self, surface: pygame.Surface, row: pygame.Rect, k: int, colour: Colour) -> None:
+        label, icon, palette = self._view.labels[k], self._icon(row), self._unit.palette
+        mark = self._mark(label, icon)
+        surface.blit(mark, mark.get_rect(midleft=(row.left + 4, row.centery)))
+        track = self._track(row)
+        plate = sprites.card(track.size, track.height // 2, palette.track)
+        surface.blit(plate, track)
+        narrow = row.width < _NARROW
+        right = row.right - 4
+        for command in reversed(self._commands(label)[: 1 if narrow else _COMMANDS]):
+            picture = sprites.icon(command, round(icon * 0.8), palette.dim)
+            surface.blit(picture, picture.get_rect(midright=(right, row.centery)))
+            right -= icon + 2
+        if not narrow:
+            room = max(0, right - track.left)
+            name = self._unit.text(naming.gesture(self._words, label), _TEXT, colour, room)
+            middle = (row.top + track.top) // 2
+            surface.blit(name, name.get_rect(midleft=(track.left, middle)))
+
+    def _mark(self, label: str, side: int) -> pygame.Surface:
+        """Return a gesture's icon; of a taught one its own mean image."""
+        info, shape = self._view.gestures.get(label), self._view.shape
+        own = info and (info.taught or not sprites.has_icon(label))
+        if info and own and len(info.image) == shape[0] * shape[1]:
+            return dome.thumbnail(info.image, shape, side)
+        return sprites.icon(label, side, self._unit.palette.text)
+
+    def _commands(self, label: str) -> list[str]:
+        """Return the commands that a gesture leads to, each once."""
+        info = self._view.gestures.get(label)
+        rules = info.rules if info else ()
+        return list(dict.fromkeys(one.command for one in rules if one.command not in NONE))
