@@ -172,11 +172,11 @@ class OrbApp(Target):
         words = self.stage.look.words
         return (
             Item(words("menu.play"), self.game.play),
-            Item(words("menu.teach"), self._teach),
+            Item(words("menu.teach"), self._teach, hint=words("teach.hint")),
         )
 
     def _teach(self) -> None:
-        """Show the gestures in use, to which others can be added."""
+        """Show the gestures, and let the player teach one."""
         lessons = Lessons(first=int(time.time()))  # no example before had this number
         self.stage.push(TeachScreen(Course(self.stage, self, lessons, self.game.play)))
 
