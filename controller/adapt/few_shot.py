@@ -1,5 +1,6 @@
 """Few-shot learning: extend a bundle's gesture networks by examples."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -102,7 +103,8 @@ def teach(
     for one in fresh:
         if one.label in streams:
             streams[one.label].append(_stream(content[GESTURE], one, loaded.window))
-    debounce = patience.patient(loaded.debounce, labels, streams, loaded.rate_hz)
+    idle = float(np.mean([one.noise() for one in fresh])) / math.sqrt(2.0)  # it is of two frames
+    debounce = patience.patient(loaded.debounce, labels, streams, loaded.rate_hz, idle)
     table["debounce"] = asdict(debounce)
     table["labels"] = list(labels)
     if command is not None:
