@@ -27,7 +27,7 @@ MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
 REHEARSED: Final = 3  # variations of the rehearsal data
 SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
-NOISY: Final = 0.03  # noise that halves this weight, z: noise reduces the distance of gestures
+NOISY: Final = 0.03  # noise that halves this weight at 10 Hz, z: it makes gestures more alike
 AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
 LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
 _SEED: Final = 0  # the same examples give the same bundle
@@ -178,12 +178,15 @@ class _Training:
         kind = np.where(inside, self.labels.index(one.label), 0)
         each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
                         AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
-        return windows, kind, weight_of(one) * each / len(alike)
+        return windows, kind, weight_of(one, self.bundle.rate_hz) * each / len(alike)
 
 
-def weight_of(example: Example) -> float:
-    """Return the weight of a label's only example, relative to all rehearsal data."""
-    return SHARE / (1.0 + example.noise() / NOISY)
+def weight_of(example: Example, rate_hz: float = 10.0) -> float:
+    """Return the weight of a label's only example, relative to all rehearsal data.
+
+    A faster sensor's frames are noisier, but more of them show a gesture.
+    """
+    return SHARE / (1.0 + example.noise() / (NOISY * math.sqrt(rate_hz / 10.0)))
 
 
 def _rehearsal(loaded: Bundle, parts: Mapping[str, bytes]) -> Rehearsal:
