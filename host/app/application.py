@@ -18,14 +18,13 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.protocol.teaching import Describe
+from host.app.guides import Guides
 from host.app.lab_data import LabData
 from host.app.orbs import Orbs
 from host.app.programs import Programs
 from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
-from host.app.screens.learn import LearnScreen
 from host.app.screens.orbs import OrbsScreen
-from host.app.screens.watch import WatchScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
@@ -87,6 +86,9 @@ class OrbApp(Target):
         self.programs, self.lab = Programs(), LabData()
         self._behind = False  # whether another window has the focus
         self.dock = Dock.of(SIZE)
+        self._guides = Guides(
+            self, play=lambda: self.game.play(), go_on=lambda past: self.game.go_on(past)
+        )
         self.game = App(
             pygame.Surface(self.dock.game.size),
             start,
@@ -108,9 +110,8 @@ class OrbApp(Target):
         self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
-        if config is not None and start == Start() and not self.stage.settings.introduced:
-            self.stage.change(changed(self.stage.settings, introduced=True))
-            self._learn(ask=True)
+        if config is not None and start == Start():
+            self._guides.offer(self.stage)
 
     @property
     def stage(self) -> ScreenStack:
@@ -146,28 +147,13 @@ class OrbApp(Target):
 
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
-        words = stage.look.words
-        items = [Item(words("learn.title"), self._learn, hint=words("learn.hint"))]
-        if self.virtual:
-            items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
+        words, items = stage.look.words, self._guides.items(stage)
         if self.orbs is not None:
             lab = LabScreen(stage, self, self.lab)
             show = partial(OrbsScreen, stage, self, self.orbs, self.programs, lab)
             item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
             items.append(item)
         return items
-
-    def _learn(self, *, ask: bool = False) -> None:
-        """Show the introduction, or `ask` whether to."""
-        self.stage.push(LearnScreen(self.stage, self, self._exits, ask=ask))
-
-    def _exits(self) -> Sequence[Item]:
-        """Return what the end of the introduction leads to."""
-        return (Item(self.stage.look.words("menu.play"), self.game.play),)
-
-    def _watch(self) -> None:
-        """Let the virtual orb's own hand play."""
-        self.stage.push(WatchScreen(self.stage, self, self.game.go_on))
 
     def _show_lab(self) -> None:
         """Show the lab over a paused game, or leave it."""
