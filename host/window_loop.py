@@ -8,17 +8,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pygame
+from pygame import Surface as Surface
 
 from controller.errors import TroubleError, reason
 from controller.files import atomic_write
 from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
+from host.ui import dome
+from tetris.window import theme
 from tetris.window.display import DisplayError, open_window, set_fullscreen
 
 FRAMES_PER_S = 60
 _EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer
 TICK_S = 0.01  # without a window, what comes over the link is taken at once
 SIZE = (1280, 720)  # the window's first; it can be resized
+_ICON = 56  # radius of the dome that is the window's icon, pixels
 
 
 class PictureError(TroubleError, OSError):
@@ -110,12 +114,17 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
     """Open the window, or WindowError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
+    for system in ("X11", "WAYLAND"):  # the name by which desktops group windows
+        os.environ.setdefault(f"SDL_VIDEO_{system}_WMCLASS", "orbtouch")
     try:
-        return open_window(size, "OrbTouch")
+        surface = open_window(size, "OrbTouch")
     except DisplayError as error:
         raise WindowError(
             f"{error}; to let the demo play without a window, add --demo --headless"
         ) from error
+    if not headless:
+        pygame.display.set_icon(dome.balloon(_ICON, theme.SURFACE_RAISED, theme.LINE))
+    return surface
 
 
 def save(surface: pygame.Surface, path: Path) -> None:

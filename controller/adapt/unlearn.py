@@ -12,7 +12,7 @@ import numpy as np
 import tomli_w
 
 from controller.adapt import head, rehearsal
-from controller.adapt.examples import Example
+from controller.adapt.examples import EVERYBODY, Example
 from controller.adapt.few_shot import (
     GESTURE,
     AdaptedBundle,
@@ -50,14 +50,17 @@ def learn(
     `command` is that of a gesture which the bundle was not trained with; "": nothing. The errors
     are those of `teach`.
     """
-    fresh = {(one.label, one.user) for one in examples}
-    if not any((one.label, one.user) in fresh for one in opened(data)[2].taught):
+    loaded, _, known = opened(data)
+    trained = set(loaded.labels).difference(taught_labels(loaded, known))
+    # A gesture that the bundle was not trained with is for all users.
+    fresh = {(one.label, one.user if one.label in trained else EVERYBODY) for one in examples}
+    if not any((one.label, one.user) in fresh for one in known.taught):
         return teach(data, examples, command=command or None, note=note, progress=progress)
     return _again(
         data,
         lambda one: (one.label, one.user) not in fresh,
         examples,
-        commands={label: command for label, _ in fresh},
+        commands={label: command for label, _ in fresh if label not in trained},
         progress=progress,
     )
 

@@ -97,7 +97,7 @@ class Device:
         live: Whether late frames are skipped; those of a recording are not.
         due: The next frame, (number, seconds); None: the schedule has ended.
         now_s: The latest time of the sensor.
-        seen: Number of images since the rest image was found first; the latest are kept.
+        image_count: Number of images since the rest image was found first; the latest are kept.
         log_limit: Limits log lines about a peer's requests; the loop's devices share one.
     """
 
@@ -130,7 +130,7 @@ class Device:
         self._faults: tuple[str, ...] = ()  # of the sensor, as last sent
         self._user: UserIdentified | None = None  # as last sent
         self._away_s: float | None = None  # time since which the sensor gives no frames
-        self.seen = 0
+        self.image_count = 0
         self._recent: deque[Image] = deque(maxlen=max(3, round(KEPT_S * sensor.rate_hz)))
 
     def greet(self, t_s: float) -> None:
@@ -182,7 +182,7 @@ class Device:
         step = self.pipeline.step(frame, t_s, number)
         if step.ready:
             self._recent.append(step.image)
-            self.seen += 1
+            self.image_count += 1
         if self.recorder is not None:
             self._keep(self.recorder, frame, step)
         self._send(step, rate_hz)
@@ -195,12 +195,13 @@ class Device:
 
     def images(self, first: int, end: int) -> list[Image]:
         """Return those of the images number `first` to `end` - 1 that are kept, from 0."""
-        before = self.seen - len(self._recent)
+        before = self.image_count - len(self._recent)
         return list(self._recent)[max(first - before, 0) : max(end - before, 0)]
 
     def recent(self) -> list[Image]:
         """Return the images of the latest RECENT_S, (rows, columns) each."""
-        return self.images(self.seen - max(3, round(RECENT_S * self.sensor.rate_hz)), self.seen)
+        end = self.image_count
+        return self.images(end - max(3, round(RECENT_S * self.sensor.rate_hz)), end)
 
     def note(self, kind: str, text: str) -> None:
         """Mark an event in the recording, if there is one."""

@@ -31,7 +31,7 @@ MOST: Final = 60  # pending examples
 MOST_S: Final = 10.0  # of one
 LEAD_S: Final = 1.3  # of images before its start: a window of rest, and more
 TAIL_S: Final = 0.5  # and after its end: the finger is still letting go
-FELT: Final = 0.02  # greatest deviation, z, below which nothing touched the orb
+FELT: Final = 0.04  # greatest change of a taxel, z, below which nothing touched the orb
 _TOO_LONG: Final = f"that lasted longer than {MOST_S:g} s; make it shorter"
 _MAX_BYTES: Final = 4 << 20  # of a file
 _LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -53,7 +53,7 @@ class PendingExample:
     def report(self) -> ExampleTaken:
         """Return the message about it."""
         span = self.example.span or (0.0, 0.0)
-        seconds = (span[1] - span[0]) / self.rate_hz
+        seconds = round(float(span[1] - span[0]) / self.rate_hz, 3)
         image = image_bytes(firmest(self.example))
         return ExampleTaken(self.number, self.example.label, True, "", seconds, image)
 
@@ -66,10 +66,10 @@ def taken(number: int, label: str, images: Images, rate_hz: float) -> PendingExa
     if label == NULL_LABEL:
         whole = replace(one, span=(0.0, float(len(images))))
         return PendingExample(number, whole, rate_hz)
+    if float(np.abs(images - np.median(images, axis=0)).max()) < FELT:
+        raise ExampleError("nothing touched the orb; make it again")
     found = one.found(rate_hz)
     if found is None:
-        if float(np.abs(images - np.median(images, axis=0)).max()) < FELT:
-            raise ExampleError("nothing touched the orb; make it again")
         raise ExampleError("that touch is too weak to learn from; press more firmly")
     return PendingExample(number, found, rate_hz)
 
@@ -166,7 +166,7 @@ class ExampleTaker:
         if isinstance(message, ExampleDrop):
             self._worker.begin(partial(self._drop, message.number))
         elif self._open is not None and self._open.number == message.number:
-            self._open.end = device.seen
+            self._open.end = device.image_count
             if not message.keep:
                 self._open = None
         return []
@@ -178,16 +178,17 @@ class ExampleTaker:
             return []
         rate_hz = device.sensor.rate_hz
         last = one.end if one.end is not None else one.first + round((LEAD_S + MOST_S) * rate_hz)
-        if one.device is device and device.seen < last + round(TAIL_S * rate_hz):
+        if one.device is device and device.image_count < last + round(TAIL_S * rate_hz):
             return []
         self._open = None
         if one.device is not device:
             return [untaken(one.number, one.label, "the orb began anew; make it again")]
         if one.end is None:
             return [untaken(one.number, one.label, _TOO_LONG)]
-        images = device.images(one.first, device.seen)
-        self._worker.begin(partial(self._keep, one, images, rate_hz))
-        return []
+        images = device.images(one.first, device.image_count)
+        if self._worker.begin(partial(self._keep, one, images, rate_hz)):
+            return []
+        return [untaken(one.number, one.label, "the disk is too slow; make it again in a moment")]
 
     def _start(self, message: ExampleStart, device: Device) -> list[Message]:
         if message.number in self._store.pending:
@@ -196,7 +197,7 @@ class ExampleTaker:
         if not _LABEL.fullmatch(message.label):
             why = f"{message.label!r} is no name: use small letters, digits and _, 40 at most"
             return [untaken(message.number, message.label, why)]
-        first = device.seen - round(LEAD_S * device.sensor.rate_hz)
+        first = device.image_count - round(LEAD_S * device.sensor.rate_hz)
         self._open = _Open(message.number, message.label, device, first)
         return []
 

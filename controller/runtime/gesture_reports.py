@@ -1,5 +1,6 @@
 """Messages that describe the gestures in use: Vocabulary and a GestureInfo for each."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -12,7 +13,8 @@ from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary
 from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore
-from controller.protocol.codec import fitted
+from controller.protocol.codec import ProtocolError, fitted
+from controller.protocol.packets import encode
 from controller.protocol.teaching import MOST_RULES, CommandRule, GestureInfo, Vocabulary
 from controller.recognition.mapping import NONE, Mapping
 from controller.runtime.examples import firmest, image_bytes
@@ -21,6 +23,7 @@ _TEXT: Final = 64  # bytes of names
 _FOLDER: Final = 255
 _SHIPPED: Final = (bundles.default_path(), bundles.default_path(bundles.SLOW_HZ))
 _OBJECTION: Final = 200
+_FEW: Final = 40  # bytes of it where labels and commands fill the packet
 
 
 def reports(
@@ -46,6 +49,10 @@ def reports(
         "" if objection else fitted(str(folder), _FOLDER),
         fitted(objection, _OBJECTION),
     )
+    try:
+        encode(head, session=0, sequence=0, t_ms=0)
+    except ProtocolError:  # so many labels that they fill the packet
+        head = replace(head, folder="", objection=fitted(objection, _FEW))
     said = {one.label: one.say for one in vocabulary.of(loaded.labels).entries}
     return head, *(
         GestureInfo(

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 MOST_SAVED: Final = 100  # bundles kept by SaveAs
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_TOO_MUCH: Final = "the orb is still busy with what came before; try again in a moment"
+_BUSY: Final = "the orb is still busy with what came before; try again in a moment"
 
 Install = Callable[[Path, str | None], str]  # takes a file into use, a change of a named bundle
 
@@ -85,6 +85,7 @@ class Teacher:
         self._examples = ExampleStore(self.folder / "examples", grid, bundle.rate_hz)
         self._taker = ExampleTaker(self._examples, self._worker)
         self._progress = self._told = 0.0  # of the change under way, and as last sent
+        self._changing = False
         self._recognised: dict[str, float] = {}  # of its outcome, by label
         self._recording = LinkRecording(self.folder / "recordings", self._worker)
 
@@ -116,12 +117,14 @@ class Teacher:
             return [_refusal(message, self._updater.objection)]
         if isinstance(message, ExampleStart | ExampleEnd | ExampleDrop):
             return self._taker.take(message, device)
+        if isinstance(message, Record | RecordLabel):
+            return self._recording.take(message, device, self._current())
+        if self._changing:
+            return [LearnStatus(LEARNING, self._told, _BUSY)]  # its outcome is still to come
         if isinstance(message, DeleteExamples):
             return self._begin(self._delete)
         if isinstance(message, SaveAs):
             return self._begin(partial(self._save, message.name))
-        if isinstance(message, Record | RecordLabel):
-            return self._recording.take(message, device, self._current())
         if isinstance(message, InjectFault | Recalibrate):
             return _treat(message, device)
         return self._change(message)
@@ -175,7 +178,7 @@ class Teacher:
     def _change(self, message: Message) -> list[Message]:
         """Begin to learn, forget or undo, or to set a command."""
         if self._updater.busy:
-            return [_failed(_TOO_MUCH)]
+            return [_failed(_BUSY)]
         parts = self._current()
         if parts.runs is not None and not isinstance(message, SetCommand):
             return [_failed("this orb records, so its gestures stay as they are")]
@@ -184,7 +187,7 @@ class Teacher:
         except ValueError as error:
             return [_failed(str(error))]
         self._progress = self._told = 0.0
-        self._recognised = {}
+        self._recognised, self._changing = {}, True
         self._updater.begin(work, self._outcome)
         return [LearnStatus(LEARNING, 0.0, "learning")]
 
@@ -255,6 +258,7 @@ class Teacher:
 
     def _outcome(self, done: bool, text: str) -> Message:
         """Return the outcome of a change."""
+        self._changing = False
         new, recognised = self._updater.loaded.parts, self._recognised
         labels = new.bundle.labels if done and recognised and new is not None else ()
         kept = tuple(recognised.get(label, 1.0) for label in labels)
@@ -262,7 +266,7 @@ class Teacher:
 
     def _begin(self, work: Callable[[], Iterable[Message]]) -> list[Message]:
         """Begin a work with files; return a message if there are too many."""
-        return [] if self._worker.begin(work) else [_failed(_TOO_MUCH)]
+        return [] if self._worker.begin(work) else [_failed(_BUSY)]
 
 
 def _treat(message: InjectFault | Recalibrate, device: Device) -> list[Message]:

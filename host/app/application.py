@@ -17,7 +17,7 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
-from controller.protocol.teaching import Describe
+from controller.protocol.teaching import Describe, Vocabulary
 from host.app.guides import Guides
 from host.app.lab_data import LabData
 from host.app.orbs import Orbs
@@ -149,8 +149,7 @@ class OrbApp(Target):
         """Return what the title page offers about the orb."""
         words, items = stage.look.words, self._guides.items(stage)
         if self.orbs is not None:
-            lab = LabScreen(stage, self, self.lab)
-            show = partial(OrbsScreen, stage, self, self.orbs, self.programs, lab)
+            show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
             item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
             items.append(item)
         return items
@@ -168,11 +167,8 @@ class OrbApp(Target):
     @property
     def frames_hz(self) -> int:
         """How often the window has something new to show: the screen's or the panel's need."""
-        screen = self.stage.screen
-        return max(
-            _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ,
-            getattr(screen, "frames_hz", _LIVELY_HZ),
-        )
+        own = _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ
+        return max(own, self.game.frames_hz)
 
     def _happened(self, events: Sequence[Event]) -> None:
         """Let the dome answer what happened in a game."""
@@ -228,6 +224,8 @@ class OrbApp(Target):
                 pass
             case Telemetry():
                 self.lab.step(message, now_s)
+            case Vocabulary(labels=labels):
+                self.lab.relabel(labels)
             case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):
@@ -287,6 +285,8 @@ class OrbApp(Target):
             case kind if kind in _FINGERS:
                 self._touch(event, now_s)
             case _:
+                if event.type == pygame.WINDOWLEAVE:
+                    self.orb.pointer = None
                 if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
                     self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
@@ -333,7 +333,7 @@ class OrbApp(Target):
         self.orb.hint, self.orb.ghost = self._hint(), self.ghost
         playing = isinstance(self.stage.screen, PlayScreen)
         self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
-        scale = getattr(settings, "scale", 100) / 100
+        scale = settings.scale / 100
         gestures = len(self.orb.labels[1:])
         self.panel.place(self.dock.panel, self.touch.pad, gestures=gestures, scale=scale)
         self.panel.draw(surface, self.orb, self._now_s, look)

@@ -14,6 +14,7 @@ Array = NDArray[np.float32]
 SECONDS: Final = 10.0
 FRAMES: Final = 1024  # at most, whatever the rate
 NOISE_FRAMES: Final = 60  # the newest ones, for the noise
+JUDGED: Final = 20
 _DEAD: Final = 0.15  # of the median swing of all taxels, once there was a firm touch
 _FIRM: Final = 0.03  # median swing of a touch that judges
 
@@ -35,15 +36,17 @@ class LabData:
         self._shares = np.zeros((FRAMES, len(labels)), np.float32)
         self._times_s = np.full(FRAMES, -np.inf)
         self._count = 0  # frames ever taken
+        self._quality, self._judged = Quality(self._images[:0]), 0
 
     def connected(self, welcome: Welcome) -> None:
         """Begin anew with an orb."""
         self._begin(welcome.rows, welcome.columns, welcome.labels)
 
     def relabel(self, labels: tuple[str, ...]) -> None:
-        """Take other classes; their probabilities begin anew."""
-        self.labels = labels
-        self._shares = np.zeros((FRAMES, len(labels)), np.float32)
+        """Take other gestures; their probabilities begin anew."""
+        if labels != self.labels:
+            self.labels = labels
+            self._shares = np.zeros((FRAMES, len(labels)), np.float32)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -61,6 +64,13 @@ class LabData:
         self._shares[place] = frame.probabilities if right else 0.0
         self._times_s[place] = now_s
         self._count += 1
+
+    def quality(self) -> "Quality":
+        """Return the quality of the taxels, judged anew every `JUDGED` frames."""
+        if self._count - self._judged >= JUDGED:
+            self._judged = self._count
+            self._quality = Quality(self.recent(float(self._times_s.max()))[1])
+        return self._quality
 
     def recent(self, now_s: float) -> tuple[NDArray[np.float64], Array, Array]:
         """Return the frames of the last `SECONDS`, oldest first.

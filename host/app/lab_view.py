@@ -60,18 +60,19 @@ class Pen:
 
         `ages_s` are seconds, (n,), oldest first; `heights` (n,) from 0, the bottom, to 1.
         """
-        stride = max(1, len(ages_s) // max(1, area.width))
+        stride = max(1, 2 * len(ages_s) // max(1, area.width))
         x = area.right - 1 - ages_s[::stride] / SECONDS * (area.width - 1)
         y = area.bottom - 1 - np.clip(heights[::stride], 0.0, 1.0) * (area.height - 1)
         if len(x) > 1:
             pygame.draw.lines(self.surface, colour, False, np.column_stack((x, y)).tolist())
 
 
-def taxels(pen: Pen, area: pygame.Rect, recent: Recent, now_s: float, words: Words) -> None:
+def taxels(
+    pen: Pen, area: pygame.Rect, recent: Recent, quality: Quality, now_s: float, words: Words
+) -> None:
     """Draw a trace for each taxel, in rows and columns as they lie, and a line on their quality."""
     times_s, images, _ = recent
     rows, columns = images.shape[1:]
-    quality = Quality(images)
     last = pygame.Rect(area.left, area.bottom - pen.px(_LINE), area.width, pen.px(_LINE))
     line = pen.words(_quality(quality, words), pen.palette.dim, area.width)
     pen.surface.blit(line, last)
@@ -81,7 +82,7 @@ def taxels(pen: Pen, area: pygame.Rect, recent: Recent, now_s: float, words: Wor
     for row, column in np.ndindex(rows, columns):
         left, top = round(area.left + column * wide), round(area.top + row * high)
         cell = pygame.Rect(left, top, round(wide) - pen.px(_GAP), round(high) - pen.px(_GAP))
-        mark = quality.dead[row, column], quality.noisy[row, column]
+        mark = bool(quality.dead[row, column]), bool(quality.noisy[row, column])
         _cell(pen, cell, ages_s, images[:, row, column] / (2 * full) + 0.5, mark, words)
 
 
@@ -111,9 +112,9 @@ def _quality(quality: Quality, words: Words) -> str:
     worst = np.unravel_index(int(quality.level.argmax()), quality.level.shape)
     return words(
         "lab.quality",
-        usual=f"{1000 * quality.usual:.1f}",
-        worst=f"{1000 * float(quality.level[worst]):.1f}",
-        place=f"{int(worst[0]) + 1}/{int(worst[1]) + 1}",
+        usual=f"{100 * quality.usual:.2f}",
+        worst=f"{100 * float(quality.level[worst]):.2f}",
+        place=f"{int(worst[0])}/{int(worst[1])}",
     )
 
 

@@ -137,13 +137,13 @@ class Orbs:
 
     # -- choosing --------------------------------------------------------------------------
 
-    def choose(self, entry: OrbEntry) -> bool:
-        """Connect to an orb of the list; return whether that was begun, else see `notice`."""
+    def choose(self, entry: OrbEntry) -> None:
+        """Connect to an orb of the list, or say in `notice` why that cannot be."""
         try:
             key = psk.read(Path(entry.key)) if entry.key else b""
         except psk.KeyFileError as error:
             self.notice = str(error)
-            return False
+            return
         self.notice = ""
         self._end_own()
         if not entry.device_id:
@@ -151,12 +151,11 @@ class Orbs:
             self._link.reopen(own.open, token=own.token)
             self._where = str
             self._moved(None, "")
-            return True
+            return
         port = DevicePort(entry.device_id, self._memory, entry.key, at=entry.port)
         self._where = partial(getattr, port, "url")
         self._moved(port, entry.key)
         self._link.reopen(port.open, key=key)
-        return True
 
     def forget(self, entry: OrbEntry) -> None:
         """Forget a remembered orb."""

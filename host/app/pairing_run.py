@@ -5,6 +5,7 @@ import contextlib
 import sys
 import threading
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Final
 
 from controller.errors import how_to_install
@@ -62,7 +63,7 @@ class PairingRun:
 
     async def _main(self) -> str:
         self._loop = asyncio.get_running_loop()
-        self._task = asyncio.ensure_future(self._pair(self.lines.append, self._confirm))  # type: ignore[arg-type]
+        self._task = asyncio.ensure_future(self._pair(self.lines.append, self._confirm))
         return await self._task
 
     async def _confirm(self, orb: str, digits: str) -> bool:
@@ -74,7 +75,7 @@ class PairingRun:
         """Answer the question whether the digits are the same."""
         answer, self.question = self._answer, None
         if answer is not None:
-            self._call(lambda: answer.done() or answer.set_result(same))
+            self._call(partial(answer.set_result, same))
 
     def cancel(self) -> None:
         """End it; nothing once it is over."""

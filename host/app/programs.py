@@ -66,17 +66,14 @@ class Mapping:
         """Return it with another key of a command; ConfigError if that cannot be."""
         entries = dict(self.table["profile"][profile])
         before = entries.get(command)
-        timing = {k: v for k, v in before.items() if k in _TIMING} if _is_table(before) else {}
+        timed = before if isinstance(before, dict) else {}
+        timing = {name: value for name, value in timed.items() if name in _TIMING}
         entries[command] = {_NAMED[self.kind]: key, **timing}
         table = {**self.table, "profile": {**self.table["profile"], profile: entries}}
         return Mapping(self.path, self.kind, table, keymap.parse(table, OUTPUTS[self.kind]))
 
 
 _TIMING: Final = ("mode", "down_ms", "every_ms")
-
-
-def _is_table(entry: object) -> bool:
-    return isinstance(entry, dict)
 
 
 def mappings(own: Path) -> list[Mapping]:

@@ -1,12 +1,15 @@
 """Base class of the screens about the orb."""
 
-from typing import Protocol
+from textwrap import wrap
+from typing import Final, Protocol
 
 from controller.protocol.messages import Command, Contact, Message, Report
 from host.ui.orb_state import OrbState
-from tetris.window.menu import Menu
+from tetris.window.menu import Menu, Row
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
+
+_LETTERS: Final = 46  # of a sentence in a line of a table
 
 
 class Orb(Protocol):
@@ -35,6 +38,11 @@ class Orb(Protocol):
 
     def ignore(self, seconds: float) -> None:
         """Take no command for so long: a gesture of the orb's own hand may still be recognised."""
+
+
+def rows(sentence: str, *, marked: bool = False) -> list[Row]:
+    """Return a sentence as lines of a table."""
+    return [Row((line,), marked) for line in wrap(sentence, _LETTERS)]
 
 
 class OrbScreen(MenuScreen):

@@ -130,8 +130,8 @@ def places(mask: Mask) -> tuple[tuple[int, int], ...]:
 
 
 def named(found: Sequence[tuple[int, int]]) -> str:
-    """Return places for people: row and column from 1."""
-    return ", ".join(f"{row + 1}/{column + 1}" for row, column in found)
+    """Return places as the orb names them: row/column from 0."""
+    return ", ".join(f"{row}/{column}" for row, column in found)
 
 
 def _shape(image: Deviation) -> tuple[int, int]:

@@ -10,8 +10,6 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-import pygame
-
 from controller import __version__
 from controller.errors import complain
 from controller.protocol import psk
@@ -22,6 +20,7 @@ from host.app.application import SIZE, OrbApp
 from host.app.orbs import Orbs
 from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
+from host.connection.bundle_upload import load
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
@@ -98,7 +97,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             )
             stack.callback(orbs.close)
         if options.install is not None:
-            upload = install.load(options.install)
+            upload = load(options.install)
             receiver.subscribe(install.delivery(upload, receiver.send, announce=True))
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
         if surface is not None:  # which shows it
@@ -120,7 +119,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
 
 def _open(
     options: argparse.Namespace, wish: TargetOptions
-) -> tuple[targets.Target, pygame.Surface | None]:
+) -> tuple[targets.Target, loop.Surface | None]:
     """Return the target, and its window unless it needs none."""
     if options.target == _USUAL:
         surface = loop.window(headless=options.headless, size=SIZE)

@@ -36,10 +36,10 @@ class Dock:
         gap = max(2, round(_GAP * min(size)))
         if height >= _TALL * width:
             top = round(height * (1 - _BELOW))
-            panel = pygame.Rect(gap, top, width - 2 * gap, height - top - gap)
+            panel = pygame.Rect(gap, top, max(1, width - 2 * gap), max(1, height - top - gap))
             return cls(pygame.Rect(0, 0, width, top), panel)
         wide = round(min(_MOST * width, _BESIDE * (height - 2 * gap)))
-        panel = pygame.Rect(gap, gap, wide, height - 2 * gap)
+        panel = pygame.Rect(gap, gap, max(1, wide), max(1, height - 2 * gap))
         left = panel.right + gap
         return cls(pygame.Rect(left, 0, max(1, width - left), height), panel)
 

@@ -29,8 +29,6 @@ LinkState = Literal["connecting", "live", "stale", "lost"]
 
 EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second look alive
 MEMORY: Final = 8  # commands in the list
-TRACE_S: Final = 12.0  # seconds of deviation in the sparkline
-TRACE_POINTS: Final = 600  # at most, whatever the rate
 LATEST_S: Final = 2.5  # the last recognised gesture stands below the dome for so long
 TOUCHED: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
@@ -81,16 +79,14 @@ class OrbState:
     sure: float = 0.0  # how probable that is; 0 where the device knows no users
     history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
     unanswered: tuple[Reason, float] | None = None  # why the last touch gave no command, and when
-    trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
-    _labels: tuple[str, ...] = ()
     _touches: UnansweredTouches = field(default_factory=lambda: UnansweredTouches(("null",)))
 
     @property
     def labels(self) -> tuple[str, ...]:
         """The gesture classes of the device, "null" first; empty before the handshake."""
-        return self._labels
+        return self.welcome.labels if self.welcome else ()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -107,7 +103,6 @@ class OrbState:
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
         self.health = ()
         self.user, self.sure = "", 0.0
-        self.trace.clear()
 
     def described(self, message: Vocabulary | GestureInfo) -> None:
         """Take the gestures in use, or one of them."""
@@ -115,14 +110,13 @@ class OrbState:
             self.gestures[message.label] = message
             return
         self.gestures = {}
-        if self.welcome is not None:
-            self.welcome = replace(self.welcome, labels=message.labels, commands=message.commands)
-        if message.labels != self._labels:
-            self._recognise(message.labels)
+        if self.welcome and message.labels != self.welcome.labels:
+            labels, commands = message.labels, message.commands
+            self.welcome = replace(self.welcome, labels=labels, commands=commands)
+            self._recognise(labels)
 
     def _recognise(self, labels: tuple[str, ...]) -> None:
         """Begin with the gestures of labels, "null" first."""
-        self._labels = labels
         self._target = np.zeros(len(labels), np.float32)
         self.probabilities = self._target.copy()
         self._touches, self.unanswered = UnansweredTouches(labels), None
@@ -132,11 +126,10 @@ class OrbState:
         if len(message.image) == self.felt.size:
             values = np.asarray(image_from_bytes(message.image), np.float32) - 1.0
             self.felt = values.reshape(self.felt.shape)
-            self.trace.append((now_s, float(np.sqrt(np.mean(self.felt**2)))))
         if len(message.probabilities) == len(self._target):
             self._target = np.asarray(message.probabilities, np.float32)
-            if self.welcome and message.ready and self.trace:
-                level = self.trace[-1][1]
+            if self.welcome and message.ready:
+                level = float(np.sqrt(np.mean(self.felt**2)))
                 reason = self._touches.step(level, self._target, message.gesture, now_s)
                 self.unanswered = (reason, now_s) if reason else self.unanswered
         self.gesture, self.ready = message.gesture, message.ready
@@ -177,8 +170,6 @@ class OrbState:
         self.probabilities = (
             self.probabilities + (self._target - self.probabilities) * share
         ).astype(np.float32)
-        while self.trace and self.trace[0][0] < now_s - TRACE_S:
-            self.trace.popleft()
 
     def reason_unanswered(self, now_s: float) -> Reason | None:
         """Return why the last touch gave no command; None if it did, or it is long ago."""

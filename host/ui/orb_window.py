@@ -55,6 +55,7 @@ class OrbWindow:
         strip = pygame.Rect(inner.left, 0, inner.width, unit.px(_STRIP))
         strip.bottom = inner.bottom
         inner.height -= strip.height + unit.px(_MARGIN)
+        inner.size = max(1, inner.width), max(1, inner.height)
         self._panel.place(inner, dome, gestures=len(orb.labels[1:]))
         self._panel.draw(surface, orb, now_s, self._look)
         unit.card(surface, strip)

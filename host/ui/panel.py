@@ -30,7 +30,8 @@ _TEXT: Final = 18  # size of most text, in design units
 _LINES: Final = 4  # of a sentence below the dome at most
 _LIGHT: Final[Colour] = (255, 238, 226)  # marks on the dome, whose colours no theme changes
 _USUAL: Final = 4  # gestures
-_VISIBLE: Final = 0.008  # change of z - 1 from which the heat map is drawn anew
+_LEAST: Final = 80  # pixels; nothing is drawn into a narrower or lower panel
+_VISIBLE: Final = 0.012  # change of z - 1 from which the heat map is drawn anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ class Panel:
         self._still_key: tuple[Any, ...] = ()
         self._picture_key: tuple[Any, ...] = ()
         self._look = ThemeChoice()
-        self._gestures = 0
+        self._asked: tuple[Any, ...] = ()  # of `place`
         self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
 
     def place(
@@ -88,7 +89,10 @@ class Panel:
 
         `scale` enlarges text, 1.0 is the usual size.
         """
-        self.rect = rect
+        asked = rect.copy(), pad, gestures, scale
+        if asked == self._asked:
+            return
+        self.rect, self._asked = rect.copy(), asked
         self.layout = layout = PanelLayout.of(rect, gestures or _USUAL, scale)
         self.projection = Projection(pad, layout.dome.center, layout.radius / pad.radius)
 
@@ -96,6 +100,8 @@ class Panel:
         self, surface: pygame.Surface, view: OrbState, now_s: float, look: ThemeChoice
     ) -> None:
         """Draw the orb in a theme and a language; `view` has been advanced to `now_s`."""
+        if min(self.rect.size) < _LEAST:
+            return
         self._look = look
         self._unit = sprites.SpriteScale(self.layout.factor, look.palette)
         self._rows = GestureRows(self.layout.rows, self._unit, look.words, view)

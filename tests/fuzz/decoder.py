@@ -10,7 +10,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable
 
-from controller.protocol import codec
+from controller.protocol import codec, teaching
 from controller.protocol import messages as m
 from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode
@@ -37,6 +37,14 @@ MESSAGES: tuple[m.Message, ...] = (
     m.Contacts((m.Contact(1, 2.0, 2.0, 5.0, 6.0),)),
     m.Perform(2, "pinch", 2.0, 2.0),
     m.Grant(500),
+    teaching.ExampleStart(7, "swipe"),
+    teaching.Learn("swipe", "hold", "half", True, "ann"),
+    teaching.Vocabulary(("null", "swipe"), ("hold",), "mine", True, 1, "/data"),
+    teaching.GestureInfo(
+        "swipe", "swipe", True, 5, bytes(25), (teaching.CommandRule("hold", 1.0, 0.0, 2.0, 1.0),)
+    ),
+    teaching.ExampleTaken(7, "swipe", True, "", 0.5, bytes(25)),
+    teaching.LearnStatus(1, 1.0, "learned", (1.0, 1.0)),
 )
 OPEN: tuple[type, ...] = (m.Hello, m.Refuse)  # what is taken without the key
 _KEY = bytes(range(32))

@@ -30,6 +30,8 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
         if driver in _UNSEEN and not any(os.environ.get(name) for name in _CHOICES):
             pygame.display.quit()
             raise DisplayError("no display was found")
+        if driver == "x11":  # a texture costs 40 times the CPU time where OpenGL is emulated
+            os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
         surface = set_size(size)
     except pygame.error as error:
         raise DisplayError(f"the display cannot be opened: {error}") from error

@@ -26,7 +26,7 @@ from controller.recognition.pipeline import Pipeline
 DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
 STEPS: Final = 1000  # in a timed block
 BLOCKS: Final = 10  # timed blocks, after one untimed block; the fastest one counts
-FEW_BLOCKS: Final = 2  # of a bundle that was changed while it is in use
+FEW_BLOCKS: Final = 1  # of a bundle that was changed while it is in use
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from controller.protocol.teaching import InjectFault, Record, RecordingStatus
 from host.app import lab_view
 from host.app.lab_data import LabData
 from host.app.screen import Orb, OrbScreen
-from host.ui import sprites
+from host.ui import naming
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ScreenStack
@@ -49,17 +49,17 @@ class LabScreen(OrbScreen):
         ]
         if self.orb.virtual:
             items += self._faults(words)
-        return Menu("", [*items, Item(words("menu.back"), self.leave)])
+        items.append(Item(words("menu.back"), self.leave, hint=words("lab.back_hint")))
+        return Menu("", items)
 
     def _faults(self, words: Words) -> list[Item]:
         kind = _KINDS[self._kind]
         hint = words("lab.fault_hint")
-        items = [Item(words("lab.fault"), None, words(f"fault.{kind or 'none'}"), (), self._turn)]
+        items = [Item(words("lab.fault"), value=words(f"fault.{kind or 'none'}"), step=self._turn)]
         if place := FAULTS.get(kind):
             row, column = divmod(self._taxel, self.data.shape[1])
-            at = {"taxel": f"{row + 1} / {column + 1}", "row": row + 1, "column": column + 1}
-            value = str(at[place])
-            items.append(Item(words(f"lab.{place}"), None, value, (), self._move, hint=hint))
+            value = {"taxel": f"{row}/{column}", "row": f"{row}", "column": f"{column}"}[place]
+            items.append(Item(words(f"lab.{place}"), value=value, step=self._move, hint=hint))
         return items
 
     def _turn(self, step: int) -> None:
@@ -97,7 +97,8 @@ class LabScreen(OrbScreen):
         area = stage.area.inflate(-round(24 * unit), -round(16 * unit))
         surface.fill(stage.look.palette.background)
         below = area.copy()
-        below.height = min(area.height // 2, self._view.height(self.menu, unit))
+        needed = self._view.height(self.menu, unit) + len(self.menu.items)  # rounded up
+        below.height = min(area.height // 2, needed)
         below.bottom = area.bottom
         self._view.draw(surface, below, self.menu, self.selected, unit)
         area.height -= below.height + round(8 * unit)
@@ -108,12 +109,9 @@ class LabScreen(OrbScreen):
         grid.width = round(area.width * 0.66)
         shares = pygame.Rect(grid.right, area.top, area.width - grid.width, area.height)
         recent = self.data.recent(time_s)
-        lab_view.taxels(pen, grid, recent, time_s, stage.look.words)
-        names = [self._name(label) for label in self.data.labels]
+        lab_view.taxels(pen, grid, recent, self.data.quality(), time_s, stage.look.words)
+        names = [naming.gesture(stage.look.words, label) for label in self.data.labels]
         lab_view.probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
-
-    def _name(self, label: str) -> str:
-        return sprites.words(label)
 
     def _sentences(self) -> list[str]:
         """Return the latency by hop, and the rate, in words."""

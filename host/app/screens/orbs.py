@@ -1,9 +1,8 @@
 """The orbs: which there are, the one that is connected, and what can be done with it."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from textwrap import wrap
-from typing import Final
 
 from controller.errors import UserError
 from controller.files import data_folder
@@ -11,33 +10,30 @@ from controller.protocol.messages import Report
 from controller.protocol.teaching import Describe, Recalibrate, Vocabulary
 from host.app.orbs import OrbEntry, Orbs
 from host.app.programs import Programs, folder
-from host.app.screen import Orb, OrbScreen
+from host.app.screen import Orb, OrbScreen, rows
 from host.app.screens.pairing import PairScreen
 from host.app.screens.programs import ProgramsScreen
 from host.app.screens.skin import SkinScreen
 from host.connection import bundle_upload
+from host.ui.naming import health
 from tetris.window.menu import Item, Menu, Row
-from tetris.window.screen_stack import Screen, ScreenStack
-
-_LETTERS: Final = 62  # of a sentence in a line of the table
-
-
-def rows(sentence: str) -> list[Row]:
-    """Return a sentence as lines of a table."""
-    return [Row((line,)) for line in wrap(sentence, _LETTERS)]
+from tetris.window.screen_stack import ScreenStack
 
 
 class OrbsScreen(OrbScreen):
     """Lists orbs, and leads to the pages about the present one."""
 
     def __init__(
-        self, stage: ScreenStack, orb: Orb, orbs: Orbs, programs: Programs, lab: Screen
+        self,
+        stage: ScreenStack,
+        orb: Orb,
+        orbs: Orbs,
+        programs: Programs,
+        show_lab: Callable[[], None],
     ) -> None:
-        """Show the list, begin a scan, and ask the present orb what it knows."""
-        self.orbs, self._programs, self._lab = orbs, programs, lab
-        self._bundle: str | None = None
+        """Show the list, and begin a scan."""
+        self.orbs, self._programs, self._show_lab = orbs, programs, show_lab
         super().__init__(stage, orb)
-        orb.send(Describe())
         orbs.scan()
 
     def page(self) -> Menu:
@@ -63,63 +59,79 @@ class OrbsScreen(OrbScreen):
         else:
             value = words("orbs.here") if entry.here else entry.seen[:10]
         hint = words("orbs.own_hint") if not entry.device_id else f"{entry.device_id}, {entry.port}"
-        return Item(name, partial(self._choose, entry), value, hint=hint)
-
-    def _choose(self, entry: OrbEntry) -> None:
-        self._bundle = None
-        self.orbs.choose(entry)
+        return Item(name, partial(self.orbs.choose, entry), value, hint=hint)
 
     def _pages(self) -> list[Item]:
         """Return what can be done with the present orb, and with others."""
-        words, stage, live = self._stage.look.words, self._stage, self.orb.state.link == "live"
-
+        words, stage = self._stage.look.words, self._stage
         items = [Item(words("orbs.pair"), self._pair, hint=words("orbs.pair_hint"))]
-        if live:
-            items += [
-                Item(words("orbs.rest"), self._rest, hint=words("orbs.rest_hint")),
-                Item(
-                    words("skin.title"),
-                    lambda: stage.push(SkinScreen(stage, self.orb)),
-                    hint=words("skin.hint"),
-                ),
-                Item(
-                    words("install.title"),
-                    lambda: stage.push(InstallScreen(stage, self.orb, self.orbs)),
-                    hint=words("install.hint"),
-                ),
-            ]
+        if self.orb.state.link == "live":
+            show = partial(PresentOrbScreen, stage, self.orb, self.orbs)
+            items.append(
+                Item(words("orb.title"), lambda: stage.push(show()), hint=words("orb.hint"))
+            )
+        control = partial(ProgramsScreen, stage, self.orb, self._programs, folder())
         return [
             *items,
             Item(
                 words("programs.title"),
-                lambda: stage.push(ProgramsScreen(stage, self.orb, self._programs, folder())),
+                lambda: stage.push(control()),
                 hint=words("programs.hint"),
             ),
-            Item(words("lab.title"), lambda: stage.push(self._lab), hint=words("lab.hint")),
+            Item(words("lab.title"), self._show_lab, hint=words("lab.hint")),
         ]
 
     def _pair(self) -> None:
         self.orbs.pair()
         self._stage.push(PairScreen(self._stage, self.orb, self.orbs))
 
-    def _rest(self) -> None:
-        self.orb.send(Recalibrate())
+    def _state(self) -> list[Row]:
+        """Return how the present orb is, in a line or two."""
+        state, words = self.orb.state, self._stage.look.words
+        if state.link != "live":
+            return rows(state.reason or words(f"orbs.link_{state.link}"))[:2]
+        return []
+
+
+class PresentOrbScreen(OrbScreen):
+    """The connected orb: its state, its health, its rest image, its skin, its gestures."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
+        """Show it, and ask it what it knows."""
+        self._orbs = orbs
+        self._bundle: str | None = None
+        super().__init__(stage, orb)
+        orb.send(Describe())
+
+    def page(self) -> Menu:
+        """Return its state, and what can be done."""
+        words, stage = self._stage.look.words, self._stage
+        skin = partial(SkinScreen, stage, self.orb)
+        install = partial(InstallScreen, stage, self.orb, self._orbs)
+        items = [
+            Item(
+                words("orb.rest"), lambda: self.orb.send(Recalibrate()), hint=words("orb.rest_hint")
+            ),
+            Item(words("skin.title"), lambda: stage.push(skin()), hint=words("skin.hint")),
+            Item(words("install.title"), lambda: stage.push(install()), hint=words("install.hint")),
+            Item(words("menu.back"), self.leave),
+        ]
+        return Menu(words("orb.title"), items, table=self._state())
 
     def _state(self) -> list[Row]:
-        """Return how the present orb is, in lines."""
+        """Return how it is, in lines."""
         words, state = self._stage.look.words, self.orb.state
         if state.link != "live" or state.welcome is None:
             return rows(state.reason or words(f"orbs.link_{state.link}"))
-        name = state.welcome.name
-        lines = [Row((words("orbs.state"), f"{name}, {state.rate_hz:.0f} Hz"))]
+        lines = [Row((words("orb.state"), f"{state.welcome.name}, {state.rate_hz:.0f} Hz"))]
         if not state.ready:
-            lines += rows(words("orbs.resting"))
+            lines += rows(words("orb.resting"), marked=True)
         if self._bundle is not None:
-            lines.append(Row((words("orbs.bundle"), self._bundle or words("orbs.shipped"))))
+            lines.append(Row((words("orb.bundle"), self._bundle or words("orb.shipped"))))
         if state.sure:
-            lines.append(Row((words("orbs.user"), state.user or words("orbs.unknown"))))
-        health = [row for sentence in state.health for row in rows(sentence)]
-        return lines + (health or [Row((words("orbs.health"), words("orbs.healthy")))])
+            lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
+        found = [row for said in state.health for row in rows(health(words, said))]
+        return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 
     def report(self, message: Report, time_s: float) -> None:
         """Take what the orb says of its gestures."""

@@ -1,15 +1,11 @@
 """Pairing with a Bluetooth orb: its messages, and the question whether the digits are the same."""
 
 from functools import partial
-from textwrap import wrap
-from typing import Final
 
 from host.app.orbs import Orbs
-from host.app.screen import Orb, OrbScreen
-from tetris.window.menu import Item, Menu, Row
+from host.app.screen import Orb, OrbScreen, rows
+from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ScreenStack
-
-_LETTERS: Final = 62
 
 
 class PairScreen(OrbScreen):
@@ -24,10 +20,11 @@ class PairScreen(OrbScreen):
         """Return its messages, and what can be answered."""
         words, run = self._stage.look.words, self._orbs.pairing
         assert run
-        table = [Row((line,)) for said in run.lines[-6:] for line in wrap(said, _LETTERS)]
+        table = [row for said in run.lines[-6:] for row in rows(said)]
         items = []
         if question := run.question:
-            table.append(Row((words("pair.question", orb=question[0], digits=question[1]),), True))
+            asked = words("pair.question", orb=question[0], digits=question[1])
+            table += rows(asked, marked=True)
             items += [
                 Item(words("pair.same"), partial(run.answer, True)),
                 Item(words("pair.different"), partial(run.answer, False)),
@@ -38,7 +35,7 @@ class PairScreen(OrbScreen):
             items.append(Item(words("menu.back"), self.leave))
         else:
             items.append(Item(words("pair.cancel"), run.cancel))
-        return Menu(words("orbs.pair"), items, table=table, notice="")
+        return Menu(words("orbs.pair"), items, table=table)
 
     def leave(self) -> None:
         """End the pairing, and look for the new orb."""

@@ -7,7 +7,8 @@ from controller.config import ConfigError
 from controller.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
-from host.app.screen import Orb, OrbScreen
+from host.app.screen import Orb, OrbScreen, rows
+from host.ui import naming
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -40,10 +41,10 @@ class ProgramsScreen(OrbScreen):
             Item(
                 words("programs.stop" if on else "programs.start"),
                 self._control.stop if on else self._start,
-                hint=words("programs.start_hint", key=self.mapping.key_map.arm_key),
+                hint=words("programs.start_hint", arm_key=self.mapping.key_map.arm_key),
             ),
-            Item(words("programs.mapping"), None, self.mapping.path.stem, (), self._turn),
-            Item(words("programs.profile"), None, self.profile, (), self._turn_profile),
+            Item(words("programs.mapping"), value=self.mapping.path.stem, step=self._turn),
+            Item(words("programs.profile"), value=self.profile, step=self._turn_profile),
             Item(words("programs.edit"), edit, hint=words("programs.edit_hint")),
             Item(words("menu.back"), self.leave),
         ]
@@ -52,8 +53,7 @@ class ProgramsScreen(OrbScreen):
     def _state(self) -> list[Row]:
         words, control = self._stage.look.words, self._control
         state = "armed" if control.armed else "disarmed" if control.on else "off"
-        lines = [Row((words(f"programs.{state}"),), True)]
-        return lines + ([Row((control.said,))] if control.said else [])
+        return [*rows(words(f"programs.{state}"), marked=True), *rows(control.said)]
 
     def _start(self) -> None:
         self._control.start(self.mapping, self.profile)
@@ -103,7 +103,8 @@ class KeysScreen(OrbScreen):
 
     def _item(self, command: str) -> Item:
         key = self._mapping.key(self._page.profile, command)
-        return Item(command, None, key, (), partial(self._turn, command))
+        name = naming.command(self._stage.look.words, command)
+        return Item(name, value=key, step=partial(self._turn, command))
 
     def _turn(self, command: str, step: int) -> None:
         profile = self._page.profile

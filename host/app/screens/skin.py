@@ -1,15 +1,14 @@
 """The quick check of the skin: leave it alone, then press each quarter; what was found."""
 
-from textwrap import wrap
 from typing import Final
 
 from controller.protocol.messages import Command, Contact, Report, Telemetry
-from host.app.screen import Orb, OrbScreen
+from host.app.screen import Orb, OrbScreen, rows
 from host.app.skin_check import QUARTERS, SkinCheck, named
+from host.ui.naming import health
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
-_LETTERS: Final = 62
 _GHOST_MM: Final = (5.0, 6.0)  # depth and radius of the finger that shows where to press
 
 
@@ -35,22 +34,20 @@ class SkinScreen(OrbScreen):
 
     def _task(self) -> list[Row]:
         words, check = self._stage.look.words, self._check
-        lines = wrap(words(f"skin.{check.stage}"), _LETTERS)
         done = Row((words("skin.done"), f"{check.progress:.0%}"))
-        return [*(Row((line,), True) for line in lines), done]
+        return [*rows(words(f"skin.{check.stage}"), marked=True), done]
 
     def _found(self) -> list[Row]:
         """Return the verdict, and what the orb itself has found."""
         words, verdict = self._stage.look.words, self._check.verdict
-        found = list(self.orb.state.health)
+        found = [health(words, sentence) for sentence in self.orb.state.health]
         if verdict.touched:
             found.append(words("skin.touched"))
         if verdict.noisy:
             found.append(words("skin.noisy", places=named(verdict.noisy)))
         if verdict.still:
             found.append(words("skin.still", places=named(verdict.still)))
-        lines = [line for said in found or [words("skin.sound")] for line in wrap(said, _LETTERS)]
-        return [Row((line,)) for line in lines]
+        return [row for said in found or [words("skin.sound")] for row in rows(said)]
 
     def _again(self) -> None:
         self._check = SkinCheck()
@@ -70,9 +67,9 @@ class SkinScreen(OrbScreen):
         """Return a finger in the middle of the quarter to press."""
         if self._check.stage not in QUARTERS:
             return ()
-        rows, columns = self.orb.state.shape
+        high, wide = self.orb.state.shape
         right = self._check.stage.endswith("right")
         top = self._check.stage.startswith("top")
-        x = (columns - 1) * (0.75 if right else 0.25)
-        y = (rows - 1) * (0.75 if top else 0.25)
+        x = (wide - 1) * (0.75 if right else 0.25)
+        y = (high - 1) * (0.75 if top else 0.25)
         return (Contact(1, x, y, *_GHOST_MM),)

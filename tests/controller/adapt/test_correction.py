@@ -32,6 +32,7 @@ from controller.runtime.device import Device
 from controller.runtime.renewal import exchange, refreshed
 from host.ui.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench
+from tetris.window import language
 
 RATE_HZ = 10.0
 Run = tuple[Parts, Device, BundleStore]
@@ -131,22 +132,22 @@ def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path
 
 
 def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
-    keys = CorrectionKeys()
+    keys, words = CorrectionKeys(), language.load("en")
     assert not keys.key(pygame.K_1, pygame.KMOD_CTRL, 0.0)  # no orb is there yet
     keys.labels = ("null", "press", "pinch")
     assert not keys.key(pygame.K_2, 0, 0.0)  # two fingers, as ever
     assert keys.key(pygame.K_3, pygame.KMOD_CTRL, 0.0)
     assert keys.outgoing() == []
-    assert keys.told(0.0) == "there is no gesture 3"
+    assert keys.told(0.0, words) == "there is no gesture 3"
     for code, label in ((pygame.K_2, "pinch"), (pygame.K_0, "null"), (pygame.K_BACKSPACE, "")):
         assert keys.key(code, pygame.KMOD_LCTRL, 1.0)
         assert keys.outgoing() == [Correction(label)]
         assert keys.outgoing() == []
     keys.answer(UploadStatus(PROVING, 0, "learning"), 2.0)
-    assert keys.told(30.0) == "learning"
+    assert keys.told(30.0, words) == "learning"
     keys.answer(UploadStatus(IN_USE, 0, "learned: that was pinch"), 31.0)
-    assert keys.told(32.0) == "learned: that was pinch"
-    assert keys.told(40.0) == ""
+    assert keys.told(32.0, words) == "learned: that was pinch"
+    assert keys.told(40.0, words) == ""
 
 
 class Patient(BundleUpdater):

@@ -68,6 +68,15 @@ def test_a_gesture_that_is_taught_again_forgets_its_old_examples() -> None:
     assert again.recognised["tap"] == pytest.approx(1.0, abs=0.05)
 
 
+def test_a_gesture_of_the_training_keeps_its_command_when_it_is_taught_again() -> None:
+    data = file_of(unlearn.set_command(DATA, "pinch", "hold"))
+    for _ in range(2):
+        data = file_of(unlearn.learn(data, examples("pinch", (10, 16)), "pause"))
+    bundle, _, known = opened(data)
+    assert bundle.mapping.command("pinch", None) == "hold"
+    assert len(known.taught) == 2
+
+
 def test_a_new_gesture_is_learned_beside_the_others() -> None:
     bundle, _, known = opened(file_of(unlearn.learn(DATA, examples("swipe", (10, 16)), "hold")))
     assert unlearn.taught_labels(bundle, known) == ("swipe",)

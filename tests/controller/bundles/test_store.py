@@ -204,7 +204,7 @@ def test_an_engine_that_kills_its_process_is_not_taken(monkeypatch: pytest.Monke
     """As ONNX Runtime does on a processor that it was not built for: status -4, not a word."""
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        if words[-1] == "onnxruntime":
+        if "onnxruntime" in words:
             return subprocess.CompletedProcess(words, -4, "", "")
         return subprocess.CompletedProcess(
             words, 0, json.dumps(dataclasses.asdict(selftest.SelfTestResult("numpy", 50.0, 90.0)))

@@ -160,7 +160,7 @@ def hand_over(clerk: BundleUpdater, data: bytes) -> UploadStatus:
     assert clerk._thread is not None
     clerk._thread.join()
     outcome = clerk.poll()
-    assert outcome is not None
+    assert isinstance(outcome, UploadStatus)
     return outcome
 
 

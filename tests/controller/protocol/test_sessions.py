@@ -715,3 +715,15 @@ def test_granted_time_begins_without_what_was_before_it(session: DeviceSession) 
     [packet] = said(session)
     assert isinstance(packet.message, NumberedCommand)
     assert (packet.message.number, packet.message.done) == (2, 1)
+
+
+def test_a_new_description_without_a_reason_is_for_the_next_session() -> None:
+    pair = met()
+    other = dataclasses.replace(welcome(), labels=("null", "swipe"))
+    assert pair.device.renew(other, "", pair.now_ms) == []
+    assert pair.let(200) == []
+    assert pair.device.live
+    pair.device.end("cut")
+    pair.host = HostSession("orb", 9, pair.now_ms, past=pair.host.past)
+    (connected,) = (item for item in pair.exchange() if isinstance(item, Connected))
+    assert connected.welcome.labels == ("null", "swipe")

@@ -644,3 +644,37 @@ def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> 
         transport.close()
     assert isinstance(transport, transport_module._Selected)
     assert len(transport._backlog) <= transport_module.BACKLOG + 4096
+
+
+def test_another_device_is_connected_when_it_is_chosen(
+    device: VirtualOrbProcess, ears: Ears
+) -> None:
+    other = VirtualOrbProcess(2, command=(*DEVICE, "listen://127.0.0.1:0"))
+    ear = ears(Receiver(device.open, token=device.token))
+    ear.receiver.connect()
+    ear.message(Command)
+    ear.receiver.reopen(other.open, token=other.token)
+    assert ear.next(Lost) == Lost("another orb was chosen")
+    ear.next(Connected)
+    ear.message(Command)
+    assert other.process is not None
+    other.close()
+
+
+def test_another_device_is_chosen_while_the_first_does_not_answer(
+    device: VirtualOrbProcess, ears: Ears
+) -> None:
+    waiting, go_on = threading.Event(), threading.Event()
+
+    def hang() -> Transport:
+        waiting.set()
+        go_on.wait(DEADLINE_S)
+        raise LinkError("nobody is there")
+
+    ear = ears(Receiver(hang))
+    ear.receiver.start()
+    assert waiting.wait(DEADLINE_S)
+    ear.receiver.reopen(device.open, token=device.token)
+    go_on.set()
+    ear.next(Connected)
+    assert not any(isinstance(news, Refused) for _, news in ear.told)

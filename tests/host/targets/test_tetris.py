@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
@@ -327,7 +328,7 @@ def test_f11_fills_the_screen_and_comes_back() -> None:
     surface, target = loop.window(headless=True), TetrisTarget(seed=1)
     for expected in (pygame.display.get_desktop_sizes()[0], loop.SIZE):
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_F11))
-        loop.play(target, FakeReceiver(), surface, seconds=1e-9)
+        loop.play(target, FakeReceiver(), surface, seconds=0.5, clock=count(0.0).__next__)
         assert pygame.display.get_window_size() == expected
 
 

@@ -15,11 +15,14 @@ from controller.protocol.codec import quantise_image
 from controller.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
-from host.ui import layout, orb_state, sprites
+from host.ui import naming, orb_state, sprites
 from host.ui.orb_state import OrbState
-from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
+from host.ui.panel import Panel, Projection
+from host.ui.panel_layout import HEIGHT, WIDTH
 from host.ui.pointer_input import DomeArea
-from tetris.window import theme
+from tetris.window import language, theme
+from tetris.window.theme import PALETTES
+from tetris.window.tiles import ThemeChoice
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
@@ -60,7 +63,7 @@ def drawn(view: OrbState, surface: pygame.Surface, now_s: float = 10.0) -> pygam
     panel.place(RECT, DomeArea())
     view.advance(now_s - 5.0)
     view.advance(now_s)  # long enough for the shown image to have become the felt one
-    panel.draw(surface, view, now_s)
+    panel.draw(surface, view, now_s, ThemeChoice())
     return surface.copy()
 
 
@@ -98,16 +101,13 @@ def test_image_and_probabilities_ease_towards_the_newest_ones_and_fade_in_silenc
 def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() -> None:
     view = live_view()
     view.connected(dataclasses.replace(WELCOME, rows=3, columns=4, labels=LABELS[:2]))
-    assert (view.shape, len(view.probabilities), len(view.trace)) == ((3, 4), 2, 0)
+    assert (view.shape, len(view.probabilities)) == ((3, 4), 2)
 
 
-def test_lists_forget_what_is_too_old() -> None:
+def test_the_list_of_commands_is_bounded() -> None:
     view = live_view()
     for frame in range(300):
         view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
-        view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
-    view.advance(30.0)
-    assert view.trace[0][0] >= 30.0 - orb_state.TRACE_S
     assert (len(view.history), view.history[-1].time_s) == (orb_state.MEMORY, 299.0)
 
 
@@ -173,10 +173,7 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     panel = Panel()
     panel.place(pygame.Rect(10, 10, 200, 400), DomeArea(rows, columns, 8.0))
     view.advance(0.5)
-    panel.draw(surface, view, 0.5)
-    unit = sprites.SpriteScale(1.0)
-    layout.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
-    layout.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
+    panel.draw(surface, view, 0.5, ThemeChoice())
 
 
 def test_pixels_and_grid_units_are_each_others_inverse() -> None:
@@ -186,12 +183,26 @@ def test_pixels_and_grid_units_are_each_others_inverse() -> None:
     assert projection.to_grid(*projection.to_screen(0.25, 3.5)) == pytest.approx((0.25, 3.5))
 
 
+def test_the_newest_command_is_said_and_its_gesture_highlighted_until_they_fade(
+    surface: pygame.Surface,
+) -> None:
+    view, panel = live_view(), Panel()
+    panel.place(RECT, DomeArea())
+    calm = drawn(view, surface)
+    view.command(Command("left", "press", 0.9, None, 1), 10.0)
+    panel.draw(surface, view, 10.5, ThemeChoice(words=language.load("de")))
+    assert panel._caption(view, 10.5)[0] == "drücken → links"
+    row = panel.layout.rows[0]
+    assert surface.subsurface(row).get_at((row.width // 2, 0)) != calm.get_at(row.midtop)
+    assert drawn(view, surface, 13.0).get_at(row.midtop) == calm.get_at(row.midtop)
+
+
 WIDE = "W" * 40
 HUGE = 3e38
 
 
 def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ...] = ()) -> bytes:
-    """Return the game's window, the orb's own cards painted over."""
+    """Return the game's window, the orb's panel painted over."""
     target = TetrisTarget(seed=1)
     target.tick(0.0, [news[0]])
     target.tick(0.1, news[1:])
@@ -201,8 +212,7 @@ def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ..
     target.draw(surface)
     scene = target._scene
     assert scene is not None
-    for card in (scene.orb, scene.history, scene.touches):
-        surface.fill((0, 0, 0), card)
+    surface.fill((0, 0, 0), scene.dock.panel)
     return pygame.image.tobytes(surface, "RGB")
 
 
@@ -210,7 +220,7 @@ def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ..
 @pytest.mark.parametrize("place", [(2.0, 9.0), (HUGE, -HUGE), None])
 @pytest.mark.parametrize("gesture", ["", WIDE])
 @pytest.mark.parametrize("end", [(), (Lost(WIDE * 10),), (Lost("W " * 250),)])
-def test_nothing_that_an_orb_says_is_drawn_outside_its_cards(
+def test_nothing_that_an_orb_says_is_drawn_outside_its_panel(
     surface: pygame.Surface,
     size: tuple[int, int],
     place: tuple[float, float] | None,
@@ -239,3 +249,47 @@ def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
     assert sprites.fitted("press", font, 1) == ""
     for width in range(10, 200, 10):
         assert sprites.text(WIDE, 20, theme.TEXT, width).get_width() <= width
+
+
+def test_a_panel_on_which_nothing_changes_is_copied_not_drawn(surface: pygame.Surface) -> None:
+    view, panel = live_view(), Panel()
+    panel.place(RECT, DomeArea())
+    panel.draw(surface, view, 1.0, ThemeChoice())
+    composed: list[float] = []
+    panel._compose = lambda view, now_s, *_: composed.append(now_s)  # type: ignore[method-assign]
+    view.shown = view.shown + np.float32(0.003)  # the sensor's noise
+    panel.draw(surface, view, 2.0, ThemeChoice())
+    assert composed == []
+    view.shown = view.shown + np.float32(0.1)
+    panel.draw(surface, view, 3.0, ThemeChoice())
+    assert composed == [3.0]
+
+
+def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> None:
+    view, panel = live_view(), Panel()
+    panel.place(RECT, DomeArea())
+    light = PALETTES["light"]
+    panel.draw(surface, view, 1.0, ThemeChoice(light, words=language.load("fr")))
+    assert surface.get_at((1, 1))[:3] == light.background
+    assert (
+        surface.get_at((panel.layout.card.centerx, panel.layout.card.top + 4))[:3] == light.surface
+    )
+    french = surface.copy()
+    panel.draw(surface, view, 1.0, ThemeChoice(light))
+    assert pygame.image.tobytes(french, "RGB") != pygame.image.tobytes(surface, "RGB")
+
+
+def test_health_is_said_in_the_language_in_use_as_far_as_it_is_known() -> None:
+    french = language.load("fr")
+    said = naming.health(french, "taxel row 0, column 3: no signal, play goes on without")
+    assert said.startswith("taxel ligne 0, colonne 3 : pas de signal")
+    assert naming.health(french, "pressure down 6 %: pump").startswith("pression en baisse de 6 %")
+    assert naming.health(french, "a new kind of fault") == "a new kind of fault"
+
+
+def test_gestures_and_commands_without_words_are_shown_by_their_names() -> None:
+    german = language.load("de")
+    assert naming.gesture(german, "twist_cw") == "rechts drehen"
+    assert naming.gesture(german, "double_tap") == "double tap"
+    assert naming.command(german, "volume_up") == "volume up"
+    assert all(naming.command(german, name) != name for name in COMMANDS if name != "pause")

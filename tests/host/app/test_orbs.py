@@ -1,0 +1,195 @@
+"""The list of orbs, the change from one to another, and what runs on threads."""
+
+import asyncio
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from controller.protocol.messages import COMMANDS, Message, UploadOffer, Welcome
+from host import discovery
+from host.app import pairing_run
+from host.app.orbs import OWN, OrbEntry, Orbs
+from host.app.pairing_run import CANCELLED, PairingRun
+from host.connection.bundle_upload import BundleUpload
+from host.connection.device_store import DeviceStore
+from host.connection.receiver import Connected, Lost
+from host.connection.transport import Transport
+from host.connection.virtual_orb import VirtualOrbProcess
+from host.discovery import Answer, DevicePort, Port
+
+PATIENCE_S = 20.0
+LABELS = ("null", "press")
+BLUE = Answer("/dev/ttyACM1", "orb", "", "orb-2", "Blue", False)
+WELCOME = Welcome(1, 7, "orb-2", "Blue", False, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
+
+
+class Link:
+    """Keeps what it is asked for."""
+
+    def __init__(self) -> None:
+        self.opened: list[Callable[[], Transport]] = []
+        self.tokens: list[str] = []
+        self.sent: list[Message] = []
+
+    def reopen(
+        self, open_transport: Callable[[], Transport], *, token: str = "", key: bytes = b""
+    ) -> None:
+        self.opened.append(open_transport)
+        self.tokens.append(token)
+
+    def send(self, message: Message) -> None:
+        self.sent.append(message)
+
+
+@pytest.fixture
+def memory(tmp_path: Path) -> DeviceStore:
+    store = DeviceStore(tmp_path / "devices.toml")
+    store.remember("orb-1", name="Red", port="/dev/ttyACM0", seen="2026-01-02T00:00:00Z")
+    return store
+
+
+@pytest.fixture
+def link() -> Link:
+    return Link()
+
+
+@pytest.fixture
+def orbs(link: Link, memory: DeviceStore) -> Iterator[Orbs]:
+    made = Orbs(link, memory, lambda: VirtualOrbProcess(1, command=("true",)))
+    yield made
+    made.close()
+
+
+def test_list_has_our_own_orb_the_found_ones_and_the_remembered_ones(
+    orbs: Orbs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert [entry.device_id for entry in orbs.entries()] == ["", "orb-1"]
+    monkeypatch.setattr(discovery, "candidates", lambda memory: [Port(BLUE.url)])
+    go_on = threading.Event()
+
+    def ask(port: Port) -> Answer:
+        go_on.wait(PATIENCE_S)
+        return BLUE
+
+    monkeypatch.setattr(discovery, "ask", ask)
+    orbs.scan()
+    orbs.tick(0.0, ())  # does not wait for the answer
+    assert orbs.scanning
+    go_on.set()
+    while orbs.scanning:
+        orbs.tick(0.0, ())
+    assert [(entry.device_id, entry.here) for entry in orbs.entries()] == [
+        ("", True), ("orb-2", True), ("orb-1", False),
+    ]  # fmt: skip
+
+
+def test_port_that_is_open_is_not_opened_a_second_time(
+    link: Link, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    found = [Port("/dev/ttyACM0"), Port(BLUE.url)]
+    monkeypatch.setattr(discovery, "candidates", lambda memory: found)
+
+    def ask(port: Port) -> Answer:
+        asked.append(port.url)
+        return BLUE
+
+    monkeypatch.setattr(discovery, "ask", ask)
+    orbs = Orbs(link, memory, lambda: VirtualOrbProcess(1), where=lambda: "/dev/ttyACM0")
+    orbs.scan()
+    while orbs.scanning:
+        orbs.tick(0.0, ())
+    assert asked == [BLUE.url]
+
+
+def test_chosen_orb_is_connected_by_its_port_and_ours_is_started_again(
+    link: Link, memory: DeviceStore
+) -> None:
+    moved: list[tuple[str, str]] = []
+
+    def note(port: DevicePort | None, key: str) -> None:
+        moved.append((port.url if port else "own", key))
+
+    orbs = Orbs(link, memory, lambda: VirtualOrbProcess(1, command=("true",)), moved=note)
+    red = orbs.entries()[1]
+    assert orbs.present(OWN)
+    orbs.choose(red)
+    assert orbs.present(red)
+    assert not orbs.present(OWN)
+    orbs.choose(OWN)
+    assert moved == [("/dev/ttyACM0", ""), ("own", "")]
+    assert [bool(token) for token in link.tokens] == [False, True]
+    orbs.close()
+
+
+def test_key_that_cannot_be_read_changes_nothing_and_is_said(orbs: Orbs, link: Link) -> None:
+    orbs.choose(OrbEntry("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
+    assert "/nowhere/key" in orbs.notice
+    assert link.opened == []
+
+
+def test_upload_begins_over_the_link_that_is_there(orbs: Orbs, link: Link) -> None:
+    orbs.tick(0.0, [Connected(WELCOME)])
+    orbs.install(BundleUpload("new.orb", b"bundle"), 0.0)
+    assert isinstance(link.sent[0], UploadOffer)
+    orbs.tick(0.1, [Lost("gone")])
+    assert orbs.upload is not None
+    assert orbs.upload.stage == "waiting"
+
+
+@pytest.fixture
+def bluetooth(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pairing_run, "lack", lambda: "")
+
+
+def started(run: PairingRun) -> threading.Thread:
+    thread = threading.Thread(target=run.run)
+    thread.start()
+    return thread
+
+
+@pytest.mark.usefixtures("bluetooth")
+def test_pairing_asks_whether_digits_are_the_same() -> None:
+    asked = threading.Event()
+
+    async def pair(tell: Any, confirm: Any) -> str:
+        tell("looking")
+        answer = asyncio.ensure_future(confirm("OrbTouch", "123456"))
+        await asyncio.sleep(0)  # the question stands now
+        asked.set()
+        return "rfcomm://00:11:22:33:44:55" if await answer else ""
+
+    run = PairingRun(pair)
+    thread = started(run)
+    assert asked.wait(PATIENCE_S)
+    assert run.question == ("OrbTouch", "123456")
+    run.answer(True)
+    thread.join(PATIENCE_S)
+    assert (run.over, run.url, run.lines) == (True, "rfcomm://00:11:22:33:44:55", ["looking"])
+
+
+@pytest.mark.usefixtures("bluetooth")
+def test_pairing_can_be_cancelled() -> None:
+    begun = threading.Event()
+
+    async def pair(tell: Any, confirm: Any) -> str:
+        begun.set()
+        await asyncio.Event().wait()
+        return ""
+
+    run = PairingRun(pair)
+    thread = started(run)
+    assert begun.wait(PATIENCE_S)
+    run.cancel()
+    thread.join(PATIENCE_S)
+    assert (run.over, run.lines) == (True, [CANCELLED])
+
+
+def test_without_bluetooth_one_sentence_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pairing_run, "lack", lambda: "pairing needs dbus-fast")
+    run = PairingRun()
+    run.run()
+    assert (run.over, run.lines) == (True, ["pairing needs dbus-fast"])

@@ -1,0 +1,100 @@
+"""Control of other programs from the application: mappings, arming, and when keys are pressed."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+
+from controller.keymap.key_state import Stroke
+from controller.protocol.messages import Command
+from host.app import programs
+from host.app.programs import Programs
+from host.connection.receiver import Delivered
+
+
+class Sender:
+    """Takes strokes in place of the injector."""
+
+    strokes: ClassVar[list[Stroke]] = []
+
+    def __init__(self, backend: str, kind: str, keys: Any) -> None:
+        Sender.strokes = []
+
+    def start(self) -> str:
+        return ""
+
+    def send(self, strokes: Iterable[Stroke]) -> None:
+        Sender.strokes += strokes
+
+    def check(self) -> str:
+        return ""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+LEFT = Delivered(Command("left", "press", 0.99, None, 1), 0)
+
+
+def pressed() -> list[str]:
+    return [stroke.key for stroke in Sender.strokes if stroke.down]
+
+
+@pytest.fixture
+def control() -> Programs:
+    made = Programs(Sender)  # type: ignore[arg-type]
+    keyboard = programs.read(Path("keyboard"))
+    assert keyboard
+    made.start(keyboard, "arrows")
+    return made
+
+
+def test_it_begins_disarmed_and_the_arm_key_arms(control: Programs) -> None:
+    control.tick(0.0, [LEFT], behind=True)
+    assert (control.on, control.armed, pressed()) == (True, False, [])
+    assert control.hot_key("f9")
+    control.tick(0.1, [LEFT], behind=True)
+    assert (control.armed, pressed()) == (True, ["left"])
+
+
+def test_in_front_the_window_keeps_the_commands(control: Programs) -> None:
+    control.hot_key("f9")
+    control.tick(0.0, [LEFT], behind=False)
+    assert pressed() == []
+
+
+def test_other_keys_of_the_window_are_not_taken(control: Programs) -> None:
+    assert not control.hot_key("left")
+    control.stop()
+    assert not control.hot_key("f9")
+
+
+def test_shipped_mapping_is_saved_under_a_new_name(tmp_path: Path) -> None:
+    keyboard = programs.read(Path("keyboard"))
+    assert keyboard
+    changed = programs.choose_key(keyboard, "arrows", "left", 1)
+    assert changed.key("arrows", "left") != "left"
+    kept = programs.save(changed, tmp_path)
+    names = [mapping.path.stem for mapping in programs.mappings(tmp_path)]
+    assert names == ["keyboard", "gamepad", "keyboard-1"]
+    again = programs.read(kept.path)
+    assert again
+    assert again.key("arrows", "left") == changed.key("arrows", "left")
+    assert again.key("arrows", "down") == "down"
+
+
+def test_hot_keys_and_dangerous_keys_cannot_be_chosen() -> None:
+    keyboard = programs.read(Path("keyboard"))
+    assert keyboard
+    seen, mapping = set(), keyboard
+    for _ in programs.keys("keyboard"):
+        mapping = programs.choose_key(mapping, "arrows", "left", 1)
+        seen.add(mapping.key("arrows", "left"))
+    assert {"a", "enter", "f5"} <= seen
+    assert not {"f9", "f8", "meta"} & seen
+
+
+def test_files_that_are_no_mapping_are_left_out(tmp_path: Path) -> None:
+    (tmp_path / "notes.toml").write_text("x = 1")
+    assert [mapping.path.stem for mapping in programs.mappings(tmp_path)] == ["keyboard", "gamepad"]
