@@ -226,6 +226,7 @@ class OrbApp(Target):
                 self.lab.step(message, now_s)
             case Vocabulary(labels=labels):
                 self.lab.relabel(labels)
+                self.correcting.labels = labels
             case Command() if now_s >= self._deaf_until_s:
                 taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
                 if not taken and (action := ACTIONS.get(message.name)):

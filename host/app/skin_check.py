@@ -97,8 +97,9 @@ class SkinCheck:
             return
         resting = self.stage == "rest"
         place = np.full(image.shape, True) if resting else quarter(_shape(image), self.stage)
-        if not resting and float(np.abs(image[place]).max()) < PRESSED:
-            return
+        change = np.abs(image)
+        if not resting and change[place].max() < max(PRESSED, change.max()):
+            return  # nothing is pressed, or another quarter is
         self._images.append(image.copy())
         self._time_s += passed_s
         if self.progress >= 1.0:

@@ -93,6 +93,11 @@ class OrbState:
         """Rows and columns of the taxels."""
         return self.felt.shape[0], self.felt.shape[1]
 
+    @property
+    def level(self) -> float:
+        """Root mean square of what was felt last, z - 1."""
+        return float(np.sqrt(np.mean(self.felt**2)))
+
     def connected(self, welcome: Welcome) -> None:
         """Take a handshake: a new session starts with a blank image."""
         self.welcome, self.link, self.reason = welcome, "live", ""
@@ -129,8 +134,7 @@ class OrbState:
         if len(message.probabilities) == len(self._target):
             self._target = np.asarray(message.probabilities, np.float32)
             if self.welcome and message.ready:
-                level = float(np.sqrt(np.mean(self.felt**2)))
-                reason = self._touches.step(level, self._target, message.gesture, now_s)
+                reason = self._touches.step(self.level, self._target, message.gesture, now_s)
                 self.unanswered = (reason, now_s) if reason else self.unanswered
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz

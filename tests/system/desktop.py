@@ -167,12 +167,10 @@ class Window:
         """Drag along a path on the dome, shares of its radius right and up."""
         centre_x, centre_y, radius = self.shown["dome"]
         points = [(round(centre_x + radius * x), round(centre_y - radius * y)) for x, y in path]
-        self.do("mousemove", *points[0], "mousedown", button)
+        words: list[object] = ["mousemove", *points[0], "mousedown", button]
         for point in points[1:]:
-            time.sleep(seconds / len(points))
-            self.do("mousemove", *point)
-        time.sleep(seconds / len(points))
-        self.do("mouseup", button)
+            words += ["sleep", f"{seconds / len(points):.4f}", "mousemove", *point]
+        self.do(*words, "sleep", f"{seconds / len(points):.4f}", "mouseup", button)
 
 
 def arc(

@@ -94,6 +94,49 @@ def pinch_and_twist(desk: Desk) -> None:
 
 
 @scenario
+def teach_swipe(desk: Desk) -> None:
+    """Teach a swipe with the mouse, and play with it."""
+    window = desk.open()
+    begun_s = time.monotonic()
+    for item in ("Teach", "New gesture…", "swipe", "Do it now"):
+        window.choose(item)
+    window.at("ExamplesPage")
+    for count in range(1, 6):
+        time.sleep(0.6)
+        swipe(window, count)
+        said = (f"{count}/5", "in ")
+        window.until(lambda shown, said=said: shown["values"][0].startswith(said), "an example")
+    desk.seen["examples_s"] = time.monotonic() - begun_s
+    window.at("TryPage", 60.0)
+    desk.seen["learned_s"] = time.monotonic() - begun_s
+    for count in range(1, 6):
+        swipe(window, count)
+        tries = f"of {count}"
+        window.until(lambda shown, tries=tries: shown["table"][0][1].endswith(tries), "a try")
+    desk.seen["tried"] = int(window.shown["table"][0][1].split()[0])
+    window.choose("Play with it")
+    window.until(lambda shown: shown["screen"] == "PlayScreen", "the game")
+    desk.seen["playing_s"] = time.monotonic() - begun_s
+    time.sleep(1.2)
+    before = len(window.shown["gestures"])
+    for count in range(10):
+        swipe(window, count)
+        time.sleep(1.0)
+    made = window.shown["gestures"][before:]
+    desk.seen["understood"] = made.count("swipe")
+    desk.seen["others"] = len(made) - made.count("swipe")
+    if desk.seen["playing_s"] > 60 or desk.seen["understood"] < 9:
+        raise ScenarioError(f"10 swipes became {made}")
+
+
+def swipe(window: Window, number: int) -> None:
+    """Swipe from left to right, each time a little differently."""
+    height, reach = 0.1 * (number % 3 - 1), 0.45 + 0.05 * (number % 2)
+    path = [(reach * (k / 6 - 1), height + 0.02 * k) for k in range(13)]
+    window.stroke(path, 0.3 + 0.05 * (number % 3))
+
+
+@scenario
 def walk_by_mouse(desk: Desk) -> None:
     """Reach every page with the pointer, and come back."""
     _walk(desk, "mouse")

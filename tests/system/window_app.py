@@ -24,6 +24,7 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
     screen, orb = app.stage.screen, app.orb
     seen: dict[str, Any] = {
         "screen": type(screen).__name__, "title": "", "notice": "", "items": {}, "doors": [],
+        "values": [], "table": [],
         "link": orb.link, "ready": orb.ready, "labels": [], "selected": "",
         "gestures": app.gestures, "size": pygame.display.get_window_size(),
     }  # fmt: skip
@@ -34,6 +35,8 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
         seen["labels"] = [item.label for item in menu.items]
         # What leads elsewhere when it is taken; items with a value only change that.
         seen["doors"] = [item.label for item in menu.items if item.do and not item.step]
+        seen["values"] = [item.value for item in menu.items]
+        seen["table"] = [list(row.cells) for row in menu.table]
         left, top = app.dock.game.topleft
         for spot in screen.spots:
             if spot.number < len(menu.items):

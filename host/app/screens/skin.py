@@ -9,6 +9,7 @@ from host.ui.naming import health
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
+_AFTER_S: Final = 2.0  # the last press of the check does not steer the menu
 _GHOST_MM: Final = (5.0, 6.0)  # depth and radius of the finger that shows where to press
 
 
@@ -18,6 +19,7 @@ class SkinScreen(OrbScreen):
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
         """Begin with the rest."""
         self._check = SkinCheck()
+        self._busy_s = 0.0  # until when presses belong to the check
         super().__init__(stage, orb)
 
     def page(self) -> Menu:
@@ -55,10 +57,12 @@ class SkinScreen(OrbScreen):
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Keep presses of the check out of the menu."""
-        return self._check.stage != "over"
+        return time_s < self._busy_s
 
     def report(self, message: Report, time_s: float) -> None:
         """Pass images to the check."""
+        if self._check.stage != "over":
+            self._busy_s = time_s + _AFTER_S
         if isinstance(message, Telemetry) and message.ready:
             self._check.step(self.orb.state.felt, time_s)
             self.orb.ghost = self._ghost()

@@ -66,6 +66,16 @@ def test_time_stands_still_until_the_quarter_is_pressed() -> None:
     assert check.progress == 0.0
 
 
+def test_a_press_of_another_quarter_does_not_count() -> None:
+    check = SkinCheck()
+    image = np.zeros((5, 5), np.float32)
+    for frame in range(10 * RATE_HZ):
+        pressed = check.stage == QUARTERS[0]
+        image[1, 1], image[4, 4] = (-0.05, -0.1) if pressed else (0.0, 0.0)
+        check.step(image, frame / RATE_HZ)
+    assert (check.stage, check.progress) == (QUARTERS[0], 0.0)
+
+
 def test_middle_taxels_belong_to_both_sides() -> None:
     marked = quarter((5, 5), "top_left")
     assert marked.sum() == 9

@@ -11,7 +11,7 @@ def test_telemetry_of_a_new_gesture_is_shown_after_the_vocabulary() -> None:
     orb.connected(welcome())
     labels = (*welcome().labels, "swipe")
     shares = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-    orb.vocabulary(Vocabulary(labels, (), "", True, 1, ""))
+    orb.described(Vocabulary(labels, (), "", True, 1, ""))
     orb.telemetry(Telemetry(1, bytes([128] * 25), shares, None, "swipe", True, 40.0), 0.0)
     for second in range(3):
         orb.advance(float(second))

@@ -66,6 +66,8 @@ class AttractMode:
 class MenuScreen(Screen):
     """Shows a menu, and moves through it by keys, buttons, commands and the mouse."""
 
+    centred = True  # whether a page that is not full stands in the middle, else at the top
+
     def __init__(
         self,
         stage: ScreenStack,
@@ -205,7 +207,8 @@ class MenuScreen(Screen):
             self._attract.draw(surface, game, stage.look)
         else:
             high = logo + self._view.height(self._menu, unit)
-            column.top = max(round(_TOP * unit / 2), (area.height - high) // 2)
+            middle = (area.height - high) // 2 if self.centred else 0
+            column.top = max(round(_TOP * unit / 2), middle)
             column.centerx = area.centerx
         column.height = area.height - column.top - round(_BOTTOM * unit)
         if logo:

@@ -1,0 +1,141 @@
+"""First page of Teach: the gestures in use, and what can be done with them."""
+
+from functools import partial
+from typing import Final
+
+import pygame
+
+from controller.protocol.messages import COMMANDS, Correction, Report, UploadStatus
+from controller.protocol.teaching import GestureInfo, LearnStatus
+from host.app.screens.teach_examples import ExamplesPage
+from host.app.screens.teach_new import NAMES, DetailsPage, Plan, new_plan, plan_of
+from host.app.screens.teach_page import (
+    ChoicePage,
+    Course,
+    Do,
+    NamePage,
+    TeachPage,
+    command_name,
+    gesture_name,
+)
+from host.app.screens.teach_try import save_as
+from tetris.window.menu import Item, Menu
+
+_ICON: Final = 19  # radius, design units
+_NULL: Final = "null"
+_FIRST: Final = 1  # number of the first gesture's item
+
+
+class TeachScreen(TeachPage):
+    """Lists the gestures."""
+
+    def __init__(self, course: Course) -> None:
+        """List the gestures of a course's orb."""
+        self._said = ""
+        self._listed: list[GestureInfo] = []
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the gestures in use, with their commands."""
+        words = self.words
+        self._listed = list(self.lessons.infos.values())
+        items = [
+            Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
+            *(self._item(one) for one in self._listed),
+            Item(words("teach.that_was"), self._correct, hint=words("teach.that_was_hint")),
+            Item(words("teach.files"), self._files, hint=words("teach.files_hint")),
+            self.back_item(),
+        ]
+        return Menu(words("teach.title"), items, notice=self.notice() or self._said)
+
+    def _item(self, one: GestureInfo) -> Item:
+        words = self.words
+        commands = dict.fromkeys(rule.command for rule in one.rules) or ("",)
+        value = " / ".join(command_name(words, command) for command in commands)
+        if not one.taught:
+            return Item(gesture_name(words, one.label), value=value, hint=one.say)
+        hint = words("teach.taught_hint", count=one.examples)
+        return Item(
+            gesture_name(words, one.label), lambda: self._change(one), value=value, hint=hint
+        )
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Take a report; the answer to a request stands below the list."""
+        super().report(message, time_s)
+        if isinstance(message, UploadStatus | LearnStatus):
+            self._said = message.text
+
+    # -- pages that it leads to ----------------------------------------------------------
+
+    def _new(self) -> None:
+        names = [name for name in NAMES if name not in self.lessons.infos]
+        self.show(NamePage(self.course, "teach.name", names, self._named))
+
+    def _named(self, label: str) -> None:
+        known = self.lessons.infos.get(label)
+        if known and not known.taught:
+            self._said = self.words("teach.known", name=gesture_name(self.words, label))
+            return
+        self._teach(plan_of(known) if known else new_plan(label, self.lessons.infos.values()))
+
+    def _teach(self, plan: Plan) -> None:
+        self.show(DetailsPage(self.course, plan, lambda done: ExamplesPage(self.course, done)))
+
+    def _change(self, one: GestureInfo) -> None:
+        words = self.words
+        choices = [
+            (words("teach.relearn"), lambda: self._teach(plan_of(one))),
+            (words("teach.change_command"), lambda: self._set_command(one.label)),
+            (words("teach.remove"), lambda: self._sure(lambda: self.lessons.forget(one.label))),
+        ]
+        self.show(ChoicePage(self.course, gesture_name(words, one.label), choices))
+
+    def _set_command(self, label: str) -> None:
+        choices = [
+            (command_name(self.words, each), partial(self.lessons.set_command, label, each))
+            for each in (*COMMANDS, "")
+        ]
+        self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
+
+    def _correct(self) -> None:
+        words, labels = self.words, (*self.lessons.infos, _NULL)
+        choices = [
+            (gesture_name(words, label), partial(self.orb.send, Correction(label)))
+            for label in labels
+        ]
+        choices.append((words("teach.undo_correction"), partial(self.orb.send, Correction(""))))
+        self.show(ChoicePage(self.course, words("teach.that_was"), choices))
+
+    def _files(self) -> None:
+        words, vocabulary = self.words, self.lessons.vocabulary
+        choices = [
+            (words("teach.undo"), self.lessons.undo),
+            (words("teach.save_as"), partial(save_as, self.course)),
+            (words("teach.delete"), partial(self._sure, self.lessons.delete_examples)),
+        ]
+        folder = vocabulary.folder if vocabulary else ""
+        hint = words("teach.folder", folder=folder) if folder else ""
+        self.show(ChoicePage(self.course, words("teach.files"), choices, hint))
+
+    def _sure(self, do: Do) -> None:
+        """Ask once before something is deleted."""
+        words = self.words
+        choices = [(words("teach.no"), lambda: None), (words("teach.yes"), do)]
+        self.show(ChoicePage(self.course, words("teach.sure"), choices))
+
+    # -- the picture ---------------------------------------------------------------------
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the list, with a picture of each gesture; those that were taught have a ring."""
+        super().draw(surface, time_s)
+        for spot in self.spots:
+            place, place_in_list = spot.place, spot.number - _FIRST
+            if not 0 <= place_in_list < len(self._listed):
+                continue
+            one = self._listed[place_in_list]
+            picture = self.thumbnail(one.image, _ICON)
+            at = picture.get_rect(midright=(place.left - self.px(4), place.centery))
+            surface.blit(picture, at)
+            if one.taught:
+                accent = self._stage.look.palette.accent
+                pygame.draw.circle(surface, accent, at.center, at.width // 2, max(1, self.px(3)))

@@ -1,0 +1,133 @@
+"""Details of a gesture before it is taught: its command, and under which turns it is the same."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import pygame
+
+from controller.protocol.messages import COMMANDS
+from controller.protocol.teaching import GestureInfo
+from host.app.screens.teach_page import Course, TeachPage, command_name, gesture_name
+from host.app.thumbnails import ROTATIONS, arrows, hooks
+from tetris.window.menu import Item, Menu
+
+NAMES: Final = ("swipe", "double_tap", "squeeze", "circle", "knock")  # proposed
+_COMMANDS: Final = (*COMMANDS, "")
+_RADIUS: Final = 52  # of a picture, design units
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A gesture to teach; the fields are those of `Learn`."""
+
+    label: str
+    command: str
+    rotations: str = "none"
+    mirrored: bool = False
+
+
+def plan_of(gesture: GestureInfo) -> Plan:
+    """Return the plan to teach a gesture anew with its command."""
+    return Plan(gesture.label, gesture.rules[0].command if gesture.rules else "")
+
+
+def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Plan:
+    """Return the plan of a new gesture, for a command that none of the others has."""
+    reachable = {rule.command for one in gestures for rule in one.rules}
+    free = [name for name in ("hold", *COMMANDS) if name not in reachable]
+    return Plan(label, free[0] if free else "hold")
+
+
+class DetailsPage(TeachPage):
+    """Asks for a gesture's command, and shows in pictures which turns are the same gesture."""
+
+    def __init__(self, course: Course, plan: Plan, begin: Callable[[Plan], TeachPage]) -> None:
+        """Ask about a plan; `begin` returns the page of its examples."""
+        self.plan, self._begin = plan, begin
+        self._pictures: list[tuple[pygame.Rect, str]] = []  # of rotations; "": of the mirror image
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the questions."""
+        words, plan = self.words, self.plan
+        mirrored = words("teach.same" if plan.mirrored else "teach.other")
+        items = [
+            Item(
+                words("teach.begin"),
+                lambda: self.become(self._begin(self.plan)),
+                hint=words("teach.begin_hint"),
+            ),
+            Item(
+                words("teach.command"),
+                value=command_name(words, plan.command),
+                step=self._turn_command,
+                hint=words("teach.command_hint"),
+            ),
+            Item(
+                words("teach.turned"),
+                value=words(f"teach.turned_{plan.rotations}"),
+                step=self._turn_rotations,
+                hint=words("teach.turned_hint"),
+            ),
+            Item(
+                words("teach.mirror"),
+                value=mirrored,
+                step=lambda _: self._mirror(),
+                hint=words("teach.turned_hint"),
+            ),
+            self.back_item(),
+        ]
+        return Menu(gesture_name(words, plan.label), items, notice=self.notice())
+
+    def _turn_command(self, step: int) -> None:
+        place = _COMMANDS.index(self.plan.command) if self.plan.command in _COMMANDS else 0
+        self.plan = replace(self.plan, command=_COMMANDS[(place + step) % len(_COMMANDS)])
+
+    def _turn_rotations(self, step: int) -> None:
+        names = list(ROTATIONS)
+        place = names.index(self.plan.rotations) + step
+        self.plan = replace(self.plan, rotations=names[place % len(names)])
+
+    def _mirror(self) -> None:
+        self.plan = replace(self.plan, mirrored=not self.plan.mirrored)
+
+    def mouse(self, event: pygame.event.Event, time_s: float) -> None:
+        """Choose a picture by a click."""
+        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+            for place, name in self._pictures:
+                if place.collidepoint(event.pos):
+                    if name:
+                        self.plan = replace(self.plan, rotations=name)
+                    else:
+                        self._mirror()
+                    self.rebuild()
+                    return
+        super().mouse(event, time_s)
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the questions, and a picture of each answer."""
+        super().draw(surface, time_s)
+        strip, palette = self.strip(), self._stage.look.palette
+        radius = min(self.px(_RADIUS), strip.height // 3)
+        self._pictures = []
+        wide = strip.width // (len(ROTATIONS) + 1)
+        for number, name in enumerate((*ROTATIONS, "")):
+            x = strip.left + round(wide * (number + 0.5))
+            chosen = name == self.plan.rotations or (not name and self.plan.mirrored)
+            colour = palette.accent if chosen else palette.dim
+            white = palette.flash if chosen else palette.line
+            picture = (
+                arrows(ROTATIONS[name], radius, white)
+                if name
+                else hooks(self.plan.mirrored, radius, white)
+            )
+            place = picture.get_rect(midtop=(x, strip.top + self.px(8)))
+            surface.blit(picture, place)
+            if chosen:
+                pygame.draw.circle(
+                    surface, colour, place.center, place.width // 2, max(1, self.px(3))
+                )
+            words = self.words(f"teach.turned_{name}" if name else "teach.mirror")
+            self.write(surface, words, 20, place.midbottom, wide - self.px(8), dim=not chosen)
+            self._pictures.append((place, name))

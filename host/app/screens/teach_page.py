@@ -1,0 +1,224 @@
+"""Base of the pages of Teach, a page of choices, and one on which a name is chosen or typed."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import pygame
+
+from controller.protocol.messages import Command, Report, Telemetry
+from host.app.screen import Orb, OrbScreen
+from host.app.thumbnails import thumbnail
+from host.app.touch_watch import TouchEvent, TouchWatch
+from host.gestures import Lessons, failed
+from tetris.window import theme
+from tetris.window.keys import Code
+from tetris.window.language import Words
+from tetris.window.menu import Item, Menu
+from tetris.window.screen_stack import ScreenStack
+
+_FOOT: Final = 100  # design units of the sentence below a menu
+_QUIET_S: Final = 0.6  # in which the gesture that opened a page takes no step on it
+_LONGEST: Final = 40  # characters of a name
+Do = Callable[[], None]
+
+
+@dataclass
+class Course:
+    """What the pages of Teach share.
+
+    Attributes:
+        play: Begins a game.
+    """
+
+    stage: ScreenStack
+    orb: Orb
+    lessons: Lessons
+    play: Do
+    watch: TouchWatch = field(default_factory=TouchWatch)
+    described: bool = False  # whether the orb was asked for its gestures since it connected
+
+
+class TeachPage(OrbScreen):
+    """A page of Teach: keeps what the orb reports, and asks anew when the link is back."""
+
+    centred = False  # its items stay where they are as others are added
+
+    def __init__(self, course: Course) -> None:
+        """Show the page of a course."""
+        self.course, self.lessons = course, course.lessons
+        self._shown_s = course.stage.time_s
+        super().__init__(course.stage, course.orb)
+
+    @property
+    def words(self) -> Words:
+        """The texts in the present language."""
+        return self._stage.look.words
+
+    def back_item(self) -> Item:
+        """Return the item that leaves the page."""
+        return Item(self.words("menu.back"), self.leave)
+
+    def show(self, page: "TeachPage") -> None:
+        """Show a page on top of this one."""
+        self._stage.push(page)
+
+    def become(self, page: "TeachPage") -> None:
+        """Show a page in place of this one."""
+        self.leave()
+        self._stage.push(page)
+
+    def notice(self) -> str:
+        """Return what is wrong; "": nothing."""
+        if self.orb.state.link != "live":
+            return self.words("teach.lost")
+        if self.lessons.vocabulary is None:
+            return self.words("teach.waiting")
+        return self.lessons.objection or failed(self.lessons.status)
+
+    def recognised(self, command: Command, time_s: float) -> bool:
+        """Return whether a gesture is no step: the one that opened the page is none."""
+        return time_s < self._shown_s + _QUIET_S
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Take a report."""
+        self.lessons.take(message)
+        if not isinstance(message, Telemetry):
+            return
+        if event := self.course.watch.step(self.orb.state.level, time_s):
+            self.touched(event, time_s)
+
+    def touched(self, event: TouchEvent, time_s: float) -> None:
+        """Take the beginning or the end of a touch."""
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass."""
+        live = self.orb.state.link == "live"
+        if live and not self.course.described:
+            self.lessons.connected()
+        elif not live and self.course.described:
+            self.link_lost()
+        self.course.described = live
+        super().tick(time_s)
+        for request in self.lessons.outgoing():
+            self.orb.send(request)
+
+    def link_lost(self) -> None:
+        """Give up what was under way over the link."""
+        self.course.watch = TouchWatch()
+
+    # -- pictures ------------------------------------------------------------------------
+
+    def px(self, units: float) -> int:
+        """Return a length in pixels."""
+        return round(units * self._stage.unit)
+
+    def strip(self) -> pygame.Rect:
+        """Return the room between the items and the sentence below them."""
+        area = self._stage.area
+        top = max((spot.place.bottom for spot in self.spots), default=area.top)
+        bottom = area.bottom - self.px(_FOOT)
+        return pygame.Rect(self.px(24), top, area.width - 2 * self.px(24), max(1, bottom - top))
+
+    def thumbnail(self, image: bytes, radius: float) -> pygame.Surface:
+        """Return the dome with an image; the radius is in design units."""
+        rows, columns = self.orb.state.shape
+        return thumbnail(image, rows, columns, max(6, self.px(radius)))
+
+    def write(
+        self,
+        surface: pygame.Surface,
+        words: str,
+        size: int,
+        place: tuple[int, int],
+        widest: int,
+        *,
+        dim: bool,
+    ) -> None:
+        """Write words centred below a place, not wider than so many pixels."""
+        palette = self._stage.look.palette
+        colour = palette.dim if dim else palette.accent
+        picture = theme.fitted(words, self.px(size), colour, widest)
+        surface.blit(picture, picture.get_rect(midtop=place))
+
+
+def gesture_name(words: Words, label: str) -> str:
+    """Return a gesture's name in a language; its label in words if it has none there."""
+    key = f"gestures.{label}"
+    name = words(key)
+    return label.replace("_", " ") if name == key else name
+
+
+def command_name(words: Words, command: str) -> str:
+    """Return a command's name in a language."""
+    if not command:
+        return words("teach.nothing")
+    return words(f"actions.{'hard_drop' if command == 'drop' else command}")
+
+
+class ChoicePage(TeachPage):
+    """A page of items to choose one from; choosing leaves it first."""
+
+    def __init__(
+        self, course: Course, title: str, choices: Sequence[tuple[str, Do]], hint: str = ""
+    ) -> None:
+        """Offer choices, each with its words and what it does."""
+        self._title, self._choices, self._hint = title, choices, hint
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the choices."""
+        items = [Item(text, self._taking(do), hint=self._hint) for text, do in self._choices]
+        return Menu(self._title, [*items, self.back_item()], notice=self.notice())
+
+    def _taking(self, do: Do) -> Do:
+        def take() -> None:
+            self.leave()
+            do()
+
+        return take
+
+
+class NamePage(TeachPage):
+    """A page on which a name is chosen from some, or typed: small letters and _."""
+
+    def __init__(
+        self, course: Course, title: str, names: Sequence[str], chosen: Callable[[str], None]
+    ) -> None:
+        """Offer names; `chosen` is called with one after the page was left."""
+        self._title, self._names, self._chosen = title, names, chosen
+        self._typed = ""
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the names."""
+        words = self.words
+        typed = Item(
+            words("teach.typed"),
+            self._taking(self._typed) if self._typed else None,
+            value=f"{self._typed}_",
+            hint=words("teach.typed_hint"),
+        )
+        proposed = [Item(gesture_name(words, name), self._taking(name)) for name in self._names]
+        items = [typed, *proposed] if self._typed else [*proposed, typed]
+        return Menu(words(self._title), [*items, self.back_item()], notice=self.notice())
+
+    def _taking(self, name: str) -> Do:
+        def take() -> None:
+            self.leave()
+            self._chosen(name)
+
+        return take
+
+    def press(self, code: Code, time_s: float) -> None:
+        """Type a letter; other keys move through the page."""
+        letter = chr(code).lower() if isinstance(code, int) and 32 < code < 127 else ""
+        letter = "_" if letter == "-" else letter
+        if code == pygame.K_BACKSPACE and self._typed:
+            self._typed = self._typed[:-1]
+        elif letter.isalpha() or (self._typed and letter == "_"):
+            self._typed = (self._typed + letter)[:_LONGEST]
+            self._cursor.selected = 0
+        else:
+            super().press(code, time_s)
+        self.rebuild()

@@ -1,0 +1,100 @@
+"""Page on which a gesture just learned is tried, with what the others have lost by it."""
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from controller.protocol.messages import Command, Report
+from host.app.screens.teach_page import Course, NamePage, TeachPage, gesture_name
+from host.app.touch_watch import PAUSE_S, TouchEvent
+from host.gestures import Trial
+from tetris.window.language import Words
+from tetris.window.menu import Item, Menu, Row
+
+_WANTED: Final = 5  # tries
+_NULL: Final = "null"
+_KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved vocabularies
+
+
+class TryPage(TeachPage):
+    """Counts how often a gesture is understood."""
+
+    def __init__(self, course: Course, label: str, more: Callable[[], None]) -> None:
+        """Try a gesture; `more` shows the page on which further examples are taken."""
+        self.trial, self._more = Trial(label), more
+        status, self._kept = course.lessons.status, course.lessons.kept
+        self._waits = status.text if status else ""
+        super().__init__(course)
+
+    @property
+    def over(self) -> bool:
+        """Whether it was tried often enough."""
+        return len(self.trial.heard) >= _WANTED
+
+    def page(self) -> Menu:
+        """Return the count so far, and what can be done next."""
+        words, trial = self.words, self.trial
+        items = [
+            Item(words("teach.play"), self.course.play, hint=words("teach.play_hint")),
+            Item(words("teach.more"), self._again, hint=words("teach.more_hint")),
+            Item(words("teach.undo"), self._undo, hint=words("teach.undo_hint")),
+            Item(words("teach.save_as"), lambda: save_as(self.course)),
+            Item(words("teach.menu"), self.leave),
+        ]
+        name = gesture_name(words, trial.label)
+        title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
+        return Menu(title, items, self._rows(), notice=self.notice() or self._waits)
+
+    def _rows(self) -> list[Row]:
+        words, trial = self.words, self.trial
+        taken = ", ".join(
+            f"{gesture_name(words, label or _NULL)} ×{count}" for label, count in trial.confused
+        )
+        count = words("teach.of", count=trial.understood, tries=len(trial.heard))
+        return [
+            Row((words("teach.understood"), count), marked=True),
+            Row((words("teach.taken_for"), taken)),
+            *kept_rows(words, self._kept, trial.label),
+        ]
+
+    def _again(self) -> None:
+        self.leave()
+        self._more()
+
+    def _undo(self) -> None:
+        self.leave()
+        self.lessons.undo()
+
+    def recognised(self, command: Command, time_s: float) -> bool:
+        """Return True during the trial: its gestures are no steps."""
+        return not self.over or super().recognised(command, time_s)
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Take a report, and count the touch that it ends."""
+        super().report(message, time_s)
+        if not self.over:
+            self.trial.take(message, time_s)
+            self._shown_s = time_s  # the last try is no step
+
+    def touched(self, event: TouchEvent, time_s: float) -> None:
+        """Take the beginning or the end of a try."""
+        self.trial.touch(event == "begun", time_s - PAUSE_S * (event == "ended"))
+
+
+def save_as(course: Course) -> None:
+    """Show the page that asks for the name of a copy."""
+    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.lessons.save_as)
+    course.stage.push(page)
+
+
+def kept_rows(words: Words, kept: Mapping[str, float], label: str) -> list[Row]:
+    """Return what the gestures but one have kept, and the least of them; [] if that is unknown."""
+    older = {each: share for each, share in kept.items() if each != label}
+    if not older:
+        return []
+    worst = min(older, key=lambda each: older[each])
+    mean = sum(older.values()) / len(older)
+    least = words("teach.least", name=gesture_name(words, worst))
+    return [
+        Row((words("teach.kept"), f"{100 * mean:.0f} %")),
+        Row((least, f"{100 * older[worst]:.0f} %")),
+    ]

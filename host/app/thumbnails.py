@@ -1,0 +1,74 @@
+"""Small pictures of the dome: with the heat map of one image, or with arrows on it."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+import pygame
+
+from controller.protocol.codec import image_from_bytes
+from host.ui import dome
+from host.ui.pointer_input import DomeArea
+from tetris.window.theme import Colour
+
+_REACH: Final = 0.62  # of the radius: where an arrow ends
+_HEAD: Final = 0.24  # length of its head
+ROTATIONS: Final = {"none": (20.0,), "half": (20.0, 200.0), "all": tuple(range(20, 380, 60))}
+"""Directions of the arrows, degrees, that show under which turns a gesture is the same."""
+
+
+@lru_cache(maxsize=64)
+def thumbnail(image: bytes, rows: int, columns: int, radius_px: int) -> pygame.Surface:
+    """Return the dome with an image of `quantise_image`; one of another size is left out."""
+    picture = dome.balloon(radius_px).copy()
+    if len(image) == rows * columns:
+        deviation = np.asarray(image_from_bytes(image), np.float32).reshape(rows, columns) - 1.0
+        field = dome.HeatMap().draw(deviation, DomeArea(rows, columns).radius, 2 * radius_px)
+        picture.blit(field, field.get_rect(center=picture.get_rect().center))
+    return picture
+
+
+@lru_cache(maxsize=16)
+def arrows(degrees: Sequence[float], radius_px: int, colour: Colour) -> pygame.Surface:
+    """Return the dome with arrows from its middle in directions, degrees counter-clockwise."""
+    picture = dome.balloon(radius_px).copy()
+    for each in degrees:
+        turned = math.radians(each)
+        start = (0.16 if len(degrees) > 1 else -_REACH) * radius_px
+        _arrow(picture, turned, start, _REACH * radius_px, colour)
+    return picture
+
+
+@lru_cache(maxsize=16)
+def hooks(both: bool, radius_px: int, colour: Colour) -> pygame.Surface:
+    """Return the dome with a hook drawn on it, or with the hook and its mirror image."""
+    picture = dome.balloon(radius_px).copy()
+    x, y = picture.get_rect().center
+    wide = max(2, radius_px // 9)
+    for side in (1, -1) if both else (1,):
+        start = x + side * 0.14 * radius_px
+        corner = start, y + 0.4 * radius_px
+        points = (start, y - 0.5 * radius_px), corner, (start + side * 0.36 * radius_px, corner[1])
+        pygame.draw.lines(picture, colour, False, points, wide)
+    return picture
+
+
+def _arrow(
+    picture: pygame.Surface, turned: float, start: float, end: float, colour: Colour
+) -> None:
+    x, y = picture.get_rect().center
+    radius = picture.get_width() / 2
+    head = _HEAD * radius
+
+    def at(along: float, beside: float) -> tuple[float, float]:
+        return (
+            x + along * math.cos(turned) - beside * math.sin(turned),
+            y - along * math.sin(turned) - beside * math.cos(turned),
+        )
+
+    width = max(2, round(0.1 * radius))
+    pygame.draw.line(picture, colour, at(start, 0), at(end - head / 2, 0), width)
+    corners = at(end, 0), at(end - head, head / 2), at(end - head, -head / 2)
+    pygame.draw.polygon(picture, colour, corners)
