@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import pygame
@@ -19,38 +19,50 @@ ROTATIONS: Final = {"none": (20.0,), "half": (20.0, 200.0), "all": tuple(range(2
 """Directions of the arrows, degrees, that show under which turns a gesture is the same."""
 
 
+class Base(NamedTuple):
+    """The dome without anything on it: its radius, pixels, and the colours of its base."""
+
+    radius_px: int
+    plate: Colour
+    line: Colour
+
+
 @lru_cache(maxsize=64)
-def thumbnail(image: bytes, rows: int, columns: int, radius_px: int) -> pygame.Surface:
+def thumbnail(image: bytes, rows: int, columns: int, base: Base) -> pygame.Surface:
     """Return the dome with an image of `quantise_image`; one of another size is left out."""
-    picture = dome.balloon(radius_px).copy()
+    picture = dome.balloon(*base).copy()
     if len(image) == rows * columns:
         deviation = np.asarray(image_from_bytes(image), np.float32).reshape(rows, columns) - 1.0
-        field = dome.HeatMap().draw(deviation, DomeArea(rows, columns).radius, 2 * radius_px)
+        field = dome.HeatMap().draw(deviation, DomeArea(rows, columns).radius, 2 * base.radius_px)
         picture.blit(field, field.get_rect(center=picture.get_rect().center))
     return picture
 
 
 @lru_cache(maxsize=16)
-def arrows(degrees: Sequence[float], radius_px: int, colour: Colour) -> pygame.Surface:
+def arrows(degrees: Sequence[float], base: Base, colour: Colour) -> pygame.Surface:
     """Return the dome with arrows from its middle in directions, degrees counter-clockwise."""
-    picture = dome.balloon(radius_px).copy()
+    picture = dome.balloon(*base).copy()
     for each in degrees:
         turned = math.radians(each)
-        start = (0.16 if len(degrees) > 1 else -_REACH) * radius_px
-        _arrow(picture, turned, start, _REACH * radius_px, colour)
+        start = (0.16 if len(degrees) > 1 else -_REACH) * base.radius_px
+        _arrow(picture, turned, start, _REACH * base.radius_px, colour)
     return picture
 
 
 @lru_cache(maxsize=16)
-def hooks(both: bool, radius_px: int, colour: Colour) -> pygame.Surface:
+def hooks(both: bool, base: Base, colour: Colour) -> pygame.Surface:
     """Return the dome with a hook drawn on it, or with the hook and its mirror image."""
-    picture = dome.balloon(radius_px).copy()
+    picture = dome.balloon(*base).copy()
     x, y = picture.get_rect().center
-    wide = max(2, radius_px // 9)
+    wide = max(2, base.radius_px // 9)
     for side in (1, -1) if both else (1,):
-        start = x + side * 0.14 * radius_px
-        corner = start, y + 0.4 * radius_px
-        points = (start, y - 0.5 * radius_px), corner, (start + side * 0.36 * radius_px, corner[1])
+        start = x + side * 0.14 * base.radius_px
+        corner = start, y + 0.4 * base.radius_px
+        points = (
+            (start, y - 0.5 * base.radius_px),
+            corner,
+            (start + side * 0.36 * base.radius_px, corner[1]),
+        )
         pygame.draw.lines(picture, colour, False, points, wide)
     return picture
 

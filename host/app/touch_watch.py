@@ -1,11 +1,15 @@
 """Beginnings and ends of touches, seen in the level of telemetry; pure."""
 
+import math
 from typing import Final, Literal
 
+PAUSE_S: Final = 0.5  # without a touch, after which it is over: a double tap is one touch
 _RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
 _FALL: Final = (1.3, 0.010)  # and ends below this
+_SHARE: Final = 0.4  # of the last touch's greatest level: the dome springs back below that
+_RECOVER_S: Final = 2.0  # time constant with which that level is forgotten
 _REST_S: Final = 1.0  # time constant of the level at rest
-PAUSE_S: Final = 0.5  # without a touch, after which it is over: a double tap is one touch
+_MOST_REST: Final = 0.03  # first level at rest: the orb may be touched already
 _LONGEST_S: Final = 8.0  # a touch that lasts longer is ended
 
 TouchEvent = Literal["", "begun", "ended"]
@@ -17,6 +21,7 @@ class TouchWatch:
     def __init__(self) -> None:
         """Begin untouched."""
         self._rest: float | None = None
+        self._peak = 0.0  # greatest level of the last touch, as far as it counts
         self._last_s = 0.0
         self._begun_s: float | None = None
         self._quiet_s: float | None = None  # since when nothing touches
@@ -26,19 +31,19 @@ class TouchWatch:
 
         A touch ends when nothing has touched for `PAUSE_S`, or when it lasts too long.
         """
-        rest = level if self._rest is None else self._rest
-        self._rest = rest
         passed_s, self._last_s = now_s - self._last_s, now_s
+        if self._rest is None:
+            self._rest = min(level, _MOST_REST)
         touched = self._begun_s is not None and self._quiet_s is None
         times, more = _FALL if touched else _RISE
-        if level > times * rest + more:
-            self._quiet_s = None
+        if level > max(times * self._rest + more, _SHARE * self._peak):
+            self._quiet_s, self._peak = None, max(self._peak, level)
             if self._begun_s is None:
-                self._begun_s = now_s
+                self._begun_s, self._peak = now_s, level
                 return "begun"
         elif self._begun_s is None:
-            share = min(1.0, passed_s / _REST_S)
-            self._rest = min(level, rest + share * (level - rest))
+            self._rest += min(1.0, passed_s / _REST_S) * (level - self._rest)
+            self._peak *= math.exp(-passed_s / _RECOVER_S)
         elif self._quiet_s is None:
             self._quiet_s = now_s
         return self._over(now_s)
@@ -50,6 +55,6 @@ class TouchWatch:
         if not paused and now_s - self._begun_s < _LONGEST_S:
             return ""
         if not paused:
-            self._rest = None  # what lasts so long is a new level at rest
+            self._rest, self._peak = None, 0.0  # what lasts so long is a new level at rest
         self._begun_s = self._quiet_s = None
         return "ended"

@@ -19,6 +19,7 @@ from host.app.screens.teach_page import (
     gesture_name,
 )
 from host.app.screens.teach_try import save_as
+from host.ui import naming
 from tetris.window.menu import Item, Menu
 
 _ICON: Final = 19  # radius, design units
@@ -53,10 +54,10 @@ class TeachScreen(TeachPage):
         commands = dict.fromkeys(rule.command for rule in one.rules) or ("",)
         value = " / ".join(command_name(words, command) for command in commands)
         if not one.taught:
-            return Item(gesture_name(words, one.label), value=value, hint=one.say)
+            return Item(naming.gesture(words, one.label), value=value, hint=one.say)
         hint = words("teach.taught_hint", count=one.examples)
         return Item(
-            gesture_name(words, one.label), lambda: self._change(one), value=value, hint=hint
+            naming.gesture(words, one.label), lambda: self._change(one), value=value, hint=hint
         )
 
     def report(self, message: Report, time_s: float) -> None:
@@ -74,7 +75,7 @@ class TeachScreen(TeachPage):
     def _named(self, label: str) -> None:
         known = self.lessons.infos.get(label)
         if known and not known.taught:
-            self._said = self.words("teach.known", name=gesture_name(self.words, label))
+            self._said = self.words("teach.known", name=naming.gesture(self.words, label))
             return
         self._teach(plan_of(known) if known else new_plan(label, self.lessons.infos.values()))
 
@@ -88,7 +89,7 @@ class TeachScreen(TeachPage):
             (words("teach.change_command"), lambda: self._set_command(one.label)),
             (words("teach.remove"), lambda: self._sure(lambda: self.lessons.forget(one.label))),
         ]
-        self.show(ChoicePage(self.course, gesture_name(words, one.label), choices))
+        self.show(ChoicePage(self.course, naming.gesture(words, one.label), choices))
 
     def _set_command(self, label: str) -> None:
         choices = [

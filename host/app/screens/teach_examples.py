@@ -7,9 +7,10 @@ import pygame
 from controller.protocol.messages import Command, Report
 from controller.protocol.teaching import DONE, FAILED, ExampleTaken
 from host.app.screens.teach_new import Plan
-from host.app.screens.teach_page import Course, TeachPage, gesture_name
+from host.app.screens.teach_page import Course, TeachPage
 from host.app.screens.teach_try import TryPage
 from host.app.touch_watch import TouchEvent
+from host.ui import naming
 from tetris.window.menu import Item, Menu, MenuStep
 
 LEAST: Final = 3  # examples from which a gesture can be learned
@@ -66,7 +67,7 @@ class ExamplesPage(TeachPage):
                 hint=words("teach.throw_away_hint"),
             )
             items.append(drop)
-        title = gesture_name(words, self.plan.label)
+        title = naming.gesture(words, self.plan.label)
         return Menu(title, [*items, self.back_item()], notice=self.notice())
 
     def notice(self) -> str:
@@ -184,7 +185,7 @@ class ExamplesPage(TeachPage):
             return words("teach.moment")
         if not self._ready:
             return ""
-        return words("teach.now", name=gesture_name(words, self.plan.label))
+        return words("teach.now", name=naming.gesture(words, self.plan.label))
 
 
 class LearningPage(TeachPage):
@@ -206,7 +207,7 @@ class LearningPage(TeachPage):
         value = words("teach.seconds", seconds=f"{seconds:.0f}")
         item = Item(words("teach.learning"), value=value, share=share)
         text = status.text if status else ""
-        title = gesture_name(words, self.plan.label)
+        title = naming.gesture(words, self.plan.label)
         return Menu(title, [item, self.back_item()], notice=self.notice() or text)
 
     def report(self, message: Report, time_s: float) -> None:

@@ -8,8 +8,9 @@ import pygame
 
 from controller.protocol.messages import COMMANDS
 from controller.protocol.teaching import GestureInfo
-from host.app.screens.teach_page import Course, TeachPage, command_name, gesture_name
-from host.app.thumbnails import ROTATIONS, arrows, hooks
+from host.app.screens.teach_page import Course, TeachPage, command_name
+from host.app.thumbnails import ROTATIONS, Base, arrows, hooks
+from host.ui import naming
 from tetris.window.menu import Item, Menu
 
 NAMES: Final = ("swipe", "double_tap", "squeeze", "circle", "knock")  # proposed
@@ -78,7 +79,7 @@ class DetailsPage(TeachPage):
             ),
             self.back_item(),
         ]
-        return Menu(gesture_name(words, plan.label), items, notice=self.notice())
+        return Menu(naming.gesture(words, plan.label), items, notice=self.notice())
 
     def _turn_command(self, step: int) -> None:
         place = _COMMANDS.index(self.plan.command) if self.plan.command in _COMMANDS else 0
@@ -110,6 +111,7 @@ class DetailsPage(TeachPage):
         super().draw(surface, time_s)
         strip, palette = self.strip(), self._stage.look.palette
         radius = min(self.px(_RADIUS), strip.height // 3)
+        base = Base(radius, palette.raised, palette.line)
         self._pictures = []
         wide = strip.width // (len(ROTATIONS) + 1)
         for number, name in enumerate((*ROTATIONS, "")):
@@ -118,9 +120,9 @@ class DetailsPage(TeachPage):
             colour = palette.accent if chosen else palette.dim
             white = palette.flash if chosen else palette.line
             picture = (
-                arrows(ROTATIONS[name], radius, white)
+                arrows(ROTATIONS[name], base, white)
                 if name
-                else hooks(self.plan.mirrored, radius, white)
+                else hooks(self.plan.mirrored, base, white)
             )
             place = picture.get_rect(midtop=(x, strip.top + self.px(8)))
             surface.blit(picture, place)

@@ -8,9 +8,10 @@ import pygame
 
 from controller.protocol.messages import Command, Report, Telemetry
 from host.app.screen import Orb, OrbScreen
-from host.app.thumbnails import thumbnail
+from host.app.thumbnails import Base, thumbnail
 from host.app.touch_watch import TouchEvent, TouchWatch
 from host.gestures import Lessons, failed
+from host.ui import naming
 from tetris.window import theme
 from tetris.window.keys import Code
 from tetris.window.language import Words
@@ -122,8 +123,9 @@ class TeachPage(OrbScreen):
 
     def thumbnail(self, image: bytes, radius: float) -> pygame.Surface:
         """Return the dome with an image; the radius is in design units."""
-        rows, columns = self.orb.state.shape
-        return thumbnail(image, rows, columns, max(6, self.px(radius)))
+        palette = self._stage.look.palette
+        base = Base(max(6, self.px(radius)), palette.raised, palette.line)
+        return thumbnail(image, *self.orb.state.shape, base)
 
     def write(
         self,
@@ -143,17 +145,13 @@ class TeachPage(OrbScreen):
 
 
 def gesture_name(words: Words, label: str) -> str:
-    """Return a gesture's name in a language; its label in words if it has none there."""
-    key = f"gestures.{label}"
-    name = words(key)
-    return label.replace("_", " ") if name == key else name
+    """Return a gesture's name in a language; "" and "null" are nothing."""
+    return words("teach.nothing") if label in ("", "null") else naming.gesture(words, label)
 
 
 def command_name(words: Words, command: str) -> str:
-    """Return a command's name in a language."""
-    if not command:
-        return words("teach.nothing")
-    return words(f"actions.{'hard_drop' if command == 'drop' else command}")
+    """Return a command's name in a language; "" is nothing."""
+    return naming.command(words, command) if command else words("teach.nothing")
 
 
 class ChoicePage(TeachPage):
@@ -199,7 +197,7 @@ class NamePage(TeachPage):
             value=f"{self._typed}_",
             hint=words("teach.typed_hint"),
         )
-        proposed = [Item(gesture_name(words, name), self._taking(name)) for name in self._names]
+        proposed = [Item(naming.gesture(words, name), self._taking(name)) for name in self._names]
         items = [typed, *proposed] if self._typed else [*proposed, typed]
         return Menu(words(self._title), [*items, self.back_item()], notice=self.notice())
 

@@ -7,11 +7,11 @@ from controller.protocol.messages import Command, Report
 from host.app.screens.teach_page import Course, NamePage, TeachPage, gesture_name
 from host.app.touch_watch import PAUSE_S, TouchEvent
 from host.gestures import Trial
+from host.ui import naming
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
 
 _WANTED: Final = 5  # tries
-_NULL: Final = "null"
 _KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved vocabularies
 
 
@@ -40,14 +40,14 @@ class TryPage(TeachPage):
             Item(words("teach.save_as"), lambda: save_as(self.course)),
             Item(words("teach.menu"), self.leave),
         ]
-        name = gesture_name(words, trial.label)
+        name = naming.gesture(words, trial.label)
         title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
         return Menu(title, items, self._rows(), notice=self.notice() or self._waits)
 
     def _rows(self) -> list[Row]:
         words, trial = self.words, self.trial
         taken = ", ".join(
-            f"{gesture_name(words, label or _NULL)} ×{count}" for label, count in trial.confused
+            f"{gesture_name(words, label)} ×{count}" for label, count in trial.confused
         )
         count = words("teach.of", count=trial.understood, tries=len(trial.heard))
         return [
@@ -93,7 +93,7 @@ def kept_rows(words: Words, kept: Mapping[str, float], label: str) -> list[Row]:
         return []
     worst = min(older, key=lambda each: older[each])
     mean = sum(older.values()) / len(older)
-    least = words("teach.least", name=gesture_name(words, worst))
+    least = words("teach.least", name=naming.gesture(words, worst))
     return [
         Row((words("teach.kept"), f"{100 * mean:.0f} %")),
         Row((least, f"{100 * older[worst]:.0f} %")),

@@ -352,7 +352,6 @@ def test_a_lost_link_leaves_the_page_and_the_examples() -> None:
     assert isinstance(screen, ExamplesPage)
     assert window.menu.notice == ""
     assert len(screen.examples) == 1
-    assert len(window.sent(Describe)) == 2
 
 
 def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
