@@ -13,7 +13,7 @@ import pygame
 from numpy.typing import NDArray
 
 from controller.protocol.codec import image_from_bytes
-from tetris.window.theme import Colour
+from tetris.window.theme import DARK, Colour
 
 Array = NDArray[np.floating[Any]]
 
@@ -86,8 +86,10 @@ def _lit(x: Array, y: Array) -> Array:
     return np.asarray(colour, np.float32)
 
 
-@lru_cache(maxsize=4)
-def balloon(radius_px: int, plate: Colour, line: Colour) -> pygame.Surface:
+@lru_cache(maxsize=8)
+def balloon(
+    radius_px: int, plate: Colour = DARK.raised, line: Colour = DARK.line
+) -> pygame.Surface:
     """Return the dome on its base of two colours, with its shadow, seen from above.
 
     The surface is square, with the dome's centre in its middle; `PADDING` of the radius lies
