@@ -121,7 +121,7 @@ class TeachScreen(TeachPage):
     def _sure(self, do: Do) -> None:
         """Ask once before something is deleted."""
         words = self.words
-        choices = [(words("teach.no"), lambda: None), (words("teach.yes"), do)]
+        choices = [(words("teach.no"), self.rebuild), (words("teach.yes"), do)]
         self.show(ChoicePage(self.course, words("teach.sure"), choices))
 
     # -- the picture ---------------------------------------------------------------------
