@@ -109,7 +109,7 @@ class TeachScreen(TeachPage):
 
     def _files(self) -> None:
         words, vocabulary = self.words, self.lessons.vocabulary
-        choices = [
+        choices: list[tuple[str, Do]] = [
             (words("teach.undo"), self.lessons.undo),
             (words("teach.save_as"), partial(save_as, self.course)),
             (words("teach.delete"), partial(self._sure, self.lessons.delete_examples)),
