@@ -1,5 +1,6 @@
 """Few-shot learning: extend a bundle's gesture networks by examples."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -26,7 +27,7 @@ MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
 REHEARSED: Final = 3  # variations of the rehearsal data
 SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
-NOISY: Final = 0.03  # noise that halves this weight, z: noise reduces the distance of gestures
+NOISY: Final = 0.03  # noise that halves this weight at 10 Hz, z: it makes gestures more alike
 AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
 LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
 _SEED: Final = 0  # the same examples give the same bundle
@@ -110,9 +111,10 @@ def teach(
     for one in fresh:
         if one.label in streams:
             streams[one.label].append(_stream(content[GESTURE], one, loaded.window))
+    idle = float(np.mean([one.noise() for one in fresh])) / math.sqrt(2.0)  # it is of two frames
     debounce = loaded.debounce
     for label, seen in streams.items():
-        debounce = patience.patient(debounce, labels, {label: seen}, loaded.rate_hz)
+        debounce = patience.patient(debounce, labels, {label: seen}, loaded.rate_hz, idle)
     table["debounce"] = asdict(debounce)
     table["labels"] = list(labels)
     if command is not None:
@@ -207,12 +209,16 @@ class _Training:
         kind = np.where(inside, self.labels.index(one.label), 0)
         each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
                         AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
-        return windows, kind, weight_of(one) * each / len(alike)
+        return windows, kind, weight_of(one, self.bundle.rate_hz) * each / len(alike)
 
 
-def weight_of(example: Example) -> float:
-    """Return the weight of a label's only example, relative to all rehearsal data."""
-    return SHARE / (1.0 + example.noise() / NOISY)
+def weight_of(example: Example, rate_hz: float = 10.0) -> float:
+    """Return the weight of a label's only example, relative to all rehearsal data.
+
+    A faster sensor's frames are noisier, but more of them show a gesture: at 40 Hz four times the
+    noise halves the weight (docs/measurements.md).
+    """
+    return SHARE / (1.0 + example.noise() / (NOISY * rate_hz / 10.0))
 
 
 def opened(data: bytes) -> tuple[Bundle, dict[str, bytes], Rehearsal]:

@@ -26,6 +26,7 @@ def patient(
     labels: Sequence[str],
     taught: dict[str, list[Stream]],
     rate_hz: float,
+    idle: float = 0.0,
 ) -> DebounceSettings:
     """Return debounce settings with which older gestures wait for taught ones.
 
@@ -36,12 +37,14 @@ def patient(
         labels: All labels, "null" first.
         taught: The taught network's probabilities for the examples of each new label.
         rate_hz: Frames per second.
+        idle: Mean of |z - 1| of the examples where nothing touches.
     """
+    weight = settings.weight(idle)
     eager = replace(settings, patient=(), awaited=(), patience_s=0.0)
     waiting, awaited = list(settings.patient), list(settings.awaited)
     longest_s = settings.patience_s
     for label, streams in taught.items():
-        delays = [_delay(eager, labels.index(label), one, rate_hz) for one in streams]
+        delays = [_delay(eager, weight, labels.index(label), one, rate_hz) for one in streams]
         found = [delay for delay in delays if delay is not None]
         for kind in {kind for kind, _ in found}:
             times_s = [time_s for other, time_s in found if other == kind]
@@ -59,10 +62,10 @@ def patient(
 
 
 def _delay(
-    settings: DebounceSettings, own: int, stream: Stream, rate_hz: float
+    settings: DebounceSettings, weight: float, own: int, stream: Stream, rate_hz: float
 ) -> tuple[int, float] | None:
     """Return the class that fires before `own` is sure in an example, and how much, seconds."""
-    means = smooth(stream, settings.smoothing)
+    means = smooth(stream, weight)
     first = next(iter(fire(means, settings, rate_hz)), None)
     sure = np.flatnonzero(means[:, own] >= min(settings.on, settings.late))
     if first is None or first[1] == own or not len(sure) or sure[0] <= first[0]:

@@ -8,6 +8,9 @@ it falls below. In a touch one gesture fires, at the first of these moments:
 - the touch ends and it was the most probable one, at least `least` at its height and
   `brief_s` long in all (its probabilities, added over time): a tap too short for the first.
 
+Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
+(`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it.
+
 A taught gesture may begin like an older one, as a double tap like a press. Then the older one, if
 `patient`, waits for `patience_s` whether an `awaited` one follows, which takes its place.
 
@@ -21,6 +24,7 @@ whole recording, so that many settings can be compared; a test compares both.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +33,7 @@ from controller.recognition.frames import State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
+Values = TypeVar("Values", float, NDArray[np.float64])
 
 NULL = 0  # the class "null" comes first in every bundle
 
@@ -38,13 +43,15 @@ class DebounceSettings:
     """Settings of the debouncer; tuned on development streams, stored in the bundle.
 
     Attributes:
-        smoothing: Weight of the newest probabilities in the running mean, above 0, at most 1.
+        smoothing: Weight of a noiseless sensor's newest probabilities in the running mean, above 0,
+            at most 1.
         on: Smoothed probability at which a gesture fires as a touch begins; above 1: none does.
         off: Smoothed probability of all gestures together at which a touch begins and ends.
         wait_s: Time in a touch after which `late` is enough; 0: `on` stays.
         late: Smoothed probability at which a gesture fires from then on.
         least: Greatest smoothed probability in a touch that suffices at its end; above 1: none.
         brief_s: Least sum of the gesture's smoothed probabilities over the time of that touch.
+        noise: Mean deviation of the untouched sensor, z, that halves `smoothing`; 0: none does.
         patient: Labels that wait for an awaited one.
         awaited: Labels that may begin like those.
         patience_s: How long they wait.
@@ -57,9 +64,20 @@ class DebounceSettings:
     late: float = field(default=1.0, metadata={"range": (0.0, 1.0)})
     least: float = field(default=2.0, metadata={"range": (0.0, 2.0)})
     brief_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
+    noise: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     patient: tuple[str, ...] = ()
     awaited: tuple[str, ...] = ()
     patience_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
+
+    def weight(self, idle: Values) -> Values:
+        """Return the weight of the newest probabilities, that of each frame for an array.
+
+        Args:
+            idle: Mean of |z - 1| while nothing touches.
+        """
+        if self.noise == 0.0:
+            return 0.0 * idle + self.smoothing
+        return self.smoothing / (1.0 + idle / self.noise)
 
 
 class Debouncer:
@@ -100,8 +118,12 @@ class Debouncer:
         """The gesture whose touch still lasts, "" if none."""
         return self.labels[self._held] if self._held != NULL else ""
 
-    def step(self, probabilities: NDArray[np.floating]) -> str | None:
+    def step(self, probabilities: NDArray[np.floating], idle: float = 0.0) -> str | None:
         """Take the newest probabilities, (classes,); return the gesture that fires, if any.
+
+        Args:
+            probabilities: Of the labels, (classes,).
+            idle: Mean of |z - 1| while nothing touches.
 
         Raises:
             ValueError: There are more or fewer probabilities than labels.
@@ -111,7 +133,7 @@ class Debouncer:
                 f"{probabilities.shape} probabilities for {len(self.labels)} labels; "
                 "the network and its labels belong to different bundles"
             )
-        self._mean += self.settings.smoothing * (probabilities - self._mean)
+        self._mean += self.settings.weight(idle) * (probabilities - self._mean)
         fired = self._decide(self._mean)
         return self.labels[fired] if fired != NULL else None
 
@@ -203,15 +225,19 @@ class Debouncer:
         return best if enough else NULL
 
 
-def smooth(probabilities: Probabilities, smoothing: float) -> Means:
-    """Return the debouncer's running mean after every frame, (frames, classes)."""
-    if smoothing == 1.0:
-        return probabilities.astype(np.float64)
+def smooth(probabilities: Probabilities, weight: float | NDArray[np.float64]) -> Means:
+    """Return the debouncer's running mean after every frame, (frames, classes).
+
+    Args:
+        probabilities: Of each frame, (frames, classes).
+        weight: Of the newest ones, `DebounceSettings.weight`; of all frames, or of each, (frames,).
+    """
     means = np.empty(probabilities.shape)
+    weights = np.broadcast_to(weight, len(means)).tolist()
     mean = np.zeros(probabilities.shape[1])
     mean[NULL] = 1.0
     for frame, newest in enumerate(probabilities.astype(np.float64)):
-        mean += smoothing * (newest - mean)
+        mean += weights[frame] * (newest - mean)
         means[frame] = mean
     return means
 
@@ -225,7 +251,7 @@ def fire(
     """Return the frame and the class of every gesture that `Debouncer` fires.
 
     Args:
-        means: What `smooth` returns for the settings' smoothing, (frames, classes).
+        means: What `smooth` returns for the settings' weights, (frames, classes).
         settings: When a gesture fires.
         rate_hz: Frames per second.
         labels: The classes, "null" first; only for settings with patient ones.

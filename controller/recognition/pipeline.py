@@ -284,7 +284,7 @@ class Pipeline:
     ) -> Step:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = self._held, bool(probabilities[NULL] > 0.5)
-        gesture = self._debouncer.step(probabilities)
+        gesture = self._debouncer.step(probabilities, prepared.idle)
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:

@@ -1,7 +1,6 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
 import math
-import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -19,20 +18,16 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.protocol.teaching import Describe, Vocabulary
+from host.app.guides import Guides
 from host.app.lab_data import LabData
 from host.app.orbs import Orbs
 from host.app.programs import Programs
 from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
-from host.app.screens.learn import LearnScreen
 from host.app.screens.orbs import OrbsScreen
-from host.app.screens.teach import TeachScreen
-from host.app.screens.teach_page import Course
-from host.app.screens.watch import WatchScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.gestures import Lessons
 from host.targets import Target
 from host.targets.tetris import ACTIONS, HeldGestures
 from host.ui import rim
@@ -91,6 +86,9 @@ class OrbApp(Target):
         self.programs, self.lab = Programs(), LabData()
         self._behind = False  # whether another window has the focus
         self.dock = Dock.of(SIZE)
+        self._guides = Guides(
+            self, play=lambda: self.game.play(), go_on=lambda past: self.game.go_on(past)
+        )
         self.game = App(
             pygame.Surface(self.dock.game.size),
             start,
@@ -112,9 +110,8 @@ class OrbApp(Target):
         self._long_s = math.inf  # when a held pinch pauses
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
-        if config is not None and start == Start() and not self.stage.settings.introduced:
-            self.stage.change(changed(self.stage.settings, introduced=True))
-            self._learn(ask=True)
+        if config is not None and start == Start():
+            self._guides.offer(self.stage)
 
     @property
     def stage(self) -> ScreenStack:
@@ -150,39 +147,12 @@ class OrbApp(Target):
 
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
         """Return what the title page offers about the orb."""
-        words = stage.look.words
-        items = [
-            Item(words("learn.title"), self._learn, hint=words("learn.hint")),
-            Item(words("menu.teach"), self._teach, hint=words("teach.hint")),
-        ]
-        if self.virtual:
-            items.append(Item(words("watch.title"), self._watch, hint=words("watch.hint")))
+        words, items = stage.look.words, self._guides.items(stage)
         if self.orbs is not None:
             show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
             item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
             items.append(item)
         return items
-
-    def _learn(self, *, ask: bool = False) -> None:
-        """Show the introduction, or `ask` whether to."""
-        self.stage.push(LearnScreen(self.stage, self, self._exits, ask=ask))
-
-    def _exits(self) -> Sequence[Item]:
-        """Return what the end of the introduction leads to."""
-        words = self.stage.look.words
-        return (
-            Item(words("menu.play"), self.game.play),
-            Item(words("menu.teach"), self._teach, hint=words("teach.hint")),
-        )
-
-    def _teach(self) -> None:
-        """Show the gestures, and let the player teach one."""
-        lessons = Lessons(first=int(time.time()))  # no example before had this number
-        self.stage.push(TeachScreen(Course(self.stage, self, lessons, self.game.play)))
-
-    def _watch(self) -> None:
-        """Let the virtual orb's own hand play."""
-        self.stage.push(WatchScreen(self.stage, self, self.game.go_on))
 
     def _show_lab(self) -> None:
         """Show the lab over a paused game, or leave it."""

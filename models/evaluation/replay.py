@@ -33,6 +33,7 @@ class NetworkInputs:
 
     windows: Windows  # every whole window, oldest first
     last: NDArray[np.int64]  # last frame of each, (windows,)
+    idle: NDArray[np.float64]  # mean of |z - 1| while nothing touches, then, (windows,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +44,7 @@ class Stream:
     ready: NDArray[np.bool_]  # the frame ends a whole window, (n,)
     # one per class, (n, classes); 1 for null where no window ends
     probabilities: NDArray[np.float32]
+    idle: NDArray[np.float64]  # mean of |z - 1| while nothing touches; 0 where no window ends, (n,)
     touches: NDArray[np.float64]  # position of the present touch, grid units, NaN at rest, (n, 2)
     # standard deviation of it, grid units, NaN where the bundle gives none, (n,)
     sigmas: NDArray[np.float64]
@@ -79,12 +81,16 @@ def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) ->
     stage = Preprocessor(settings, *frames.shape[1:])
     windows: list[Window] = []
     last: list[int] = []
+    idle: list[float] = []
     for number, frame in enumerate(frames):
-        if stage.step(frame).ready and (window := stage.window()) is not None:
+        prepared = stage.step(frame)
+        if prepared.ready and (window := stage.window()) is not None:
             windows.append(window)
             last.append(number)
+            idle.append(prepared.idle)
     empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
-    return NetworkInputs(np.stack(windows) if windows else empty, np.array(last, dtype=np.int64))
+    stacked = np.stack(windows) if windows else empty
+    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle))
 
 
 def replay(
@@ -123,24 +129,26 @@ def debounced_stream(
     settings: DebounceSettings,
 ) -> Stream:
     """Return the stream of window probabilities, (windows, classes), without touch positions."""
-    ready, probabilities = spread(outputs, inputs, len(truth.t), len(labels))
+    ready, probabilities, idle = spread(outputs, inputs, len(truth.t), len(labels))
     nowhere = np.full((len(truth.t), 3), np.nan)
-    means = smooth(probabilities, settings.smoothing)
+    means = smooth(probabilities, settings.weight(idle))
     fired = fire(means, settings, truth.rate_hz, labels)
     answers = tuple(Answer(float(truth.t[frame]), labels[kind]) for frame, kind in fired)
-    return Stream(truth, ready, probabilities, nowhere[:, :2], nowhere[:, 2], answers)
+    return Stream(truth, ready, probabilities, idle, nowhere[:, :2], nowhere[:, 2], answers)
 
 
 def spread(
     outputs: NDArray[np.float32], inputs: NetworkInputs, frames: int, classes: int
-) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-    """Return which frames end a window, (n,), and every frame's probabilities, (n, classes)."""
+) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.float64]]:
+    """Return which frames end a window, (n,), their probabilities, (n, classes), and idle, (n,)."""
     probabilities = np.zeros((frames, classes), dtype=np.float32)
     probabilities[:, NULL] = 1.0
     probabilities[inputs.last] = outputs
     ready = np.zeros(frames, dtype=np.bool_)
     ready[inputs.last] = True
-    return ready, probabilities
+    idle = np.zeros(frames)
+    idle[inputs.last] = inputs.idle
+    return ready, probabilities, idle
 
 
 def refuse(recording: Recording, bundle: Bundle) -> None:

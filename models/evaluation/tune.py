@@ -1,11 +1,11 @@
 """Tuning of the debounce settings on labelled streams, and calibration of position errors.
 
 The settings are searched in blocks, each over its whole grid while the others stay, until none
-gets better: first when a clear gesture fires, then what counts as a tap, then how the evidence
-that is needed falls over a touch. A point is on the front if no other is at least as good in
-recall, in false alarms and in latency, and better in one. Among these the cheapest is chosen, by
-the costs of a lost gesture, a false alarm and a second. The cost counts F1, not recall: a wrong
-answer is worse than none.
+gets better: first when a clear gesture fires, then how noise is averaged, then what counts as a
+tap, then how the evidence that is needed falls over a touch. A point is on the front if no other
+is at least as good in recall, in false alarms and in latency, and better in one. Among these the
+cheapest is chosen, by the costs of a lost gesture, a false alarm and a second. The cost counts F1,
+not recall: a wrong answer is worse than none.
 """
 
 import dataclasses
@@ -31,13 +31,15 @@ from models.evaluation.replay import Stream
 from models.results.evaluation import Point, Tuning
 
 # Values to try of each debounce setting, and the blocks that are searched together.
+_SMOOTHING: Final = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)
 _ON: Final = (0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 1.05)
 BLOCKS: Final[tuple[dict[str, tuple[float, ...]], ...]] = (
     {
-        "smoothing": (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0),
+        "smoothing": _SMOOTHING,
         "on": _ON,
         "off": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6),
     },
+    {"smoothing": _SMOOTHING, "noise": (0.0, 0.05, 0.08, 0.12, 0.2)},
     {"least": (2.0, 0.5, 0.6, 0.7, 0.8, 0.9), "brief_s": (0.0, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1)},
     {
         "on": _ON,
@@ -204,16 +206,21 @@ def _scores(
     streams: Sequence[Stream], labels: Sequence[str], grid: set[DebounceSettings]
 ) -> dict[DebounceSettings, Score]:
     """Return the score of each point of the grid, over all streams."""
-    scores = {settings: Score() for settings in sorted(grid, key=dataclasses.astuple)}
+    scores = {settings: Score() for settings in sorted(grid, key=_order)}
     for stream in streams:
-        means: dict[float, Means] = {}
+        means: dict[tuple[float, float], Means] = {}
         for settings, score in scores.items():
-            if settings.smoothing not in means:  # one at a time, since the grid is in order
-                means = {settings.smoothing: smooth(stream.probabilities, settings.smoothing)}
-            fired = fire(means[settings.smoothing], settings, stream.truth.rate_hz, labels)
+            own = settings.smoothing, settings.noise
+            if own not in means:  # one at a time, since the grid is in order
+                means = {own: smooth(stream.probabilities, settings.weight(stream.idle))}
+            fired = fire(means[own], settings, stream.truth.rate_hz, labels)
             answers = [Answer(float(stream.truth.t[at]), labels[kind]) for at, kind in fired]
             score.add(judge(stream.truth.events, answers))
     return scores
+
+
+def _order(settings: DebounceSettings) -> tuple[object, ...]:
+    return settings.smoothing, settings.noise, *dataclasses.astuple(settings)
 
 
 def _point(settings: DebounceSettings, score: Score, idle_minutes: float) -> Point:

@@ -35,7 +35,8 @@ def answers(loaded: Bundle, networks: Batched, name: str, hour: int) -> int:
         hand = np.zeros((steps, SLOTS), dtype=np.complex128)
         frames = simulator.advance(hand, np.zeros(hand.shape), np.full(hand.shape, 7.0))
         inputs = network_inputs(np.asarray(frames, dtype=np.float32), loaded.preprocess)
-        means = smooth(networks.probabilities(inputs.windows), loaded.debounce.smoothing)
+        weights = loaded.debounce.weight(inputs.idle)
+        means = smooth(networks.probabilities(inputs.windows), weights)
         found += len(fire(means, loaded.debounce, loaded.rate_hz, loaded.labels))
     return found
 

@@ -236,14 +236,16 @@ def test_a_stray_after_the_touch_is_not_meant() -> None:
 
 
 def test_examples_of_a_noisy_orb_weigh_less() -> None:
-    def weight(noise: float) -> float:
+    def weight(noise: float, rate_hz: float = 10.0) -> float:
         rng = np.random.default_rng(0)
         images = images_touched((10, 16)) + noise * rng.normal(size=(40, 5, 5))
-        return few_shot.weight_of(Example("tap", images.astype(np.float32)))
+        return few_shot.weight_of(Example("tap", images.astype(np.float32)), rate_hz)
 
     assert weight(0.0) == pytest.approx(few_shot.SHARE)
     # Normal noise changes by 2/sqrt(pi) of its deviation from frame to frame, on average.
-    assert weight(few_shot.NOISY * np.sqrt(np.pi) / 2) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
+    halving = few_shot.NOISY * np.sqrt(np.pi) / 2
+    assert weight(halving) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
+    assert weight(4.0 * halving, 40.0) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
 
 
 def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:

@@ -71,6 +71,13 @@ def test_a_restored_debouncer_continues_exactly(stream: list[int], data: st.Data
     assert [after.step(sure(label)) for label in stream[cut:]] == expected[cut:]
 
 
+@pytest.mark.parametrize(("idle", "frames"), [(0.0, 1), (0.1, 3), (0.3, 6)])
+def test_a_noisier_sensor_is_averaged_for_longer(idle: float, frames: int) -> None:
+    stage = Debouncer(LABELS, DebounceSettings(smoothing=1.0, on=0.8, noise=0.1))
+    steps = [stage.step(sure(PRESS, 0.999), idle) for _ in range(10)]
+    assert steps.index("press") == frames - 1
+
+
 TAPS = DebounceSettings(smoothing=1.0, on=0.98, off=0.45, least=0.8, brief_s=0.05)
 
 
@@ -150,15 +157,18 @@ SHARE = st.floats(0.01, 1.0)
         DebounceSettings, SHARE, SHARE, SHARE,
         wait_s=st.sampled_from([0.0, 0.2, 1.0]), late=SHARE,
         least=st.sampled_from([2.0, 0.4, 0.7]), brief_s=st.sampled_from([0.0, 0.1, 0.3]),
+        noise=st.sampled_from([0.0, 0.1]),
         patient=st.sampled_from([(), ("press",)]), awaited=st.sampled_from([(), ("pinch",)]),
         patience_s=st.sampled_from([0.2, 0.5]),
     ),
+    arrays.arrays(np.float64, 40, elements=st.floats(0.0, 0.2)),
 )  # fmt: skip
 def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
-    weights: NDArray[np.float32], chosen: DebounceSettings
+    weights: NDArray[np.float32], chosen: DebounceSettings, idle: NDArray[np.float64]
 ) -> None:
     probabilities = (weights + 1e-3) / (weights + 1e-3).sum(axis=1, keepdims=True)
     stage = Debouncer(LABELS[:4], chosen)
-    steps = [(frame, stage.step(newest)) for frame, newest in enumerate(probabilities)]
-    at_once = fire(smooth(probabilities, chosen.smoothing), chosen, labels=LABELS[:4])
+    seen = enumerate(zip(probabilities, idle, strict=True))
+    steps = [(frame, stage.step(newest, noise)) for frame, (newest, noise) in seen]
+    at_once = fire(smooth(probabilities, chosen.weight(idle)), chosen, labels=LABELS[:4])
     assert [(frame, LABELS[label]) for frame, label in at_once] == [s for s in steps if s[1]]

@@ -50,8 +50,9 @@ def drawn(
     nobody = np.zeros(len(t), dtype=np.bool_)
     contact = tuple(event.onset_s - 0.1 for event in events)
     known = GroundTruth(name, "somebody", t, label, tuple(events), contact, place, nobody)
-    far = np.full(len(t), np.nan)
-    return Stream(known, ~nobody, probabilities, place.astype(np.float64), far, tuple(answers))
+    still, far = np.zeros(len(t)), np.full(len(t), np.nan)
+    places = place.astype(np.float64)
+    return Stream(known, ~nobody, probabilities, still, places, far, tuple(answers))
 
 
 @settings(deadline=None)

@@ -97,8 +97,8 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         total, chosen = Score(), point.settings
         for stream in _streams():
             debouncer = Debouncer(LABELS, chosen)
-            steps = zip(stream.truth.t.tolist(), stream.probabilities, strict=True)
-            fired = [(t, debouncer.step(p)) for t, p in steps]
+            steps = zip(stream.truth.t.tolist(), stream.probabilities, stream.idle, strict=True)
+            fired = [(t, debouncer.step(p, idle)) for t, p, idle in steps]
             answers = [Answer(t, label) for t, label in fired if label]
             total.add(judge(stream.truth.events, answers))
         assert point.recall == total.recall

@@ -1,0 +1,63 @@
+"""Ways to introduction, teaching and demo: items of the title page, and the first start."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from host.app.screen import Orb
+from host.app.screens.learn import LearnScreen
+from host.app.screens.teach import TeachScreen
+from host.app.screens.teach_page import Course
+from host.app.screens.watch import TakeOver, WatchScreen
+from host.gestures import Lessons
+from tetris.window.menu import Item
+from tetris.window.screen_stack import ScreenStack
+from tetris.window.settings import changed
+
+
+@dataclass(frozen=True, slots=True)
+class Guides:
+    """The screens and what they lead to.
+
+    Attributes:
+        orb: What is introduced.
+        play: Begins a game.
+        go_on: Lets the player go on with a recorded game.
+    """
+
+    orb: Orb
+    play: Callable[[], None]
+    go_on: TakeOver
+
+    def items(self, stage: ScreenStack) -> list[Item]:
+        """Return the items; the demo needs a virtual orb, which has a hand of its own."""
+        words = stage.look.words
+        learn = Item(words("learn.title"), lambda: self.learn(stage), hint=words("learn.hint"))
+        watch = Item(words("watch.title"), lambda: self.watch(stage), hint=words("watch.hint"))
+        teach = Item(words("menu.teach"), lambda: self.teach(stage), hint=words("teach.hint"))
+        return [learn, teach, watch] if self.orb.virtual else [learn, teach]
+
+    def learn(self, stage: ScreenStack, *, ask: bool = False) -> None:
+        """Show the introduction, or `ask` whether to."""
+
+        def exits() -> Sequence[Item]:
+            words = stage.look.words
+            teach = Item(words("menu.teach"), lambda: self.teach(stage))
+            return [Item(words("menu.play"), self.play), teach]
+
+        stage.push(LearnScreen(stage, self.orb, exits, ask=ask))
+
+    def teach(self, stage: ScreenStack) -> None:
+        """Show the gestures in use, to which others can be added."""
+        lessons = Lessons(first=int(time.time()))  # no example before had this number
+        stage.push(TeachScreen(Course(stage, self.orb, lessons, self.play)))
+
+    def watch(self, stage: ScreenStack) -> None:
+        """Let the virtual orb's own hand play."""
+        stage.push(WatchScreen(stage, self.orb, self.go_on))
+
+    def offer(self, stage: ScreenStack) -> None:
+        """Ask at the first start whether to show the introduction."""
+        if not stage.settings.introduced:
+            stage.change(changed(stage.settings, introduced=True))
+            self.learn(stage, ask=True)
