@@ -290,6 +290,6 @@ def test_health_is_said_in_the_language_in_use_as_far_as_it_is_known() -> None:
 def test_gestures_and_commands_without_words_are_shown_by_their_names() -> None:
     german = language.load("de")
     assert naming.gesture(german, "twist_cw") == "rechts drehen"
-    assert naming.gesture(german, "double_tap") == "double tap"
+    assert naming.gesture(german, "triple_tap") == "triple tap"
     assert naming.command(german, "volume_up") == "volume up"
     assert all(naming.command(german, name) != name for name in COMMANDS if name != "pause")
