@@ -15,7 +15,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from .desktop import ScenarioError, Screen, Window, missing
 from .walk import HANDS, SHUT, Orb, Page, walk
@@ -104,15 +104,13 @@ def teach_swipe(desk: Desk) -> None:
     for count in range(1, 6):
         time.sleep(0.6)
         swipe(window, count)
-        said = (f"{count}/5", "in ")
-        window.until(lambda shown, said=said: shown["values"][0].startswith(said), "an example")
+        window.until(_taken(count), "an example")
     desk.seen["examples_s"] = time.monotonic() - begun_s
     window.at("TryPage", 60.0)
     desk.seen["learned_s"] = time.monotonic() - begun_s
     for count in range(1, 6):
         swipe(window, count)
-        tries = f"of {count}"
-        window.until(lambda shown, tries=tries: shown["table"][0][1].endswith(tries), "a try")
+        window.until(_tried(count), "a try")
     desk.seen["tried"] = int(window.shown["table"][0][1].split()[0])
     window.choose("Play with it")
     window.until(lambda shown: shown["screen"] == "PlayScreen", "the game")
@@ -127,6 +125,16 @@ def teach_swipe(desk: Desk) -> None:
     desk.seen["others"] = len(made) - made.count("swipe")
     if desk.seen["playing_s"] > 60 or desk.seen["understood"] < 9:
         raise ScenarioError(f"10 swipes became {made}")
+
+
+def _taken(count: int) -> Callable[[dict[str, Any]], bool]:
+    """Return whether so many examples are shown, or the learning begins."""
+    return lambda shown: shown["values"][0].startswith((f"{count}/5", "in "))
+
+
+def _tried(count: int) -> Callable[[dict[str, Any]], bool]:
+    """Return whether so many tries are shown."""
+    return lambda shown: shown["table"][0][1].endswith(f"of {count}")
 
 
 def swipe(window: Window, number: int) -> None:

@@ -109,7 +109,7 @@ class TeachScreen(TeachPage):
 
     def _files(self) -> None:
         words, vocabulary = self.words, self.lessons.vocabulary
-        choices = [
+        choices: list[tuple[str, Do]] = [
             (words("teach.undo"), self.lessons.undo),
             (words("teach.save_as"), partial(save_as, self.course)),
             (words("teach.delete"), partial(self._sure, self.lessons.delete_examples)),
@@ -121,7 +121,7 @@ class TeachScreen(TeachPage):
     def _sure(self, do: Do) -> None:
         """Ask once before something is deleted."""
         words = self.words
-        choices = [(words("teach.no"), lambda: None), (words("teach.yes"), do)]
+        choices = [(words("teach.no"), self.rebuild), (words("teach.yes"), do)]
         self.show(ChoicePage(self.course, words("teach.sure"), choices))
 
     # -- the picture ---------------------------------------------------------------------

@@ -130,6 +130,6 @@ class DetailsPage(TeachPage):
                 pygame.draw.circle(
                     surface, colour, place.center, place.width // 2, max(1, self.px(3))
                 )
-            words = self.words(f"teach.turned_{name}" if name else "teach.mirror")
+            words = self.words(f"teach.turned_{name}" if name else "teach.mirrored")
             self.write(surface, words, 20, place.midbottom, wide - self.px(8), dim=not chosen)
             self._pictures.append((place, name))

@@ -77,7 +77,8 @@ class TryPage(TeachPage):
 
     def touched(self, event: TouchEvent, time_s: float) -> None:
         """Take the beginning or the end of a try."""
-        self.trial.touch(event == "begun", time_s - PAUSE_S * (event == "ended"))
+        if not self.over:
+            self.trial.touch(event == "begun", time_s - PAUSE_S * (event == "ended"))
 
 
 def save_as(course: Course) -> None:

@@ -8,180 +8,16 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.protocol.messages import COMMANDS, Command, Message, Telemetry, Welcome
-from controller.protocol.teaching import (
-    DONE,
-    FAILED,
-    LEARNING,
-    CommandRule,
-    Describe,
-    ExampleDrop,
-    ExampleEnd,
-    ExampleStart,
-    ExampleTaken,
-    Forget,
-    GestureInfo,
-    Learn,
-    LearnStatus,
-    SaveAs,
-    Undo,
-    Vocabulary,
-)
-from host.app.application import SIZE, OrbApp
+from controller.protocol.messages import Command
+from controller.protocol.teaching import ExampleDrop, ExampleEnd, ExampleStart, Forget, Learn
 from host.app.screens.teach import TeachScreen
 from host.app.screens.teach_examples import ExamplesPage
 from host.app.screens.teach_new import DetailsPage
 from host.app.screens.teach_page import NamePage
 from host.app.screens.teach_try import TryPage
-from host.connection.receiver import Connected, Delivered, Lost, Received
-from tetris.window.menu import Menu
-from tetris.window.screens.menu_screen import MenuScreen
+from host.connection.receiver import Connected, Delivered, Lost
+from tests.support.teaching_window import DENT, WELCOME, Window
 from tetris.window.screens.play_screen import PlayScreen
-
-LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
-WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
-FLAT = bytes([128] * 25)
-DENT = bytes([128] * 11 + [90, 70, 90] + [128] * 11)
-FRAME_S = 1 / 40
-INF = float("inf")
-OF = {"press": "left", "pinch": "drop", "twist_cw": "rotate_cw", "twist_ccw": "rotate_ccw"}
-
-
-class FakeOrb:
-    """Answers the messages of teaching, and has no networks."""
-
-    def __init__(self) -> None:
-        self.heard: list[Message] = []
-        self.taught: dict[str, str] = {}  # labels and their commands
-        self.pending: dict[int, ExampleTaken] = {}
-        self.weak = False  # whether the next example cannot be learned
-        self.objects = False  # whether nothing can be learned
-        self._started = ("", 0)
-
-    def answers(self, message: Message) -> list[Message]:
-        self.heard.append(message)
-        match message:
-            case Describe():
-                return [*self.described(), *self.pending.values()]
-            case ExampleStart(number=number, label=label):
-                self._started = label, number
-            case ExampleEnd(number=number, keep=True):
-                return [self._taken(number)]
-            case ExampleDrop(number=number):
-                del self.pending[number]
-            case Learn() if self.objects:
-                return [LearnStatus(FAILED, 1.0, "the examples are too different")]
-            case Learn(label=label, command=command):
-                self.taught[label] = command
-                self.pending.clear()
-                kept = (1.0, 0.98, *[1.0] * (len(self.taught) + 3))
-                return [
-                    LearnStatus(LEARNING, 0.5, ""),
-                    *self.described(),
-                    LearnStatus(DONE, 1.0, "press waits 0.2 s for it", kept),
-                ]
-            case Forget(label=label):
-                del self.taught[label]
-                return [*self.described(), LearnStatus(DONE, 1.0, "forgotten")]
-            case Undo() | SaveAs():
-                return [LearnStatus(DONE, 1.0, "done")]
-        return []
-
-    def _taken(self, number: int) -> ExampleTaken:
-        label, started = self._started
-        assert started == number
-        if self.weak:
-            return ExampleTaken(number, label, False, "that touch is too weak", 0.0, b"")
-        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT)
-        return self.pending[number]
-
-    def described(self) -> list[Message]:
-        head = Vocabulary((*LABELS, *self.taught), COMMANDS, "", True, len(self.taught), "/data")
-        infos = [
-            GestureInfo(label, label, label in self.taught, 0, DENT, rules(command))
-            for label, command in (OF | self.taught).items()
-        ]
-        return [head, *infos]
-
-
-def rules(command: str) -> tuple[CommandRule, ...]:
-    return (CommandRule(command, INF, -INF, INF, -INF),) if command else ()
-
-
-class Window:
-    """The application in a window of its own, a clock, and the fake orb."""
-
-    def __init__(self, size: tuple[int, int] = SIZE) -> None:
-        self.app = OrbApp(sound=False)
-        self.orb = FakeOrb()
-        self.surface = pygame.Surface(size)
-        self.now_s = 0.0
-        self._due: list[Received] = []
-        self.pass_s(0.1, Connected(WELCOME))
-
-    def pass_s(self, seconds: float, *received: Received, image: bytes = FLAT) -> None:
-        """Let time pass with a frame of the orb at each step, and a picture at the end."""
-        until_s, items = self.now_s + seconds, list(received)
-        while self.now_s < until_s:
-            self.now_s += FRAME_S
-            shares = (1.0, *[0.0] * (len(self.app.orb.labels) - 1))
-            frame = Telemetry(1, image, shares, None, "", True, 40.0)
-            live = not any(isinstance(item, Lost) for item in items)
-            self.app.tick(self.now_s, [*self._due, *items, *([Delivered(frame, 0)] * live)])
-            items, self._due = [], []
-            for message in self.app.outgoing(self.now_s):
-                self._due += [Delivered(each, 0) for each in self.orb.answers(message)]
-        self.app.draw(self.surface)
-
-    def key(self, *codes: int) -> None:
-        for code in codes:
-            for kind in (pygame.KEYDOWN, pygame.KEYUP):
-                self.app.handle(pygame.event.Event(kind, key=code), self.now_s)
-            self.pass_s(0.1)
-
-    def click(self, item: str) -> None:
-        """Click the item whose words begin so, where it is drawn."""
-        spots = self.screen.spots
-        number = self.number(item)
-        place = next(spot.place for spot in spots if spot.number == number)
-        self.click_at(place.center)
-
-    def click_at(self, place: tuple[int, int]) -> None:
-        left, top = self.app.dock.game.topleft
-        at = place[0] + left, place[1] + top
-        for kind in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
-            self.app.handle(pygame.event.Event(kind, pos=at, button=1), self.now_s)
-        self.pass_s(0.1)
-
-    def choose(self, item: str) -> None:
-        """Go down to the item whose words begin so, and take it, by keys only."""
-        for _ in range(30):
-            if self.screen.selected == self.number(item):
-                break
-            self.key(pygame.K_DOWN)
-        self.key(pygame.K_RETURN)
-
-    def number(self, item: str) -> int:
-        texts = [each.label for each in self.menu.items]
-        return next(number for number, text in enumerate(texts) if text.startswith(item))
-
-    def touch(self, seconds: float = 0.4) -> None:
-        """Touch the dome, lift, and wait for the orb's answer."""
-        self.pass_s(seconds, image=DENT)
-        self.pass_s(1.0)
-
-    @property
-    def screen(self) -> MenuScreen:
-        screen = self.app.stage.screen
-        assert isinstance(screen, MenuScreen)
-        return screen
-
-    @property
-    def menu(self) -> Menu:
-        return self.screen.menu
-
-    def sent(self, kind: type[Message]) -> list[Message]:
-        return [message for message in self.orb.heard if isinstance(message, kind)]
 
 
 @pytest.fixture(autouse=True)
@@ -216,6 +52,22 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
     assert isinstance(window.screen, TryPage)
     assert window.sent(Learn) == [Learn("swipe", "hold", "none", False, "")]
     take("Play with it")
+    assert isinstance(window.app.stage.screen, PlayScreen)
+
+
+def test_a_gesture_is_taught_by_the_orb_only() -> None:
+    window = Window()
+    for item in ("Teach", "New gesture", "swipe", "Do it now"):
+        window.make(item)
+    for _ in range(5):
+        window.touch()
+    window.pass_s(4.0)  # it is learned by itself
+    for _ in range(5):
+        window.pass_s(0.2, image=DENT)
+        window.pass_s(0.1, Delivered(Command("drop", "swipe", 0.9, None, 1), 0), image=DENT)
+        window.pass_s(1.5)
+    assert isinstance(window.screen, TryPage)
+    window.make("Play with it")
     assert isinstance(window.app.stage.screen, PlayScreen)
 
 
