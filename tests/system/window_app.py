@@ -86,5 +86,5 @@ def press_pad() -> None:
 
 if __name__ == "__main__":
     threading.Thread(target=press_pad, daemon=True).start()
-    play.OrbApp = PrintingApp  # type: ignore[misc]
+    play.OrbApp = PrintingApp  # type: ignore[attr-defined]
     sys.exit(play.main(sys.argv[1:]))
