@@ -220,7 +220,7 @@ def teach(camera: Camera) -> None:
     """Film how a gesture is taught, tried and used."""
     camera.until(lambda: camera.app.orb.link == "live" and camera.app.orb.ready)
     camera.save(PICTURES / "app-title.png")
-    camera.speed = 1.5
+    camera.speed = 1.8
     for item in ("Teach", "New gesture…", "swipe"):
         camera.choose(item)
     camera.save(PICTURES / "app-new.png")
@@ -233,14 +233,14 @@ def teach(camera: Camera) -> None:
     camera.at("LearningPage")
     camera.speed = 4.0
     camera.at("TryPage")
-    camera.speed = 1.5
+    camera.speed = 1.8
     for number in range(1, 6):
         swipe(camera, number)
     camera.run(1.0)
     camera.save(PICTURES / "app-try.png")
     camera.choose("Play with it")
     camera.run(1.5)
-    for number in range(3):
+    for number in range(2):
         swipe(camera, number)
     camera.run(1.0)
     camera.save_film(PICTURES / "teach.gif")
@@ -257,7 +257,7 @@ def pages(camera: Camera) -> None:
     ):  # fmt: skip
         for item in way:
             camera.choose(item)
-        camera.run(1.2)
+        camera.run(2.6)  # a gesture is shown on the dome
         camera.save(PICTURES / f"app-{name}.png")
         for _ in way:
             camera.choose("Skip" if name == "learn" else "Back")
@@ -286,11 +286,14 @@ def play(camera: Camera) -> None:
     camera.save(PICTURES / "app-watch.png")
     camera.save_film(PICTURES / "play.gif")
     camera.go(*camera.on_dome((-0.5, 0.1)))
-    camera.press()
-    camera.run(0.5)
+    for seconds in (0.2, 0.5):  # the first press takes over, the second one plays
+        camera.press()
+        camera.run(seconds)
+        if seconds == 0.5:
+            camera.save(ROOT / "assets" / "screenshot.png")
+        camera.lift()
+        camera.run(2.0)
     assert isinstance(camera.app.stage.screen, PlayScreen)
-    camera.save(ROOT / "assets" / "screenshot.png")
-    camera.lift()
 
 
 def main() -> int:

@@ -21,13 +21,13 @@ os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
 import pygame
 
 from controller.protocol.messages import Contact, Contacts
-from controller.protocol.teaching import Describe
+from controller.protocol.teaching import Describe, GestureInfo, Vocabulary
 from host import window_loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
 from host.app.pairing_run import PairingRun
 from host.connection.device_store import DeviceStore
-from host.connection.receiver import Received, Receiver
+from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
@@ -94,6 +94,11 @@ class Album:
     ) -> None:
         self._surface = window_loop.window(headless=True, size=size)
         self._look, self._orb = {"theme": theme, "language": language, "introduced": True}, orb
+        self._described = [
+            item
+            for item in orb
+            if isinstance(item, Delivered) and isinstance(item.message, GestureInfo | Vocabulary)
+        ]
         self._unused = Receiver(VirtualOrbProcess(1).open)  # never started
 
     def pages(self) -> Iterator[tuple[str, pygame.Surface]]:
@@ -130,7 +135,7 @@ class Album:
             item.do()
             if app.stage.screen is None:
                 return None
-            self._pass(app)
+            self._pass(app, self._described)
         return app
 
     def _pass(self, app: OrbApp, received: Sequence[Received] = ()) -> None:

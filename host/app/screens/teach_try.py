@@ -52,7 +52,7 @@ class TryPage(TeachPage):
         count = words("teach.of", count=trial.understood, tries=len(trial.heard))
         return [
             Row((words("teach.understood"), count), marked=True),
-            Row((words("teach.taken_for"), taken)),
+            Row((words("teach.taken_for"), taken or "–")),
             *kept_rows(words, self._kept, trial.label),
         ]
 
