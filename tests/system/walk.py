@@ -24,18 +24,16 @@ class Hand:
 
     def choose(self, label: str) -> None:
         """Take the item of that label."""
-        labels = self.window.shown["labels"]
-        if label not in labels:
-            raise ScenarioError(f"there is no item {label!r} among {labels}")
         for _ in range(_MOST_STEPS):
-            shown = self.window.shown
-            if shown["selected"] == label:
+            labels, selected = self.window.shown["labels"], self.window.shown["selected"]
+            if label not in labels:
+                raise ScenarioError(f"there is no item {label!r} among {labels}")
+            if selected == label:
                 self.confirm()
                 return
-            there, here = labels.index(label), labels.index(shown["selected"])
-            (self.down if there > here else self.up)()
+            (self.down if labels.index(label) > labels.index(selected) else self.up)()
             time.sleep(_SETTLE_S / 2)
-        raise ScenarioError(f"{label!r} cannot be selected by {type(self).__name__}")
+        raise ScenarioError(f"{label!r} cannot be selected on {page(self.window)}")
 
     def leave_game(self) -> None:
         """Open the menu over a running game."""
@@ -62,7 +60,7 @@ class Mouse(Hand):
                 return
             self.window.do("click", 5)
             time.sleep(_SETTLE_S / 2)
-        raise ScenarioError(f"{label!r} cannot be clicked")
+        raise ScenarioError(f"{label!r} cannot be clicked on {page(self.window)}")
 
     def leave_game(self) -> None:
         """Click the pause button of the board."""

@@ -18,6 +18,7 @@ from host.cli import play
 from host.connection.receiver import Delivered, Received
 from tetris.window.pads import BUTTONS
 from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.play_screen import PlayScreen
 
 
 def shown(app: "PrintingApp") -> dict[str, Any]:
@@ -48,6 +49,9 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
         centre = pad.centre
         place = (x - centre[0]) / pad.radius, (y - centre[1]) / pad.radius
         seen["step"] = [screen.step.label, *place]
+    if isinstance(screen, PlayScreen):
+        left, top = app.dock.game.topleft
+        seen["pause"] = screen.button.move(left, top).center
     game = app.game.game
     if game is not None:
         seen["game"] = [game.phase.name, game.pieces_placed]
