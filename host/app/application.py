@@ -18,6 +18,7 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.protocol.teaching import Describe, Vocabulary
+from host.actions import ACTIONS, HELD, HeldGestures
 from host.app.guides import Guides
 from host.app.lab_data import LabData
 from host.app.orbs import Orbs
@@ -28,8 +29,7 @@ from host.app.screens.orbs import OrbsScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.targets import Target
-from host.targets.tetris import ACTIONS, HeldGestures
+from host.targets import Target, TargetOptions
 from host.ui import rim
 from host.ui.correction_keys import CorrectionKeys
 from host.ui.layout import Dock
@@ -37,6 +37,7 @@ from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
 from tetris.engine.events import Event
 from tetris.engine.game import Action
+from tetris.files import config_folder, data_folder
 from tetris.window import bindings
 from tetris.window.app import App, HostWindow, Start
 from tetris.window.menu import Item, MenuStep
@@ -56,7 +57,6 @@ _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 _LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
 _IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
-_HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
 class OrbApp(Target):
@@ -311,7 +311,7 @@ class OrbApp(Target):
     def _waits(self, code: int) -> bool:
         """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
         action = bindings.table(self.stage.settings.keys).get(code)
-        return bool(self.correcting.labels) and action not in _HELD
+        return bool(self.correcting.labels) and action not in HELD.values()
 
     def _act(self) -> None:
         """Press the Ctrl that waits: it was no part of a correction."""
@@ -373,3 +373,9 @@ class OrbApp(Target):
         """Let go of the devices."""
         self.programs.stop()
         self.game.close()
+
+
+def create(options: TargetOptions) -> OrbApp:
+    """Make the application with the player's settings and records."""
+    start = Start() if options.seed is None else Start(seed=options.seed)
+    return OrbApp(start, config=config_folder(), data=data_folder(), sound=options.sound)

@@ -1,10 +1,5 @@
 """Teach in the application, with a fake orb that answers its requests."""
 
-import os
-from collections.abc import Iterator
-
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-
 import pygame
 import pytest
 
@@ -18,13 +13,6 @@ from host.app.screens.teach_try import TryPage
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.teaching_window import DENT, WELCOME, Window
 from tetris.window.screens.play_screen import PlayScreen
-
-
-@pytest.fixture(autouse=True)
-def display() -> Iterator[None]:
-    pygame.display.init()
-    yield
-    pygame.display.quit()
 
 
 def examples_page(window: Window) -> None:
