@@ -86,5 +86,11 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
     pygame.quit()
 
 
-def open_app(surface: pygame.Surface, start: Start | None = None, **folders: Path) -> Player:
-    return Player(App(surface, start or Start(), sound=False, **folders))
+def open_app(
+    surface: pygame.Surface,
+    start: Start | None = None,
+    *,
+    config: Path | None = None,
+    data: Path | None = None,
+) -> Player:
+    return Player(App(surface, start or Start(), config=config, data=data, sound=False))

@@ -21,8 +21,7 @@ class TryPage(TeachPage):
     def __init__(self, course: Course, label: str, more: Callable[[], None]) -> None:
         """Try a gesture; `more` shows the page on which further examples are taken."""
         self.trial, self._more = Trial(label), more
-        status, self._kept = course.lessons.status, course.lessons.kept
-        self._waits = status.text if status else ""
+        self._kept = course.lessons.kept
         super().__init__(course)
 
     @property
@@ -42,7 +41,9 @@ class TryPage(TeachPage):
         ]
         name = naming.gesture(words, trial.label)
         title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
-        return Menu(title, items, self._rows(), notice=self.notice() or self._waits)
+        status = self.lessons.status
+        said = status.text if status else ""
+        return Menu(title, items, self._rows(), notice=self.notice() or said)
 
     def _rows(self) -> list[Row]:
         words, trial = self.words, self.trial
