@@ -173,6 +173,7 @@ def test_the_pictures_choose_how_it_may_be_turned() -> None:
 def test_a_taught_gesture_is_removed_when_that_is_confirmed() -> None:
     window = Window()
     window.orb.taught["swipe"] = "hold"
+    window.pass_s(0.2, Connected(WELCOME))
     window.choose("Teach")
     for item in ("swipe", "Remove", "Yes"):
         window.choose(item)
