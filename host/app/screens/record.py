@@ -1,6 +1,7 @@
 """Page on which a session is recorded by cues on the screen, for a training."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from random import Random
 from typing import Final
 
@@ -18,7 +19,7 @@ from tetris.window.menu import Item, Menu
 
 _LONGEST_S: Final = 0.1  # time that one picture may bring: cues wait while nothing is seen
 _TARGET_MM: Final = (2.0, 6.0)  # depth and radius of the finger that shows where to touch
-_DOWN_S: Final = 0.4  # of a showing of the ghost, when its fingers come down
+_DOWN_S: Final = 0.45  # of a showing of the ghost, when its fingers come down
 _QUIET_S: Final = 0.8  # after leaving, in which the last gesture may still be recognised
 _LIFT: Final = Perform(0, "", 0.0, 0.0)
 
@@ -27,6 +28,11 @@ def pad_of(state: OrbState) -> DomeArea:
     """Return the area of an orb's dome."""
     welcome = state.welcome
     return DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm) if welcome else DomeArea()
+
+
+def homely(text: object) -> str:
+    """Return a text with the user's home folder as ~."""
+    return str(text).replace(str(Path.home()), "~")
 
 
 class RecordPage(TeachPage):
@@ -50,11 +56,12 @@ class RecordPage(TeachPage):
     def page(self) -> Menu:
         """Return the ways to wait and to end."""
         words, status = self.words, self.lessons.recording
-        pause = Item(words("train.go_on" if self.run.paused else "train.pause"), self._pause)
+        where = words("train.where", folder=homely(Path(status.text).parent)) if status else ""
+        go_on = words("train.go_on" if self.run.paused else "train.pause")
+        pause = Item(go_on, self._pause, hint=where)
         stop = Item(words("train.stop"), self.leave, hint=words("train.stop_hint"))
-        where = words("train.where", path=status.text) if status else ""
         problem = self.notice() or (words("train.untouched") if self.run.paused else "")
-        return Menu("", [pause, stop], notice=problem or where)
+        return Menu("", [pause, stop], notice=problem)
 
     def _pause(self) -> None:
         self.run.paused = not self.run.paused
@@ -107,9 +114,9 @@ class RecordPage(TeachPage):
         run, cue = self.run, self.run.cue
         if run.paused or run.phase not in ("ready", "go") or self.orb.state.contacts:
             return ()
-        if run.phase == "ready" or cue.label == NULL:
+        if cue.label not in ghost.STROKES:
             return (Contact(1, *cue.place, *_TARGET_MM),)
-        at_s = _DOWN_S + run.length_s - run.left_s
+        at_s = _DOWN_S + (run.length_s - run.left_s) * (run.phase == "go")
         return ghost.contacts(cue.label, cue.place, at_s, pad_of(self.orb.state))
 
     def link_lost(self) -> None:

@@ -12,7 +12,7 @@ from controller.protocol.messages import Report
 from host.app import trainer
 from host.app.cues import EXAMPLE_S, NULL, plan
 from host.app.screen import rows
-from host.app.screens.record import RecordPage, pad_of
+from host.app.screens.record import RecordPage, homely, pad_of
 from host.app.screens.teach_page import ChoicePage, Course, TeachPage
 from host.app.trainer import GestureResult, TrainingRun
 from host.connection import bundle_upload
@@ -63,13 +63,13 @@ class TrainPage(TeachPage):
         obstacle = self._obstacle(sessions)
         items.append(
             Item(
-                words("train.train"),
+                words("train.begin"),
                 None if obstacle else self._train,
                 value=words("train.sessions", count=len(sessions)),
                 hint=obstacle or words("train.train_hint"),
             )
         )
-        said = recording.text if recording else ""
+        said = homely(recording.text) if recording else ""
         title, notice = words("train.title"), self.notice() or self._problem
         return Menu(title, [*items, self.back_item()], rows(said)[:3], notice=notice)
 
