@@ -59,7 +59,8 @@ def _anywhere(pad: DomeArea, rng: Random) -> tuple[float, float]:
 class CueRun:
     """The phases of one cue after another.
 
-    An example without a touch is made again at the end; after some in a row the run pauses.
+    An example of a gesture without a touch is made again at the end; after some in a row the run
+    pauses.
 
     Attributes:
         phase: "ready", "go", "rest", and "over" at the end.
@@ -107,7 +108,7 @@ class CueRun:
             self._next()
 
     def _next(self) -> None:
-        if self._touched:
+        if self._touched or self.cue.label == NULL:
             self.made += 1
             self._missed = 0
         else:

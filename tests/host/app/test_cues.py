@@ -77,3 +77,10 @@ def test_it_pauses_where_nothing_is_felt() -> None:
     left_s = run.left_s
     run.advance(STEP_S, touched=True)
     assert run.left_s == left_s
+
+
+def test_another_touch_may_be_left_out() -> None:
+    run = CueRun([Cue(NULL, PAD.centre)] * (UNTOUCHED + 1), Random(1))
+    while run.phase != "over":
+        run.advance(STEP_S, touched=False)
+    assert (run.made, run.paused) == (UNTOUCHED + 1, False)
