@@ -19,6 +19,7 @@ from host.app.screens.teach_page import (
     gesture_name,
 )
 from host.app.screens.teach_try import save_as
+from host.app.screens.train import TrainPage
 from host.ui import naming
 from tetris.window.menu import Item, Menu
 
@@ -43,6 +44,7 @@ class TeachScreen(TeachPage):
         items = [
             Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
             *(self._item(one) for one in self._listed),
+            Item(words("train.item"), self._train, hint=words("train.hint")),
             Item(words("teach.that_was"), self._correct, hint=words("teach.that_was_hint")),
             Item(words("teach.files"), self._files, hint=words("teach.files_hint")),
             self.back_item(),
@@ -97,6 +99,9 @@ class TeachScreen(TeachPage):
             for each in (*COMMANDS, "")
         ]
         self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
+
+    def _train(self) -> None:
+        self.show(TrainPage(self.course))
 
     def _correct(self) -> None:
         words, labels = self.words, (*self.orb.state.gestures, _NULL)
