@@ -215,10 +215,9 @@ class _Training:
 def weight_of(example: Example, rate_hz: float = 10.0) -> float:
     """Return the weight of a label's only example, relative to all rehearsal data.
 
-    A faster sensor's frames are noisier, but more of them show a gesture: at 40 Hz four times the
-    noise halves the weight (docs/measurements.md).
+    The noise that halves it grows with the root of the rate, as that of a frame does.
     """
-    return SHARE / (1.0 + example.noise() / (NOISY * rate_hz / 10.0))
+    return SHARE / (1.0 + example.noise() / (NOISY * math.sqrt(rate_hz / 10.0)))
 
 
 def opened(data: bytes) -> tuple[Bundle, dict[str, bytes], Rehearsal]:

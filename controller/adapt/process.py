@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -71,6 +71,8 @@ class Outcome:
 
     kept: float = 1.0  # as in AdaptedBundle
     recognised: dict[str, float] = field(default_factory=dict)
+    waits: tuple[str, ...] = ()  # gestures that wait for a taught one
+    patience_s: float = 0.0  # how long
 
 
 def run(job: Job, path: Path, out: Path, progress: Progress = lambda share: None) -> Outcome:
@@ -147,7 +149,9 @@ def main(argv: list[str]) -> int:
     except (AdaptError, BundleError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print(json.dumps({"kept": made.kept, "recognised": dict(made.recognised)}), flush=True)
+    debounce = made.debounce
+    outcome = Outcome(made.kept, dict(made.recognised), debounce.patient, debounce.patience_s)
+    print(json.dumps(asdict(outcome)), flush=True)
     return 0
 
 

@@ -147,6 +147,7 @@ class Debouncer:
             "frames": np.array([self._frames], dtype=np.float64),
             "queue": np.array(self._queue, dtype=np.float64).reshape(-1, 2),
             "here": np.array([self._here], dtype=np.float64),
+            "tapped": np.array([self.tapped]),
         }
 
     def restore(self, state: State) -> None:
@@ -155,6 +156,7 @@ class Debouncer:
         self._held = int(state["held"][0])
         self._sum, self._peak = state["sum"].copy(), state["peak"].copy()
         self._frames, self._here = int(state["frames"][0]), bool(state["here"][0])
+        self.tapped = float(state["tapped"][0])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 

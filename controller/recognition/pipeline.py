@@ -23,6 +23,7 @@ Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 LATER: Final = (
     *("preprocess.answers", "preprocess.answered", "touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
+    "debounce.tapped",
 )
 _TOUCH_WINDOWS: Final = 3  # windows of frames in a touch image
 
@@ -283,14 +284,12 @@ class Pipeline:
         self, prepared: Prepared, window: Window | None, probabilities: Probabilities, t_s: float
     ) -> Step:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
-        before, null = self._held, bool(probabilities[NULL] > 0.5)
+        before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
         gesture = self._debouncer.step(probabilities, prepared.idle)
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:
-            self._touch.step(
-                prepared.image, prepared.idle, null=null, released=bool(before) and not held
-            )
+            self._touch.step(prepared.image, prepared.idle, null=null, released=before and not held)
             image = self._touch.image()
             touch = None if image is None else self._networks.touch(image)
         if touch is not None and self._spread is not None:

@@ -8,6 +8,7 @@ import json
 import math
 import os
 import shutil
+import socket
 import subprocess
 import sys
 import threading
@@ -19,6 +20,7 @@ from typing import Any, Final, Self
 
 NEEDED: Final = ("Xvfb", "xdotool", "import")
 _ANSWER_S: Final = 20.0
+ROOT: Final = Path(__file__).parents[2]
 _POLL_S: Final = 0.02
 _END_S: Final = 5.0
 
@@ -64,31 +66,33 @@ class Window:
     screen: Screen
     home: Path  # of its settings and data
     options: Sequence[str] = ()
+    python: str = sys.executable
     shown: dict[str, Any] = field(default_factory=dict)
     started_s: float = math.nan
 
     def __enter__(self) -> Self:
         """Start it, and wait for its first picture."""
-        folders = {f"XDG_{kind}_HOME": str(self.home / kind.lower()) for kind in _FOLDERS}
         self.environment = {
-            **os.environ, **folders, "DISPLAY": self.screen.name, "SDL_AUDIODRIVER": "dummy",
+            **environment(self.home), "DISPLAY": self.screen.name, "SDL_AUDIODRIVER": "dummy",
             "PYGAME_HIDE_SUPPORT_PROMPT": "1",
         }  # fmt: skip
         self.environment.pop("SDL_VIDEODRIVER", None)
         begun_s = time.monotonic()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.system.window_app", *self.options],
+            [self.python, "-m", "tests.system.window_app", *self.options],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            env=self.environment,
+            env=self.environment, cwd=self._folder(),
         )  # fmt: skip
         threading.Thread(target=self._read, daemon=True).start()
         self.until(lambda shown: bool(shown), "its first picture")
         self.started_s = time.monotonic() - begun_s
-        if "Later" in self.shown["items"]:  # the introduction is offered once
-            self.choose("Later")
         return self
 
     def __exit__(self, *_: object) -> None:
+        """End it, if that has not happened."""
+        self.close()
+
+    def close(self) -> None:
         """End it as a window manager does."""
         if self.process.poll() is None:
             self.process.terminate()
@@ -97,6 +101,19 @@ class Window:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+
+    def _folder(self) -> Path | None:
+        """Return where an installed program is started: a folder with the tests, not the project.
+
+        None: here, for this project's own.
+        """
+        if self.python == sys.executable:
+            return None
+        folder = self.home / "elsewhere"
+        folder.mkdir(exist_ok=True)
+        (folder / "tests").symlink_to(ROOT / "tests")
+        self.environment.pop("PYTHONPATH", None)
+        return folder
 
     def _read(self) -> None:
         assert self.process.stdout
@@ -171,6 +188,60 @@ class Window:
         for point in points[1:]:
             words += ["sleep", f"{seconds / len(points):.4f}", "mousemove", *point]
         self.do(*words, "sleep", f"{seconds / len(points):.4f}", "mouseup", button)
+
+
+class VirtualOrb:
+    """A virtual orb in a process of its own, which listens on loopback with a key.
+
+    Attributes:
+        options: Options of `host` with which it is reached.
+    """
+
+    def __init__(self, home: Path) -> None:
+        """Prepare one; its data is kept apart from that of the window."""
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self._port = free.getsockname()[1]
+        self._home, self._key = home / "orb", home / "orb.key"
+        self.options = ("--link", f"socket://127.0.0.1:{self._port}", "--key", str(self._key))
+
+    def __enter__(self) -> Self:
+        """Make its key, and start it."""
+        words = [sys.executable, "-m", "controller", "key", str(self._key)]
+        subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it."""
+        self.kill()
+
+    def start(self) -> None:
+        """Start its process."""
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "controller", "--sensor", "virtual", "--seed", "1", "--link",
+             f"listen://127.0.0.1:{self._port}", "--key", str(self._key)],
+            env=environment(self._home), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+
+    def kill(self) -> None:
+        """End its process without a warning."""
+        self._process.kill()
+        self._process.wait()
+
+
+def environment(home: Path) -> dict[str, str]:
+    """Return variables with which a program keeps everything in a folder."""
+    folders = {f"XDG_{kind}_HOME": str(home / kind.lower()) for kind in _FOLDERS}
+    return {**os.environ, **folders}
+
+
+def installed(folder: Path) -> str:
+    """Return the Python of a new environment with the project as users install it."""
+    subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+    python = str(folder / "bin" / "python")
+    subprocess.run([python, "-m", "pip", "install", "-q", str(ROOT)], check=True)
+    return python
 
 
 def arc(

@@ -10,6 +10,7 @@ is needed.
 import argparse
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -20,9 +21,13 @@ os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
 import pygame
 
 from controller.protocol.messages import Contact, Contacts
+from controller.protocol.teaching import Describe, GestureInfo, Vocabulary
 from host import window_loop
 from host.app.application import OrbApp
-from host.connection.receiver import Received, Receiver
+from host.app.orbs import Orbs
+from host.app.pairing_run import PairingRun
+from host.connection.device_store import DeviceStore
+from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
@@ -55,7 +60,9 @@ def heard() -> list[Received]:
             receiver.wait(0.02)
             items = receiver.poll()
             received += items
-            begun_s = begun_s or (time.monotonic() if items else None)
+            if begun_s is None and items:
+                begun_s = time.monotonic()
+                receiver.send(Describe())
             passed_s = time.monotonic() - begun_s if begun_s else 0.0
             down = _TOUCH_S[0] < passed_s < _TOUCH_S[1]
             receiver.send(Contacts(_TOUCH if down else ()))
@@ -63,6 +70,20 @@ def heard() -> list[Received]:
         receiver.close()
         orb.close()
     return received
+
+
+class Shelf(Orbs):
+    """Orbs that are neither looked for nor paired with."""
+
+    def __init__(self, receiver: Receiver) -> None:
+        super().__init__(receiver, DeviceStore(), lambda: VirtualOrbProcess(1))
+
+    def scan(self) -> None:
+        """Find nothing."""
+
+    def pair(self) -> None:
+        """Wait for an orb that never answers."""
+        self.pairing = PairingRun()
 
 
 class Album:
@@ -73,6 +94,12 @@ class Album:
     ) -> None:
         self._surface = window_loop.window(headless=True, size=size)
         self._look, self._orb = {"theme": theme, "language": language, "introduced": True}, orb
+        self._described = [
+            item
+            for item in orb
+            if isinstance(item, Delivered) and isinstance(item.message, GestureInfo | Vocabulary)
+        ]
+        self._unused = Receiver(VirtualOrbProcess(1).open)  # never started
 
     def pages(self) -> Iterator[tuple[str, pygame.Surface]]:
         """Yield each page's name and picture; breadth first, each once."""
@@ -96,6 +123,7 @@ class Album:
         """Return a fresh application at a page; None if the way closes it."""
         app = OrbApp(Start(), sound=False)
         app.stage.change(changed(app.stage.settings, **self._look))
+        app.orbs = Shelf(self._unused)
         self._now_s = 0.0
         self._pass(app, self._orb)
         for number in way:
@@ -107,7 +135,7 @@ class Album:
             item.do()
             if app.stage.screen is None:
                 return None
-            self._pass(app)
+            self._pass(app, self._described)
         return app
 
     def _pass(self, app: OrbApp, received: Sequence[Received] = ()) -> None:
@@ -144,6 +172,13 @@ def main() -> int:
     parser.add_argument("--single", action="store_true", help="a file a page")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as home:
+        os.environ.update(XDG_CONFIG_HOME=home, XDG_DATA_HOME=home)
+        _save_all(options)
+    return 0
+
+
+def _save_all(options: argparse.Namespace) -> None:
     orb = heard()
     for size in options.size:
         width, height = map(int, size.split("x"))
@@ -156,7 +191,6 @@ def main() -> int:
                     path = options.folder / f"{stem}{name and '-'}{name}.png"
                     pygame.image.save(picture, path)
                 print(f"{stem}: {len(pages)} pages", flush=True)
-    return 0
 
 
 if __name__ == "__main__":

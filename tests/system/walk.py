@@ -9,6 +9,7 @@ from .desktop import ScenarioError, Window
 Page = tuple[str, str]  # class of the screen, title of its menu
 
 _SETTLE_S: Final = 0.3
+_OPEN_S: Final = 1.0  # in which a door opens
 _MOST_STEPS: Final = 40  # from one item of a menu to another
 _TRIES: Final = 3  # of a gesture
 _GAME_S: Final = 1.2  # before a game can be left
@@ -24,18 +25,16 @@ class Hand:
 
     def choose(self, label: str) -> None:
         """Take the item of that label."""
-        labels = self.window.shown["labels"]
-        if label not in labels:
-            raise ScenarioError(f"there is no item {label!r} among {labels}")
         for _ in range(_MOST_STEPS):
-            shown = self.window.shown
-            if shown["selected"] == label:
+            labels, selected = self.window.shown["labels"], self.window.shown["selected"]
+            if label not in labels:
+                raise ScenarioError(f"there is no item {label!r} among {labels}")
+            if selected == label:
                 self.confirm()
                 return
-            there, here = labels.index(label), labels.index(shown["selected"])
-            (self.down if there > here else self.up)()
+            (self.down if labels.index(label) > labels.index(selected) else self.up)()
             time.sleep(_SETTLE_S / 2)
-        raise ScenarioError(f"{label!r} cannot be selected by {type(self).__name__}")
+        raise ScenarioError(f"{label!r} cannot be selected on {page(self.window)}")
 
     def leave_game(self) -> None:
         """Open the menu over a running game."""
@@ -62,7 +61,7 @@ class Mouse(Hand):
                 return
             self.window.do("click", 5)
             time.sleep(_SETTLE_S / 2)
-        raise ScenarioError(f"{label!r} cannot be clicked")
+        raise ScenarioError(f"{label!r} cannot be clicked on {page(self.window)}")
 
     def leave_game(self) -> None:
         """Click the pause button of the board."""
@@ -176,8 +175,7 @@ def walk(hand: Hand, *, shut: frozenset[str] = SHUT) -> dict[Page, list[str]]:
         _go(hand, ways[here], first)
         for door in _doors(window, shut):
             _go(hand, ways[here], first)
-            hand.choose(door)
-            time.sleep(_SETTLE_S)
+            _open(hand, door)
             there = page(window)
             if there not in ways:
                 ways[there] = [*ways[here], door]
@@ -198,8 +196,16 @@ def _go(hand: Hand, way: list[str], first: Page) -> None:
     """Go to a page from the first one."""
     _home(hand, first)
     for door in way:
-        hand.choose(door)
-        time.sleep(_SETTLE_S)
+        _open(hand, door)
+
+
+def _open(hand: Hand, door: str) -> None:
+    """Take a door, and wait until another page is shown, if it leads to one."""
+    before, until_s = page(hand.window), time.monotonic() + _OPEN_S
+    hand.choose(door)
+    while page(hand.window) == before and time.monotonic() < until_s:
+        time.sleep(_SETTLE_S / 6)
+    time.sleep(_SETTLE_S)
 
 
 def _home(hand: Hand, first: Page) -> None:
@@ -209,7 +215,7 @@ def _home(hand: Hand, first: Page) -> None:
         if page(window) == first:
             return
         if window.shown["labels"]:
-            hand.choose(window.shown["labels"][-1])
+            _open(hand, window.shown["labels"][-1])
         else:
             time.sleep(_GAME_S)
             hand.leave_game()

@@ -12,11 +12,14 @@ from typing import Any
 import pygame
 
 from controller.protocol.messages import Command
+from host.app import application
 from host.app.application import OrbApp
+from host.app.screens.learn import LearnScreen
 from host.cli import play
 from host.connection.receiver import Delivered, Received
 from tetris.window.pads import BUTTONS
 from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.play_screen import PlayScreen
 
 
 def shown(app: "PrintingApp") -> dict[str, Any]:
@@ -24,7 +27,7 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
     screen, orb = app.stage.screen, app.orb
     seen: dict[str, Any] = {
         "screen": type(screen).__name__, "title": "", "notice": "", "items": {}, "doors": [],
-        "values": [], "table": [],
+        "values": [], "table": [], "step": None,
         "link": orb.link, "ready": orb.ready, "labels": [], "selected": "",
         "gestures": app.gestures, "size": pygame.display.get_window_size(),
     }  # fmt: skip
@@ -42,6 +45,14 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
             if spot.number < len(menu.items):
                 place = spot.place.move(left, top)
                 seen["items"][menu.items[spot.number].label] = [*place.topleft, *place.size]
+    if isinstance(screen, LearnScreen) and screen.step is not None:
+        pad, (x, y) = app.touch.pad, screen.step.place
+        centre = pad.centre
+        place = (x - centre[0]) / pad.radius, (y - centre[1]) / pad.radius
+        seen["step"] = [screen.step.label, *place]
+    if isinstance(screen, PlayScreen):
+        left, top = app.dock.game.topleft
+        seen["pause"] = screen.button.move(left, top).center
     game = app.game.game
     if game is not None:
         seen["game"] = [game.phase.name, game.pieces_placed]
@@ -86,5 +97,5 @@ def press_pad() -> None:
 
 if __name__ == "__main__":
     threading.Thread(target=press_pad, daemon=True).start()
-    play.OrbApp = PrintingApp  # type: ignore[attr-defined]
+    application.OrbApp = PrintingApp  # type: ignore[misc]
     sys.exit(play.main(sys.argv[1:]))

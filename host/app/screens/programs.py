@@ -41,7 +41,7 @@ class ProgramsScreen(OrbScreen):
             Item(
                 words("programs.stop" if on else "programs.start"),
                 self._control.stop if on else self._start,
-                hint=words("programs.start_hint", arm_key=self.mapping.key_map.arm_key),
+                hint=words("programs.start_hint", arm_key=self.mapping.key_map.arm_key.upper()),
             ),
             Item(words("programs.mapping"), value=self.mapping.path.stem, step=self._turn),
             Item(words("programs.profile"), value=self.profile, step=self._turn_profile),

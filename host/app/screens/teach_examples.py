@@ -19,6 +19,7 @@ _MOMENT_S: Final = 3.0
 _ANSWER_S: Final = 3.0  # in which the orb answers an example
 _IDLE_S: Final = 30.0  # without a touch, after which the orb steers the menu again
 _RADIUS: Final = 34  # of a thumbnail, design units
+_FORGOTTEN_S: Final = 3.0  # without a word of the learning
 _SHOWN: Final = 8  # thumbnails, the newest
 
 
@@ -116,6 +117,7 @@ class ExamplesPage(TeachPage):
     def link_lost(self) -> None:
         """Give up the example under way."""
         super().link_lost()
+        self.lessons.end_example(keep=False)
         self._due_s = self._learn_s = None
 
     def tick(self, time_s: float) -> None:
@@ -194,7 +196,8 @@ class LearningPage(TeachPage):
     def __init__(self, course: Course, plan: Plan) -> None:
         """Let the orb learn the plan's gesture from its pending examples."""
         self.plan, self._begun_s = plan, course.stage.time_s
-        course.lessons.learn(
+        self._heard_s = self._begun_s  # when the orb was learning, or away
+        course.orb.lessons.learn(
             plan.label, plan.command, rotations=plan.rotations, mirrored=plan.mirrored
         )
         super().__init__(course)
@@ -209,6 +212,14 @@ class LearningPage(TeachPage):
         text = status.text if status else ""
         title = naming.gesture(words, self.plan.label)
         return Menu(title, [item, self.back_item()], notice=self.notice() or text)
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass; an orb that was started again learns no more, and is asked again."""
+        super().tick(time_s)
+        if self.lessons.status is not None or self.lessons.vocabulary is None:
+            self._heard_s = time_s
+        elif time_s > self._heard_s + _FORGOTTEN_S and self._stage.screen is self:
+            self.become(ExamplesPage(self.course, self.plan))
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; go on when the gesture is learned."""

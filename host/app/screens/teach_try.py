@@ -21,8 +21,7 @@ class TryPage(TeachPage):
     def __init__(self, course: Course, label: str, more: Callable[[], None]) -> None:
         """Try a gesture; `more` shows the page on which further examples are taken."""
         self.trial, self._more = Trial(label), more
-        status, self._kept = course.lessons.status, course.lessons.kept
-        self._waits = status.text if status else ""
+        self._kept = course.orb.lessons.kept
         super().__init__(course)
 
     @property
@@ -42,7 +41,9 @@ class TryPage(TeachPage):
         ]
         name = naming.gesture(words, trial.label)
         title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
-        return Menu(title, items, self._rows(), notice=self.notice() or self._waits)
+        status = self.lessons.status
+        said = status.text if status else ""
+        return Menu(title, items, self._rows(), notice=self.notice() or said)
 
     def _rows(self) -> list[Row]:
         words, trial = self.words, self.trial
@@ -52,7 +53,7 @@ class TryPage(TeachPage):
         count = words("teach.of", count=trial.understood, tries=len(trial.heard))
         return [
             Row((words("teach.understood"), count), marked=True),
-            Row((words("teach.taken_for"), taken)),
+            Row((words("teach.taken_for"), taken or "–")),
             *kept_rows(words, self._kept, trial.label),
         ]
 
@@ -83,7 +84,7 @@ class TryPage(TeachPage):
 
 def save_as(course: Course) -> None:
     """Show the page that asks for the name of a copy."""
-    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.lessons.save_as)
+    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.orb.lessons.save_as)
     course.stage.push(page)
 
 

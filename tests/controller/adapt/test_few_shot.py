@@ -245,7 +245,7 @@ def test_examples_of_a_noisy_orb_weigh_less() -> None:
     # Normal noise changes by 2/sqrt(pi) of its deviation from frame to frame, on average.
     halving = few_shot.NOISY * np.sqrt(np.pi) / 2
     assert weight(halving) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
-    assert weight(4.0 * halving, 40.0) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
+    assert weight(2.0 * halving, 40.0) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
 
 
 def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:

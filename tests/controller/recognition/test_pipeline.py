@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from controller.recognition.debounce import DebounceSettings
 from controller.recognition.frames import Frame, State, Window
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.touch_position import PositionSpread
@@ -54,6 +55,15 @@ def test_the_gesture_is_held_until_rest() -> None:
     assert held[:20] == [""] * 20
     assert held[35] == "press"
     assert held[-1] == ""
+
+
+def test_a_tap_soon_after_another_has_its_own_place() -> None:
+    taps = DebounceSettings(smoothing=1.0, on=1.05, off=0.5, least=0.8)
+    quick = Pipeline(replace(SHIPPED.settings, debounce=taps), Certain(), SHIPPED.mapping)
+    left, right = [pressed(0, 3)] * 2, [pressed(4, 3)] * 2
+    steps = played(quick, [REST] * 20 + left + [REST] * 2 + right + [REST] * 2)
+    records = [step.command for step in steps if step.command]
+    assert [(r.command, r.touch) for r in records] == [("left", (0.0, 3.0)), ("right", (4.0, 3.0))]
 
 
 def test_what_is_as_probably_a_gesture_as_none_belongs_to_a_touch() -> None:

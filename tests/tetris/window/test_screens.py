@@ -81,6 +81,14 @@ def test_the_mouse_chooses_takes_and_turns(player: Player) -> None:
     assert isinstance(player.screen, PlayScreen)
 
 
+def test_the_wheel_goes_on_from_the_chosen_item_wherever_the_pointer_is(player: Player) -> None:
+    at = player.menu.spots[0].place.center
+    for _ in range(3):  # SDL reports each notch as a button, too
+        button = pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=5, pos=at)
+        player.wait(FRAME_S, button, pygame.event.Event(pygame.MOUSEWHEEL, x=0, y=-1, pos=at))
+    assert player.menu.selected == 3
+
+
 def test_a_click_on_an_arrow_turns_a_value_back_and_on(player: Player) -> None:
     for number, mode in ((1, "endless"), (1, "sprint"), (0, "endless")):
         arrows = player.menu._view.spots[1].arrows

@@ -158,6 +158,8 @@ class MenuScreen(Screen):
         match event.type:
             case pygame.MOUSEBUTTONDOWN if event.button == pygame.BUTTON_RIGHT:
                 self.nav(MenuStep.BACK, time_s)
+            case pygame.MOUSEBUTTONDOWN if event.button > pygame.BUTTON_RIGHT:
+                pass  # the wheel, once more: it goes on from the item that is chosen
             case pygame.MOUSEMOTION | pygame.MOUSEBUTTONDOWN:
                 for spot in self._view.spots:
                     if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):
