@@ -48,8 +48,11 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
     if isinstance(screen, LearnScreen) and screen.step is not None:
         pad, (x, y) = app.touch.pad, screen.step.place
         centre = pad.centre
-        place = (x - centre[0]) / pad.radius, (y - centre[1]) / pad.radius
-        seen["step"] = [screen.step.label, *place]
+        seen["step"] = [
+            screen.step.label,
+            (x - centre[0]) / pad.radius,
+            (y - centre[1]) / pad.radius,
+        ]
     if isinstance(screen, PlayScreen):
         left, top = app.dock.game.topleft
         seen["pause"] = screen.button.move(left, top).center
