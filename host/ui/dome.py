@@ -12,7 +12,6 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from controller.protocol.codec import image_from_bytes
 from tetris.window.theme import DARK, Colour
 
 Array = NDArray[np.floating[Any]]
@@ -29,7 +28,6 @@ _LIGHT = np.array([-0.46, 0.58, 0.67], np.float32)  # from the upper left, y up,
 _SKIN = np.array([255, 132, 88], np.float32)
 _GLOW = np.array([255, 98, 52], np.float32)  # light that has gone through the rubber
 _DEEP = np.array([92, 22, 26], np.float32)
-_THUMB: Final = (150, 58, 44)  # the dome of a thumbnail: dark, so that the map stands out
 _SKIRT: Final = (0.62, 0.25, 0.0)  # of the outer taxel's value, 1, 2, 3 steps outside it
 _MASKS: Final = (0xFF0000, 0xFF00, 0xFF, 0xFF000000)  # of 0xAARRGGBB
 # z - 1 from most negative to most positive: the dent is cold, the bulge hot.
@@ -139,19 +137,6 @@ def rim(radius_px: int, colour: Colour) -> pygame.Surface:
     rgba[..., :3] = colour
     rgba[..., 3] = 255 * np.exp(-((away / np.where(away > 0, 0.055, 0.03)) ** 2))
     return _surface(rgba)
-
-
-@lru_cache(maxsize=64)
-def thumbnail(image: bytes, shape: tuple[int, int], side_px: int) -> pygame.Surface:
-    """Return a small dome with an image of `GestureInfo` on it, at its full contrast."""
-    large = 4 * side_px
-    picture = pygame.Surface((large, large), pygame.SRCALPHA)
-    pygame.draw.circle(picture, _THUMB, (large / 2, large / 2), large / 2)
-    deviation = np.array(image_from_bytes(image), np.float32).reshape(shape) - 1.0
-    deviation *= FULL_SCALE / max(float(np.abs(deviation).max()), 1e-3)
-    radius = (max(shape) - 1) / 2 + 1.0
-    picture.blit(HeatMap().draw(deviation, radius, large), (0, 0))
-    return pygame.transform.smoothscale(picture, (side_px, side_px))
 
 
 def _surface(rgba: NDArray[np.uint8]) -> pygame.Surface:

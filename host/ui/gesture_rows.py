@@ -6,6 +6,7 @@ import pygame
 
 from host.ui import dome, naming, sprites
 from host.ui.orb_state import OrbState
+from host.ui.thumbnails import Base, thumbnail
 from host.ui.zones import NONE
 from tetris.window.language import Words
 from tetris.window.theme import Colour
@@ -116,7 +117,9 @@ class GestureRows:
         info, shape = self._view.gestures.get(label), self._view.shape
         own = info and (info.taught or not sprites.has_icon(label))
         if info and own and len(info.image) == shape[0] * shape[1]:
-            return dome.thumbnail(info.image, shape, side)
+            palette = self._unit.palette
+            radius = max(1, round(side / 2 / (1 + dome.PADDING)))
+            return thumbnail(info.image, *shape, Base(radius, palette.raised, palette.line))
         return sprites.icon(label, side, self._unit.palette.text)
 
     def _commands(self, label: str) -> list[str]:

@@ -24,16 +24,19 @@ from controller.bundles import vocabulary
 from controller.protocol.messages import COMMANDS, Welcome
 from controller.simulator.session import simulate
 from host.autoplayer import MANUAL, Autoplayer
-from host.ui import layout, sprites
 from host.ui.orb_state import OrbState
+from host.ui.panel import Panel
+from host.ui.pointer_input import DomeArea
 from models.data.simulate import DataSet
+from tetris.window.tiles import ThemeChoice
 
 book = vocabulary.shipped()
 
 def card(labels):
-    view, surface = OrbState(), pygame.Surface((214, 214))
+    view, surface, panel = OrbState(), pygame.Surface((360, 640)), Panel()
     view.connected(Welcome(1, 7, "a", "A", True, 5, 5, 10.0, 10.0, 100, 300, labels, COMMANDS))
-    layout.draw_touches(surface, surface.get_rect(), sprites.SpriteScale(1.0), view)
+    panel.place(surface.get_rect(), DomeArea(), gestures=len(labels) - 1)
+    panel.draw(surface, view, 0.0, ThemeChoice())
     return pygame.image.tobytes(surface, "RGB")
 
 pygame.font.init()

@@ -9,8 +9,8 @@ import pygame
 from controller.protocol.messages import COMMANDS
 from controller.protocol.teaching import GestureInfo
 from host.app.screens.teach_page import Course, TeachPage, command_name
-from host.app.thumbnails import ROTATIONS, Base, arrows, hooks
 from host.ui import naming
+from host.ui.thumbnails import ROTATIONS, Base, arrows, hooks
 from tetris.window.menu import Item, Menu
 
 NAMES: Final = ("swipe", "double_tap", "squeeze", "circle", "knock")  # proposed

@@ -9,10 +9,10 @@ import pygame
 from controller.protocol.messages import Command, Report, Telemetry
 from controller.protocol.teaching import RecordingStatus
 from host.app.screen import Orb, OrbScreen
-from host.app.thumbnails import Base, thumbnail
 from host.app.touch_watch import TouchEvent, TouchWatch
 from host.gestures import failed
 from host.ui import naming
+from host.ui.thumbnails import Base, thumbnail
 from tetris.window import theme
 from tetris.window.keys import Code
 from tetris.window.language import Words

@@ -78,7 +78,7 @@ def window(tmp_path: Path) -> Window:
     (tmp_path / "orb" / "recordings").mkdir(parents=True)
     window = Window()
     window.orb = RecordingOrb(tmp_path / "orb")
-    window.pass_s(0.1, Connected(WELCOME))
+    window.pass_s(0.2, Connected(WELCOME))
     for item in ("Teach", "Train properly"):
         window.choose(item)
     assert isinstance(window.screen, TrainPage)

@@ -29,10 +29,14 @@ class Base(NamedTuple):
 
 @lru_cache(maxsize=64)
 def thumbnail(image: bytes, rows: int, columns: int, base: Base) -> pygame.Surface:
-    """Return the dome with an image of `quantise_image`; one of another size is left out."""
+    """Return the dome with an image of `quantise_image` at its full contrast.
+
+    An image of another size is left out.
+    """
     picture = dome.balloon(*base).copy()
     if len(image) == rows * columns:
         deviation = np.asarray(image_from_bytes(image), np.float32).reshape(rows, columns) - 1.0
+        deviation *= dome.FULL_SCALE / max(float(np.abs(deviation).max()), 1e-3)
         field = dome.HeatMap().draw(deviation, DomeArea(rows, columns).radius, 2 * base.radius_px)
         picture.blit(field, field.get_rect(center=picture.get_rect().center))
     return picture
