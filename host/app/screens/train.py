@@ -170,9 +170,12 @@ class TrainingPage(TeachPage):
             return Menu(words("train.failed"), [self.back_item()], table=lines)
         left_s = run.progress.left_s(self._stage.time_s - self._begun_s)
         minutes = "" if left_s is None else words("train.left", minutes=f"{left_s / 60 + 0.5:.0f}")
-        step = Item(words(f"train.{run.step or 'evaluate'}"), share=run.progress.share)
-        items = [step, Item(words("train.stop"), self.leave, value=minutes)]
-        return Menu(words("train.training"), items, notice=words("train.training_hint"))
+        name, hint = words(f"train.{run.step or 'evaluate'}"), words("train.training_hint")
+        items = [
+            Item(name, share=run.progress.share, hint=hint),
+            Item(words("train.stop"), self.leave, value=minutes, hint=hint),
+        ]
+        return Menu(words("train.training"), items)
 
     def notice(self) -> str:
         """Return "": a training needs no orb."""
@@ -223,7 +226,7 @@ class ResultPage(TeachPage):
         words, found, vocabulary = self.words, self._found, self.lessons.vocabulary
         events = sum(one.of for one in found)
         share = sum(one.understood for one in found) / events if events else 0.0
-        undo = self.lessons.undo if vocabulary and vocabulary.undo else None
+        undo = self._undo if vocabulary and vocabulary.undo else None
         items = [
             self._use(),
             Item(words("teach.undo"), undo, hint=words("teach.undo_hint")),
@@ -233,7 +236,8 @@ class ResultPage(TeachPage):
         title = words("train.result", percent=f"{100 * share:.0f}")
         over = self.upload is not None and self.upload.over
         said = bundle_upload.outcome(self.upload) if self.upload and over else ""
-        return Menu(title, items, notice=self._problem or said or self.notice())
+        status = self.lessons.status.text if self.lessons.status else ""
+        return Menu(title, items, notice=self._problem or said or self.notice() or status)
 
     def _use(self) -> Item:
         words, upload = self.words, self.upload
@@ -248,6 +252,10 @@ class ResultPage(TeachPage):
         value = words("teach.of", count=one.understood, tries=one.of)
         hint = one.why or words("train.all_understood")
         return Item(naming.gesture(words, one.label), value=value, hint=hint)
+
+    def _undo(self) -> None:
+        self.upload = None
+        self.lessons.undo()
 
     def _install(self) -> None:
         try:

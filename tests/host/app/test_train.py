@@ -237,6 +237,7 @@ def test_the_verdict_is_shown_and_the_bundle_used(window: Window) -> None:
     window.choose("Undo")
     window.pass_s(0.1)
     assert window.sent(Undo) == [Undo()]
+    assert window.menu.notice == "done"
 
 
 def test_taught_gestures_keep_their_commands(window: Window) -> None:
