@@ -10,7 +10,7 @@ from typing import Final
 from controller.bundles import vocabulary
 from controller.protocol.messages import Perform, Welcome
 from controller.protocol.teaching import CommandRule, GestureInfo
-from host.targets.tetris import ACTIONS
+from host.actions import ACTIONS
 from tetris.bots.greedy import Plan, plan, plan_piece
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import Piece

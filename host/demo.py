@@ -20,8 +20,8 @@ from host.autoplayer import Autoplayer, shipped_gestures
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
+from host.demo_game import DemoGame
 from host.demo_record import DemoRecord
-from host.targets.tetris import TetrisTarget
 from host.window_loop import save, window
 
 TICKS_PER_S: Final = 60
@@ -41,7 +41,7 @@ class Demo:
     def __init__(
         self, seed: int, seconds: float, orb_options: Sequence[str] = (), link: str | None = None
     ) -> None:
-        self.target = TetrisTarget(seed)
+        self.target = DemoGame(seed)
         self.record = DemoRecord()
         self.seed, self.seconds = seed, seconds
         self.tick_number = 0
@@ -192,7 +192,5 @@ def _play(demo: Demo, speed: float, surface: pygame.Surface | None) -> None:
             continue
         demo.target.draw(surface)
         pygame.display.flip()
-        for event in pygame.event.get():
-            if event.type == pygame.QUIT:
-                return
-            demo.target.handle(event, demo.now_s)
+        if pygame.event.get(pygame.QUIT):
+            return

@@ -8,7 +8,7 @@ from typing import Any
 from controller.protocol.messages import Command, GroundTruth
 from controller.recognition.event_metric import Answer, Event, Score, judge
 from host.connection.receiver import Delivered, Received
-from host.targets.tetris import TickResult
+from tetris.engine.events import Event as GameEvent
 from tetris.engine.events import Locked
 
 
@@ -30,9 +30,9 @@ class DemoRecord:
             elif isinstance(item, Delivered) and isinstance(item.message, Command):
                 self.commands.append((until_ms, item.message.name))
 
-    def watch(self, ticked: TickResult) -> None:
+    def watch(self, events: list[GameEvent]) -> None:
         """Note what the game did."""
-        for event in ticked.events:
+        for event in events:
             if isinstance(event, Locked):
                 self.pieces += 1
                 self.lines += len(event.rows)

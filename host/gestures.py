@@ -24,14 +24,8 @@ from controller.protocol.teaching import (
     ExampleStart,
     ExampleTaken,
     Forget,
-    GestureInfo,
-    InjectFault,
     Learn,
     LearnStatus,
-    Recalibrate,
-    Record,
-    RecordingStatus,
-    RecordLabel,
     SaveAs,
     SetCommand,
     Undo,
@@ -45,29 +39,29 @@ LATE_S: Final = 0.8  # a gesture may wait for one that begins alike
 
 @dataclass
 class Lessons:
-    """The orb's gestures as it described them, and the player's wishes.
+    """What the orb reported about teaching, and the player's wishes.
 
     Attributes:
         vocabulary: As described last; None before.
-        infos: The gestures by label.
         examples: Outcomes of the examples by number, also of those that were not felt.
         open: Number of the example under way; None if there is none.
-        waiting: Numbers of examples that ended, and whose outcome has not come.
         status: Progress or outcome of the last change; None before the first.
-        recording: State of the recording; None before the first.
         kept: For each label, the share of its touches still recognised at the last change.
     """
 
     first: int = 1  # number of the first example: unused before, such as a time in seconds
     vocabulary: Vocabulary | None = None
-    infos: dict[str, GestureInfo] = field(default_factory=dict)
     examples: dict[int, ExampleTaken] = field(default_factory=dict)
     open: int | None = None
-    waiting: set[int] = field(default_factory=set)
     status: LearnStatus | None = None
-    recording: RecordingStatus | None = None
     _due: list[Request] = field(default_factory=list)
     _next: int = 0
+
+    def begin(self) -> None:
+        """Begin a visit of the player: what failed before is of no interest."""
+        self.end_example(keep=False)
+        if not self.busy:
+            self.status = None
 
     @property
     def busy(self) -> bool:
@@ -95,23 +89,17 @@ class Lessons:
         """Take a message of the orb; those of other kinds have no effect."""
         if isinstance(message, Vocabulary):
             self.vocabulary = message
-            self.infos = {k: v for k, v in self.infos.items() if k in message.labels}
-        elif isinstance(message, GestureInfo):
-            self.infos[message.label] = message
         elif isinstance(message, ExampleTaken):
             self.examples[message.number] = message
-            self.waiting.discard(message.number)
             if message.number == self.open:
                 self.open = None  # it was too long, or refused
         elif isinstance(message, LearnStatus):
             self.status = message
-        elif isinstance(message, RecordingStatus):
-            self.recording = message
 
     def connected(self) -> None:
         """Begin with a new session: ask for the gestures; what was under way is over."""
-        self.vocabulary, self.open, self.status, self.recording = None, None, None, None
-        self.infos, self.examples, self.waiting = {}, {}, set()
+        self.vocabulary, self.open, self.status = None, None, None
+        self.examples = {}
         self._due = [Describe()]
 
     def outgoing(self) -> list[Request]:
@@ -136,8 +124,6 @@ class Lessons:
         if self.open is None:
             return
         self._due.append(ExampleEnd(self.open, keep))
-        if keep:
-            self.waiting.add(self.open)
         self.open = None
 
     def drop(self, number: int) -> None:
@@ -179,22 +165,6 @@ class Lessons:
         """Delete all examples and recordings."""
         self.examples = {}
         self._change(DeleteExamples())
-
-    def record(self, *, on: bool) -> None:
-        """Start or stop a recording."""
-        self._due.append(Record(on))
-
-    def record_label(self, label: str) -> None:
-        """Note in the recording what the player is asked for, "null" rest."""
-        self._due.append(RecordLabel(label))
-
-    def inject_fault(self, kind: str, row: int = 0, column: int = 0) -> None:
-        """Give a virtual orb a fault, "" none."""
-        self._due.append(InjectFault(kind, row, column))
-
-    def recalibrate(self) -> None:
-        """Measure the untouched orb again."""
-        self._due.append(Recalibrate())
 
     def _change(self, request: Request) -> None:
         """Send a change, and wait for its outcome."""

@@ -1,6 +1,7 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
 import math
+import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,8 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
-from controller.protocol.teaching import Describe, Vocabulary
+from controller.protocol.teaching import Vocabulary
+from host.actions import ACTIONS, HELD, HeldGestures
 from host.app.guides import Guides
 from host.app.lab_data import LabData
 from host.app.orbs import Orbs
@@ -28,8 +30,8 @@ from host.app.screens.orbs import OrbsScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.targets import Target
-from host.targets.tetris import ACTIONS, HeldGestures
+from host.gestures import Lessons
+from host.targets import Target, TargetOptions
 from host.ui import rim
 from host.ui.correction_keys import CorrectionKeys
 from host.ui.layout import Dock
@@ -37,6 +39,7 @@ from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
 from tetris.engine.events import Event
 from tetris.engine.game import Action
+from tetris.files import config_folder, data_folder
 from tetris.window import bindings
 from tetris.window.app import App, HostWindow, Start
 from tetris.window.menu import Item, MenuStep
@@ -56,7 +59,6 @@ _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 _LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
 _IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
-_HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # act for as long as their key is down
 
 
 class OrbApp(Target):
@@ -65,7 +67,7 @@ class OrbApp(Target):
     Attributes:
         game: The window of the game, which is a part of this one.
         dock: Where the game and the panel are.
-        ghost, zones, note: As in `host.app.screen.Orb`.
+        ghost, zones, note, lessons: As in `host.app.screen.Orb`.
     """
 
     size = SIZE
@@ -82,6 +84,7 @@ class OrbApp(Target):
         super().__init__()
         self.ghost: tuple[Contact, ...] = ()
         self.zones, self.note = False, ""
+        self.lessons = Lessons(first=int(time.time()))  # no example before had this number
         self.orbs: Orbs | None = None  # set by a program that can change the orb
         self.programs, self.lab = Programs(), LabData()
         self._behind = False  # whether another window has the focus
@@ -203,7 +206,7 @@ class OrbApp(Target):
             case Connected(welcome=welcome):
                 for gesture in shipped_gestures():  # until it describes its own
                     self.orb.described(gesture)
-                self.send(Describe())
+                self.lessons.connected()
                 self.correcting.labels = welcome.labels
                 self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
@@ -217,6 +220,7 @@ class OrbApp(Target):
 
     def _deliver(self, message: Message, now_s: float) -> None:
         screen = self.stage.screen
+        self.lessons.take(message)
         elsewhere = self.programs.on and self._behind
         match message:
             case Command() | State() if elsewhere:
@@ -256,7 +260,8 @@ class OrbApp(Target):
     def outgoing(self, now_s: float) -> list[Message]:
         """Return the messages for the device: wishes, corrections, contacts on a virtual orb."""
         due, self._due = self._due, []
-        return [*due, *self.correcting.outgoing(), *super().outgoing(now_s)]
+        due += [*self.lessons.outgoing(), *self.correcting.outgoing()]
+        return [*due, *super().outgoing(now_s)]
 
     # -- the window ----------------------------------------------------------------------
 
@@ -311,7 +316,7 @@ class OrbApp(Target):
     def _waits(self, code: int) -> bool:
         """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
         action = bindings.table(self.stage.settings.keys).get(code)
-        return bool(self.correcting.labels) and action not in _HELD
+        return bool(self.correcting.labels) and action not in HELD.values()
 
     def _act(self) -> None:
         """Press the Ctrl that waits: it was no part of a correction."""
@@ -373,3 +378,9 @@ class OrbApp(Target):
         """Let go of the devices."""
         self.programs.stop()
         self.game.close()
+
+
+def create(options: TargetOptions) -> OrbApp:
+    """Make the application with the player's settings and records."""
+    start = Start() if options.seed is None else Start(seed=options.seed)
+    return OrbApp(start, config=config_folder(), data=data_folder(), sound=options.sound)

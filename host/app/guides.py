@@ -1,6 +1,5 @@
 """Ways to introduction, teaching and demo: items of the title page, and the first start."""
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -9,7 +8,6 @@ from host.app.screens.learn import LearnScreen
 from host.app.screens.teach import TeachScreen
 from host.app.screens.teach_page import Course
 from host.app.screens.watch import TakeOver, WatchScreen
-from host.gestures import Lessons
 from tetris.window.menu import Item
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.settings import changed
@@ -49,8 +47,8 @@ class Guides:
 
     def teach(self, stage: ScreenStack) -> None:
         """Show the gestures in use, to which others can be added."""
-        lessons = Lessons(first=int(time.time()))  # no example before had this number
-        stage.push(TeachScreen(Course(stage, self.orb, lessons, self.play)))
+        self.orb.lessons.begin()
+        stage.push(TeachScreen(Course(stage, self.orb, self.play)))
 
     def watch(self, stage: ScreenStack) -> None:
         """Let the virtual orb's own hand play."""

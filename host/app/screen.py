@@ -4,6 +4,7 @@ from textwrap import wrap
 from typing import Final, Protocol
 
 from controller.protocol.messages import Command, Contact, Message, Report
+from host.gestures import Lessons
 from host.ui.orb_state import OrbState
 from tetris.window.menu import Menu, Row
 from tetris.window.screen_stack import ScreenStack
@@ -19,11 +20,13 @@ class Orb(Protocol):
         ghost: Fingers drawn on the dome that show a gesture; grid units.
         zones: Whether the dome shows which command a press gives where.
         note: A sentence under the dome; "": the usual ones.
+        lessons: What it reported about teaching, and the requests about that.
     """
 
     ghost: tuple[Contact, ...]
     zones: bool
     note: str
+    lessons: Lessons
 
     @property
     def state(self) -> OrbState:

@@ -16,7 +16,7 @@ from controller.protocol import psk
 from controller.protocol.link_events import Connected
 from host import taps, targets
 from host import window_loop as loop
-from host.app.application import SIZE, OrbApp
+from host.app.application import OrbApp
 from host.app.orbs import Orbs
 from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
@@ -29,8 +29,6 @@ from host.connection.virtual_orb import VirtualOrbProcess
 from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
-from tetris.files import config_folder, data_folder
-from tetris.window.app import Start
 
 _DEMO_S = 120.0  # default length of the demo
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
@@ -64,8 +62,14 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         own: VirtualOrbProcess | None = None
         seeker = remembering.seek(options, memory)
         key = b"" if options.key is None else psk.read(options.key)
+        at_once = options.seed is not None or options.seconds is not None
         wish = TargetOptions(
-            seed, options.mapping, options.backend, options.dry_run, options.profile or ""
+            seed if at_once else None,
+            not options.headless,
+            options.mapping,
+            options.backend,
+            options.dry_run,
+            options.profile or "",
         )
         workers = open_taps(options.tap, stack, _warn)
         if seeker is not None:
@@ -122,11 +126,8 @@ def _open(
 ) -> tuple[targets.Target, loop.Surface | None]:
     """Return the target, and its window unless it needs none."""
     if options.target == _USUAL:
-        surface = loop.window(headless=options.headless, size=SIZE)
-        at_once = options.seed is not None or options.seconds is not None
-        start = Start(seed=wish.seed) if at_once else Start()
-        app = OrbApp(start, config=config_folder(), data=data_folder(), sound=not options.headless)
-        return app, surface
+        surface = loop.window(headless=options.headless)
+        return targets.load(_USUAL, wish), surface
     target = targets.load(options.target, wish)
     unseen = options.headless and options.target in _UNSEEN
     return target, None if unseen else loop.window(headless=options.headless, size=target.size)

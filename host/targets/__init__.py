@@ -9,20 +9,21 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import Final, cast
 
 import pygame
 
 from controller.errors import UserError
-from controller.protocol.messages import Command, Health, Message, Telemetry, UserIdentified
-from controller.protocol.teaching import GestureInfo, Vocabulary
+from controller.protocol.messages import Message
 from host.connection.latency import EndToEndLatency
-from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.ui.orb_state import LinkState, OrbState
+from host.connection.receiver import Connected, Lost, Received, Refused, Stale
+from host.ui.orb_state import OrbState
 from host.ui.panel import Projection
 from host.ui.pointer_input import DomeArea, PointerInput
 
-_KEYS = ("keyboard", "gamepad")  # kinds of `host.targets.keys`
+# Modules of the targets that have no module of their own name here.
+_KEYS: Final = ("keyboard", "gamepad")
+_MODULES: Final = {**dict.fromkeys(_KEYS, "host.targets.keys"), "tetris": "host.app.application"}
 _RIGHT_BUTTON = 3
 _BUTTONS = (1, _RIGHT_BUTTON)
 
@@ -31,7 +32,8 @@ _BUTTONS = (1, _RIGHT_BUTTON)
 class TargetOptions:
     """Options of all targets."""
 
-    seed: int = 0  # of the game
+    seed: int | None = None  # of a game that begins at once; None: a menu comes first
+    sound: bool = True  # whether the game makes sounds
     mapping: Path | None = None  # file of the key mapping; None: the target's own
     backend: str = "auto"  # of key injection; "auto": the best available
     dry_run: bool = False  # print strokes instead of pressing keys
@@ -105,36 +107,14 @@ class Target(ABC):
         return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
 
     def _observe(self, item: Received, now_s: float) -> None:
-        """Update the orb's state by a received event."""
+        """Update the orb's state by a received event; contacts end with the link."""
+        self.orb.observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
-                self.orb.connected(welcome)
                 self.touch.lift_all()
                 self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
-            case Stale():
-                self._end_touch("stale", "")
-            case Lost(reason=reason) | Refused(reason=reason):
-                self._end_touch("lost", reason)
-            case Delivered(message=message):
-                self.orb.heard()
-                self._show(message, now_s)
-
-    def _end_touch(self, link: LinkState, reason: str) -> None:
-        self.orb.silent(link, reason)
-        self.touch.lift_all()
-
-    def _show(self, message: Message, now_s: float) -> None:
-        match message:
-            case Command():
-                self.orb.command(message, now_s)
-            case Telemetry():
-                self.orb.telemetry(message, now_s)
-            case Health(found=found):
-                self.orb.health = found
-            case Vocabulary() | GestureInfo():
-                self.orb.described(message)
-            case UserIdentified():
-                self.orb.who(message)
+            case Stale() | Lost() | Refused():
+                self.touch.lift_all()
 
     def _point(
         self,
@@ -167,16 +147,16 @@ class Target(ABC):
 def names() -> tuple[str, ...]:
     """Return the names of all targets."""
     found = {module.name for module in pkgutil.iter_modules(__path__)}
-    return tuple(sorted(found.difference({"keys"}).union(_KEYS)))
+    return tuple(sorted(found.difference({"keys"}).union(_MODULES)))
 
 
 def load(name: str, options: TargetOptions | None = None) -> Target:
-    """Make a target: `create(options)` of the module of that name.
+    """Make a target: `create(options)` of its module, of keys `create(name, options)`.
 
     TargetError, another UserError of an option, or BackendError if it cannot press keys here.
     """
     if name not in names():
         raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")
-    module = importlib.import_module(f"{__name__}.{'keys' if name in _KEYS else name}")
+    module = importlib.import_module(_MODULES.get(name, f"{__name__}.{name}"))
     kind = (name,) if name in _KEYS else ()
     return cast(Target, module.create(*kind, options or TargetOptions()))

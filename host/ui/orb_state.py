@@ -15,12 +15,15 @@ from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import (
     Command,
     Contact,
+    Health,
+    Message,
     StageTime,
     Telemetry,
     UserIdentified,
     Welcome,
 )
 from controller.protocol.teaching import GestureInfo, Vocabulary
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.rim import Rim
 from host.ui.unanswered import Reason, UnansweredTouches
 
@@ -98,6 +101,34 @@ class OrbState:
         """Root mean square of what was felt last, z - 1."""
         return float(np.sqrt(np.mean(self.felt**2)))
 
+    def observe(self, item: Received, now_s: float) -> None:
+        """Take a received event."""
+        match item:
+            case Connected(welcome=welcome):
+                self.connected(welcome)
+            case Stale():
+                self.silent("stale", "")
+            case Lost(reason=reason) | Refused(reason=reason):
+                self.silent("lost", reason)
+            case Delivered(message=message):
+                self._hear(message, now_s)
+
+    def _hear(self, message: Message, now_s: float) -> None:
+        """Take a message: the device speaks."""
+        if self.link == "stale":
+            self.link, self.reason = "live", ""
+        match message:
+            case Command():
+                self.command(message, now_s)
+            case Telemetry():
+                self.telemetry(message, now_s)
+            case Health(found=found):
+                self.health = found
+            case Vocabulary() | GestureInfo():
+                self.described(message)
+            case UserIdentified(user=user, confidence=sure):
+                self.user, self.sure = user, sure
+
     def connected(self, welcome: Welcome) -> None:
         """Take a handshake: a new session starts with a blank image."""
         self.welcome, self.link, self.reason = welcome, "live", ""
@@ -140,10 +171,6 @@ class OrbState:
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
 
-    def who(self, message: UserIdentified) -> None:
-        """Take whom the device believes to touch it."""
-        self.user, self.sure = message.user, message.confidence
-
     def command(self, message: Command, now_s: float) -> None:
         """Remember a command for the list."""
         self._touches.answer()
@@ -151,13 +178,6 @@ class OrbState:
         self.history.append(
             RecentCommand(message.label, message.name, message.probability, message.touch, now_s)
         )
-
-    def heard(self) -> bool:
-        """Note that the device speaks; return whether it had been silent."""
-        was_silent = self.link == "stale"
-        if was_silent:
-            self.link, self.reason = "live", ""
-        return was_silent
 
     def silent(self, link: LinkState, reason: str) -> None:
         """Take a change of the link for the worse: what was felt is no longer felt."""

@@ -16,8 +16,9 @@ from typing import Any, Final
 
 from controller.simulator.orb import PRESETS
 from host import demo
+from host.actions import ACTIONS
 from host.autoplayer import Autoplayer
-from host.targets.tetris import ACTIONS, PACE
+from host.demo_game import PACE
 from tetris.engine.game import Game
 
 from .results import command_line, say

@@ -10,7 +10,6 @@ from controller.protocol.teaching import (
     ExampleStart,
     ExampleTaken,
     Forget,
-    GestureInfo,
     Learn,
     LearnStatus,
     Vocabulary,
@@ -37,21 +36,18 @@ def test_a_gesture_is_taught_and_forgotten() -> None:
     assert lessons.begin_example("swipe") == 7
     lessons.end_example()
     assert lessons.outgoing() == [ExampleStart(7, "swipe"), ExampleEnd(7, True)]
-    assert lessons.waiting == {7}
     lessons.take(taken(7))
     assert [one.number for one in lessons.of("swipe")] == [7]
     lessons.learn("swipe", "hold")
     assert lessons.outgoing() == [Learn("swipe", "hold", "none", False, "")]
     assert lessons.busy
     lessons.take(AFTER)
-    lessons.take(GestureInfo("swipe", "swipe", True, 1, b"", ()))
     lessons.take(LearnStatus(DONE, 1.0, "learned", (1.0, 0.9, 1.0)))
     assert not lessons.busy
     assert lessons.kept == {"press": 0.9, "swipe": 1.0}
     lessons.forget("swipe")
     lessons.take(BEFORE)
     assert lessons.outgoing() == [Forget("swipe")]
-    assert lessons.infos == {}
     assert lessons.of("swipe") == []
 
 

@@ -10,11 +10,12 @@ from contextlib import ExitStack
 import pytest
 
 from controller.protocol.messages import Command, Contact, Contacts
+from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Received, Receiver
 from host.connection.transport import open_transport
-from host.targets.tetris import TetrisTarget
 from tests.support.serial_cable import Cable
 from tetris.engine.game import Phase
+from tetris.window.app import Start
 
 PATIENCE_S = 20.0  # networks are loaded and proved before the first frame
 NOTICE_S = 2.0  # a dead orb is noticed within this time
@@ -25,7 +26,7 @@ class Table:
     """A player at a game, whose orb is a real process at the other end of a link."""
 
     def __init__(self, url: str) -> None:
-        self.target = TetrisTarget(1)
+        self.target = OrbApp(Start("zen", 1), sound=False)
         self.receiver = Receiver(lambda: open_transport(url))
         self.receiver.start()
         self.heard: list[Received] = []
@@ -76,7 +77,8 @@ def test_an_orb_killed_in_a_game_is_noticed_and_played_on_when_back(ends: tuple[
         stack.callback(orb.kill)
         table = Table(ends[1])
         stack.callback(table.receiver.close)
-        game, view = table.target.game, table.target.orb
+        game, view = table.target.game.game, table.target.orb
+        assert game is not None
         table.play(lambda: view.ready)
         table.press_left()
         assert table.commands() == ["left"]
@@ -84,7 +86,6 @@ def test_an_orb_killed_in_a_game_is_noticed_and_played_on_when_back(ends: tuple[
 
         orb.send_signal(signal.SIGKILL)
         table.play(lambda: game.phase is Phase.PAUSED, NOTICE_S)
-        assert "orb" in table.target.reason  # the window says why
         orb.wait()
 
         again = stack.enter_context(started(ends[0]))

@@ -12,6 +12,7 @@ from typing import Any
 import pygame
 
 from controller.protocol.messages import Command
+from host.app import application
 from host.app.application import OrbApp
 from host.app.screens.learn import LearnScreen
 from host.cli import play
@@ -96,5 +97,5 @@ def press_pad() -> None:
 
 if __name__ == "__main__":
     threading.Thread(target=press_pad, daemon=True).start()
-    play.OrbApp = PrintingApp  # type: ignore[attr-defined]
+    application.OrbApp = PrintingApp  # type: ignore[misc]
     sys.exit(play.main(sys.argv[1:]))

@@ -5,11 +5,11 @@ from typing import Final
 
 from controller.protocol.messages import Command
 from controller.protocol.teaching import GestureInfo
+from host.actions import ACTIONS
 from host.app import ghost, lesson
 from host.app.lesson import Step
 from host.app.screen import Orb
 from host.app.screens.game_page import GamePage, Line
-from host.targets.tetris import ACTIONS
 from host.ui import naming
 from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
 from tetris.engine.game import Action, Config, Game, Phase

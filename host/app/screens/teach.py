@@ -19,6 +19,7 @@ from host.app.screens.teach_page import (
     gesture_name,
 )
 from host.app.screens.teach_try import save_as
+from host.app.screens.train import TrainPage
 from host.ui import naming
 from tetris.window.menu import Item, Menu
 
@@ -39,10 +40,11 @@ class TeachScreen(TeachPage):
     def page(self) -> Menu:
         """Return the gestures in use, with their commands."""
         words = self.words
-        self._listed = list(self.lessons.infos.values())
+        self._listed = list(self.orb.state.gestures.values())
         items = [
             Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
             *(self._item(one) for one in self._listed),
+            Item(words("train.item"), self._train, hint=words("train.hint")),
             Item(words("teach.that_was"), self._correct, hint=words("teach.that_was_hint")),
             Item(words("teach.files"), self._files, hint=words("teach.files_hint")),
             self.back_item(),
@@ -69,15 +71,15 @@ class TeachScreen(TeachPage):
     # -- pages that it leads to ----------------------------------------------------------
 
     def _new(self) -> None:
-        names = [name for name in NAMES if name not in self.lessons.infos]
+        names = [name for name in NAMES if name not in self.orb.state.gestures]
         self.show(NamePage(self.course, "teach.name", names, self._named))
 
     def _named(self, label: str) -> None:
-        known = self.lessons.infos.get(label)
+        known = self.orb.state.gestures.get(label)
         if known and not known.taught:
             self._said = self.words("teach.known", name=naming.gesture(self.words, label))
             return
-        self._teach(plan_of(known) if known else new_plan(label, self.lessons.infos.values()))
+        self._teach(plan_of(known) if known else new_plan(label, self.orb.state.gestures.values()))
 
     def _teach(self, plan: Plan) -> None:
         self.show(DetailsPage(self.course, plan, lambda done: ExamplesPage(self.course, done)))
@@ -98,8 +100,11 @@ class TeachScreen(TeachPage):
         ]
         self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
 
+    def _train(self) -> None:
+        self.show(TrainPage(self.course))
+
     def _correct(self) -> None:
-        words, labels = self.words, (*self.lessons.infos, _NULL)
+        words, labels = self.words, (*self.orb.state.gestures, _NULL)
         choices = [
             (gesture_name(words, label), partial(self.orb.send, Correction(label)))
             for label in labels

@@ -117,6 +117,7 @@ class ExamplesPage(TeachPage):
     def link_lost(self) -> None:
         """Give up the example under way."""
         super().link_lost()
+        self.lessons.end_example(keep=False)
         self._due_s = self._learn_s = None
 
     def tick(self, time_s: float) -> None:
@@ -196,7 +197,7 @@ class LearningPage(TeachPage):
         """Let the orb learn the plan's gesture from its pending examples."""
         self.plan, self._begun_s = plan, course.stage.time_s
         self._heard_s = self._begun_s  # when the orb was learning, or away
-        course.lessons.learn(
+        course.orb.lessons.learn(
             plan.label, plan.command, rotations=plan.rotations, mirrored=plan.mirrored
         )
         super().__init__(course)

@@ -10,7 +10,7 @@ from controller.protocol.messages import Command, Report, Telemetry
 from host.app.screen import Orb, OrbScreen
 from host.app.thumbnails import Base, thumbnail
 from host.app.touch_watch import TouchEvent, TouchWatch
-from host.gestures import Lessons, failed
+from host.gestures import failed
 from host.ui import naming
 from tetris.window import theme
 from tetris.window.keys import Code
@@ -34,20 +34,19 @@ class Course:
 
     stage: ScreenStack
     orb: Orb
-    lessons: Lessons
     play: Do
     watch: TouchWatch = field(default_factory=TouchWatch)
-    described: bool = False  # whether the orb was asked for its gestures since it connected
+    live: bool = False  # whether the link was there at the last tick
 
 
 class TeachPage(OrbScreen):
-    """A page of Teach: keeps what the orb reports, and asks anew when the link is back."""
+    """A page of Teach."""
 
     centred = False  # its items stay where they are as others are added
 
     def __init__(self, course: Course) -> None:
         """Show the page of a course."""
-        self.course, self.lessons = course, course.lessons
+        self.course, self.lessons = course, course.orb.lessons
         self._shown_s = course.stage.time_s
         super().__init__(course.stage, course.orb)
 
@@ -83,7 +82,6 @@ class TeachPage(OrbScreen):
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report."""
-        self.lessons.take(message)
         if not isinstance(message, Telemetry):
             return
         if event := self.course.watch.step(self.orb.state.level, time_s):
@@ -95,14 +93,10 @@ class TeachPage(OrbScreen):
     def tick(self, time_s: float) -> None:
         """Let time pass."""
         live = self.orb.state.link == "live"
-        if live and not self.course.described:
-            self.lessons.connected()
-        elif not live and self.course.described:
+        if self.course.live and not live:
             self.link_lost()
-        self.course.described = live
+        self.course.live = live
         super().tick(time_s)
-        for request in self.lessons.outgoing():
-            self.orb.send(request)
 
     def link_lost(self) -> None:
         """Give up what was under way over the link."""

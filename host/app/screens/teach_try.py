@@ -21,7 +21,7 @@ class TryPage(TeachPage):
     def __init__(self, course: Course, label: str, more: Callable[[], None]) -> None:
         """Try a gesture; `more` shows the page on which further examples are taken."""
         self.trial, self._more = Trial(label), more
-        self._kept = course.lessons.kept
+        self._kept = course.orb.lessons.kept
         super().__init__(course)
 
     @property
@@ -84,7 +84,7 @@ class TryPage(TeachPage):
 
 def save_as(course: Course) -> None:
     """Show the page that asks for the name of a copy."""
-    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.lessons.save_as)
+    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.orb.lessons.save_as)
     course.stage.push(page)
 
 

@@ -10,11 +10,11 @@ import pygame
 
 from controller.protocol.messages import Command, GroundTruth, Perform, Report
 from controller.recognition.event_metric import Score
+from host.actions import ACTIONS
 from host.app.screen import Orb
 from host.app.screens.game_page import GamePage, Line
 from host.autoplayer import Autoplayer
 from host.demo_record import DemoRecord
-from host.targets.tetris import ACTIONS
 from host.ui import naming
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES

@@ -1,80 +1,19 @@
 """The application: the game's screens steered by an orb, and the dome docked beside them."""
 
-import os
-from collections.abc import Iterator
 from pathlib import Path
-
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 import pygame
 import pytest
 
-from controller.protocol.messages import COMMANDS, Command, Contacts, State, Telemetry, Welcome
-from host.app.application import SIZE, OrbApp
-from host.connection.receiver import Connected, Delivered, Lost, Received
+from controller.protocol.messages import Contacts, State
+from host.app.application import SIZE
+from host.connection.receiver import Connected, Delivered, Lost
 from host.ui.layout import Dock
-from tetris.engine.game import Game, Phase
+from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
+from tetris.engine.game import Phase
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
-
-LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
-WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
-FELT = Delivered(Telemetry(1, bytes([128] * 25), (1.0, 0, 0, 0, 0), None, "", True, 40.0), 0)
-FRAME_S = 1 / 60
-READY_S = 1.0  # after which the first piece can be moved
-
-
-def said(name: str) -> Delivered:
-    return Delivered(Command(name, "press", 0.99, None, 1), 0)
-
-
-class Window:
-    """The application in a window of its own, and a clock."""
-
-    def __init__(self, start: Start = Start(), config: Path | None = None) -> None:  # noqa: B008
-        self.app = OrbApp(start, config=config, sound=False)
-        self.surface = pygame.Surface(SIZE)
-        self.now_s = 0.0
-        self.pass_s(0.0, Connected(WELCOME))
-
-    def pass_s(self, seconds: float, *received: Received) -> None:
-        """Let time pass, with a picture every 60th of a second."""
-        until_s, items = self.now_s + seconds, list(received)
-        while True:
-            self.app.tick(self.now_s, items)
-            self.app.draw(self.surface)
-            items = []
-            if self.now_s >= until_s:
-                return
-            self.now_s += FRAME_S
-
-    def key(self, code: int) -> None:
-        """Press a key, and let it come up."""
-        for kind in (pygame.KEYDOWN, pygame.KEYUP):
-            self.app.handle(pygame.event.Event(kind, key=code), self.now_s)
-        self.pass_s(0.1)
-
-    @property
-    def game(self) -> Game:
-        game = self.app.game.game
-        assert game
-        return game
-
-    def phase(self) -> Phase:
-        return self.game.phase
-
-    @property
-    def playing(self) -> bool:
-        return isinstance(self.app.stage.screen, PlayScreen)
-
-
-@pytest.fixture(autouse=True)
-def display() -> Iterator[None]:
-    pygame.display.init()
-    yield
-    pygame.display.quit()
 
 
 def test_the_orb_steers_the_menu_and_begins_a_game() -> None:

@@ -2,13 +2,11 @@
 
 import math
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 import pygame
-import pytest
 
 from controller.protocol.messages import Command
 from controller.protocol.teaching import CommandRule, GestureInfo, Vocabulary
@@ -18,7 +16,7 @@ from host.app.screens.learn import LearnScreen
 from host.autoplayer import shipped_gestures
 from host.connection.receiver import Delivered, Lost
 from host.ui.pointer_input import DomeArea
-from tests.host.app.test_application import FELT, LABELS, Window
+from tests.support.app_window import FELT, LABELS, Window
 
 PAD = DomeArea()
 FREE = (math.inf, -math.inf, math.inf, -math.inf)  # no bound: left_of, right_of, below, above
@@ -88,13 +86,6 @@ class Pupil(Window):
     def said(self) -> str:
         """All that stands beside the board."""
         return " ".join(line.text for line in self.learn.lines(self.now_s))
-
-
-@pytest.fixture(autouse=True)
-def display() -> Iterator[None]:
-    pygame.display.init()
-    yield
-    pygame.display.quit()
 
 
 def test_the_right_gesture_moves_the_piece_and_goes_on_by_itself() -> None:

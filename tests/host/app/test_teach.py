@@ -1,10 +1,5 @@
 """Teach in the application, with a fake orb that answers its requests."""
 
-import os
-from collections.abc import Iterator
-
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-
 import pygame
 import pytest
 
@@ -18,13 +13,6 @@ from host.app.screens.teach_try import TryPage
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.teaching_window import DENT, WELCOME, Window
 from tetris.window.screens.play_screen import PlayScreen
-
-
-@pytest.fixture(autouse=True)
-def display() -> Iterator[None]:
-    pygame.display.init()
-    yield
-    pygame.display.quit()
 
 
 def examples_page(window: Window) -> None:
@@ -185,6 +173,7 @@ def test_the_pictures_choose_how_it_may_be_turned() -> None:
 def test_a_taught_gesture_is_removed_when_that_is_confirmed() -> None:
     window = Window()
     window.orb.taught["swipe"] = "hold"
+    window.pass_s(0.2, Connected(WELCOME))
     window.choose("Teach")
     for item in ("swipe", "Remove", "Yes"):
         window.choose(item)

@@ -1,18 +1,13 @@
 """The demo in the window: it is judged by what the hand meant, and can be taken over."""
 
-import os
-from collections.abc import Iterator
 from dataclasses import replace
 
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-
 import pygame
-import pytest
 
 from controller.protocol.messages import Command, GroundTruth, Perform
 from host.app.screens.watch import WatchScreen
 from host.connection.receiver import Connected, Delivered, Lost
-from tests.host.app.test_application import FELT, WELCOME, Window
+from tests.support.app_window import FELT, WELCOME, Window
 from tetris.engine.game import Phase
 from tetris.window.screens.play_screen import PlayScreen
 
@@ -42,13 +37,6 @@ class Watching(Window):
         """Let the hand leave the dome, by a clock of the orb's own."""
         truth = GroundTruth(performance.number, performance.label, 70_000, 70_900)
         self.pass_s(0.1, Delivered(truth, 0))
-
-
-@pytest.fixture(autouse=True)
-def display() -> Iterator[None]:
-    pygame.display.init()
-    yield
-    pygame.display.quit()
 
 
 def test_the_hand_plays_and_what_was_understood_is_judged_by_what_it_meant() -> None:

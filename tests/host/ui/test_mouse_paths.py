@@ -17,9 +17,9 @@ import pytest
 
 from controller.protocol.messages import Command, Grant, Granted
 from host import window_loop as loop
+from host.app.application import OrbApp
 from host.connection.receiver import Delivered, Lost, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.targets.tetris import TetrisTarget
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ class Player:
     """A mouse that knows where the dome is in the window; time is granted, so nothing waits."""
 
     def __init__(self, receiver: Receiver) -> None:
-        self.target = TetrisTarget(SEED)
+        self.target = OrbApp(sound=False)
         self.surface = loop.window(headless=True)
         self.random = random.Random(SEED)
         self.receiver = receiver
@@ -65,8 +65,7 @@ class Player:
         return heard
 
     def mouse(self, kind: int, x: float, y: float, button: int = LEFT) -> None:
-        assert self.target.projection is not None
-        across, down = self.target.projection.to_screen(x, y)
+        across, down = self.target.panel.projection.to_screen(x, y)
         event = pygame.event.Event(kind, pos=(round(across), round(down)), button=button)
         self.target.handle(event, self.ticks / 60)
 

@@ -15,8 +15,9 @@ from controller.protocol.codec import quantise_image
 from controller.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
 from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Received
-from host.targets.tetris import TetrisTarget
+from host.demo_game import DemoGame
 from host.ui import naming, orb_state, sprites
+from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
 from host.ui.panel import Panel, Projection
 from host.ui.panel_layout import HEIGHT, WIDTH
@@ -94,9 +95,8 @@ def test_image_and_probabilities_ease_towards_the_newest_ones_and_fade_in_silenc
     assert max(view.probabilities.max(), np.abs(view.shown).max()) < 0.01
     assert not view.gesture
     assert not view.contacts
-    assert view.heard()  # the next word makes the link live again
+    view.observe(Delivered(telemetry(z), 0), 9.0)  # the next word makes the link live again
     assert (view.link, view.reason) == ("live", "")
-    assert not view.heard()
 
 
 def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() -> None:
@@ -115,7 +115,7 @@ def test_the_list_of_commands_is_bounded() -> None:
 def test_touches_and_faults_are_shown_and_forgotten_at_the_end(surface: pygame.Surface) -> None:
     view = live_view()
     pictures = [pygame.image.tobytes(drawn(view, surface), "RGB")]
-    view.who(messages.UserIdentified("ann", 0.97))
+    view.observe(Delivered(messages.UserIdentified("ann", 0.97), 0), 0.0)
     pictures.append(pygame.image.tobytes(drawn(view, surface), "RGB"))
     view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
     pictures.append(pygame.image.tobytes(drawn(view, surface), "RGB"))
@@ -203,17 +203,15 @@ HUGE = 3e38
 
 
 def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ...] = ()) -> bytes:
-    """Return the game's window, the orb's panel painted over."""
-    target = TetrisTarget(seed=1)
+    """Return the demo's window, the orb's panel painted over."""
+    target = DemoGame(seed=1)
     target.tick(0.0, [news[0]])
     target.tick(0.1, news[1:])
     target.orb.hops, target.orb.period_ms = (messages.StageTime(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
     if health:
         target.orb.health = health
     target.draw(surface)
-    scene = target._scene
-    assert scene is not None
-    surface.fill((0, 0, 0), scene.dock.panel)
+    surface.fill((0, 0, 0), Dock.of(surface.get_size()).panel)
     return pygame.image.tobytes(surface, "RGB")
 
 

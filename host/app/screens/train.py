@@ -1,0 +1,267 @@
+"""Pages of Teach on which a bundle is trained from sessions recorded by cues."""
+
+import shutil
+from pathlib import Path
+from random import Random
+from typing import Final
+
+from controller.errors import UserError, how_to_install, reason
+from controller.files import atomic_write, data_folder
+from controller.protocol.link_events import Connected, Delivered
+from controller.protocol.messages import Report
+from host.app import trainer
+from host.app.cues import EXAMPLE_S, NULL, plan
+from host.app.screen import rows
+from host.app.screens.record import RecordPage, homely, pad_of
+from host.app.screens.teach_page import ChoicePage, Course, TeachPage
+from host.app.trainer import GestureResult, TrainingRun
+from host.connection import bundle_upload
+from host.connection.bundle_upload import BundleUpload
+from host.gestures import Lessons
+from host.ui import naming
+from tetris.window.menu import Item, Menu
+
+REPETITIONS: Final = (10, 20, 30)
+_OWN: Final = "gestures.toml"  # commands of gestures that do not ship, read by `models train`
+_PAPER: Final = ("null", "press", "pinch", "twist_cw", "twist_ccw")  # labels that it extends
+
+
+class TrainPage(TeachPage):
+    """Counts the recorded sessions, records more, and begins the training."""
+
+    def __init__(self, course: Course) -> None:
+        """Count the sessions of the orb's folder."""
+        self._repetitions, self._by_hand, self._problem = REPETITIONS[1], False, ""
+        super().__init__(course)
+
+    @property
+    def sessions(self) -> list[Path]:
+        """The recordings of the orb's folder, oldest first; [] where it is not on this machine."""
+        vocabulary = self.lessons.vocabulary
+        found = Path(vocabulary.folder, "recordings").glob("[!.]*.npz") if vocabulary else ()
+        return sorted(found, key=lambda path: (path.stat().st_mtime, path.name))
+
+    def page(self) -> Menu:
+        """Return what can be done, and what is there."""
+        words, sessions, recording = self.words, self.sessions, self.lessons.recording
+        labels = len(self.lessons.infos) + 1
+        minutes = f"{labels * self._repetitions * EXAMPLE_S / 60:.0f}"
+        items = [
+            Item(
+                words("train.record"),
+                self._record if self._ready else None,
+                value=f"{self._repetitions} ×",
+                step=self._turn,
+                hint=words("train.record_hint", minutes=minutes),
+            )
+        ]
+        if self.orb.virtual:
+            value = words("teach.yes" if self._by_hand else "teach.no")
+            step = lambda _: self._toggle()  # noqa: E731
+            hint = words("train.hand_hint")
+            items.append(Item(words("train.hand"), self._toggle, value, step=step, hint=hint))
+        obstacle = self._obstacle(sessions)
+        items.append(
+            Item(
+                words("train.begin"),
+                None if obstacle else self._train,
+                value=words("train.sessions", count=len(sessions)),
+                hint=obstacle or words("train.train_hint"),
+            )
+        )
+        said = homely(recording.text) if recording else ""
+        title, notice = words("train.title"), self.notice() or self._problem
+        return Menu(title, [*items, self.back_item()], rows(said)[:3], notice=notice)
+
+    @property
+    def _ready(self) -> bool:
+        return bool(self.lessons.infos) and self.orb.state.link == "live" and self.orb.state.ready
+
+    def _obstacle(self, sessions: list[Path]) -> str:
+        """Return why nothing can be trained now, a sentence; "" if it can."""
+        words, vocabulary = self.words, self.lessons.vocabulary
+        missing = trainer.missing()
+        if "models" in missing:
+            return words("train.no_models")
+        if missing:
+            return words("train.no_torch", how=how_to_install("train"))
+        if vocabulary is not None and not Path(vocabulary.folder).is_dir():
+            return words("train.elsewhere", folder=vocabulary.folder)
+        return "" if len(sessions) >= trainer.LEAST else words("train.few")
+
+    def _turn(self, step: int) -> None:
+        place = REPETITIONS.index(self._repetitions) + step
+        self._repetitions = REPETITIONS[place % len(REPETITIONS)]
+
+    def _toggle(self) -> None:
+        self._by_hand = not self._by_hand
+
+    def _record(self) -> None:
+        infos = self.lessons.infos
+        located = [label for label, info in infos.items() if len(info.rules) > 1]
+        rng = Random(len(self.sessions))  # another order in each session
+        cues = plan([*infos, NULL], located, self._repetitions, pad_of(self.orb.state), rng)
+        self.show(RecordPage(self.course, cues, rng, by_hand=self._by_hand))
+
+    def _train(self) -> None:
+        folder, out = data_folder() / "training", data_folder() / "bundles" / "trained.orb"
+        try:
+            sessions = _copied(self.sessions, folder, gestures_file(self.lessons))
+            out.parent.mkdir(parents=True, exist_ok=True)
+            steps = trainer.steps(sessions, out, folder / "evaluation.json")
+            page = TrainingPage(self.course, TrainingRun(steps, trainer.COMMAND), folder, out)
+        except OSError as error:
+            self._problem = f"{error.filename}: {reason(error)}"
+            return
+        self._problem = ""
+        self.show(page)
+
+
+def gestures_file(lessons: Lessons) -> str:
+    """Return the text of a `gestures.toml` with the commands of taught gestures; "": none needed.
+
+    Their symmetries are unknown to the host; the training learns them as they were recorded.
+    """
+    labels = lessons.vocabulary.labels if lessons.vocabulary else ()
+    if labels[: len(_PAPER)] != _PAPER or len(labels) == len(_PAPER):
+        return ""
+    lines = ['name = "trained"', 'extends = "paper"']
+    for label in labels[len(_PAPER) :]:
+        lines += ["", "[[gesture]]", f'label = "{label}"']
+        info = lessons.infos.get(label)
+        if info and len(info.rules) == 1 and info.rules[0].command:
+            lines.append(f'command = "{info.rules[0].command}"')
+    return "\n".join([*lines, ""])
+
+
+def _copied(sessions: list[Path], folder: Path, gestures: str) -> list[Path]:
+    """Copy recordings into a folder of the host's own, whose old content goes; OSError."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    if gestures:
+        atomic_write(folder / _OWN, gestures.encode())
+    return [Path(shutil.copy2(path, folder)) for path in sessions]
+
+
+class TrainingPage(TeachPage):
+    """Shows how far the training is; leaving it asks once, and ends it."""
+
+    def __init__(self, course: Course, run: TrainingRun, folder: Path, out: Path) -> None:
+        """Show a run that writes its evaluation into a folder, and its bundle to `out`."""
+        self.run, self._folder, self._out = run, folder, out
+        self._begun_s = course.stage.time_s
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the progress."""
+        words, run = self.words, self.run
+        if run.problem:
+            lines = rows(run.problem)[:6]
+            return Menu(words("train.failed"), [self.back_item()], table=lines)
+        left_s = run.progress.left_s(self._stage.time_s - self._begun_s)
+        minutes = "" if left_s is None else words("train.left", minutes=f"{left_s / 60 + 0.5:.0f}")
+        step = Item(words(f"train.{run.step or 'evaluate'}"), share=run.progress.share)
+        items = [step, Item(words("train.stop"), self.leave, value=minutes)]
+        return Menu(words("train.training"), items, notice=words("train.training_hint"))
+
+    def notice(self) -> str:
+        """Return "": a training needs no orb."""
+        return ""
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass; at the end show what came of it."""
+        self.run.poll()
+        super().tick(time_s)
+        if self.run.step or self.run.problem:
+            return
+        try:
+            found = trainer.results(self._folder / "evaluation.json")
+        except ValueError as error:
+            self.run.problem = str(error)
+            return
+        self.become(ResultPage(self.course, found, self._out))
+
+    def leave(self) -> None:
+        """Go back; ask once if the training has not ended."""
+        if not self.run.step:
+            super().leave()
+            return
+        words = self.words
+        choices = [(words("teach.no"), self.rebuild), (words("teach.yes"), self._stop)]
+        self.show(ChoicePage(self.course, words("train.sure"), choices))
+
+    def _stop(self) -> None:
+        self.run.stop()
+        self.leave()
+
+
+class ResultPage(TeachPage):
+    """Shows how often each gesture of the spared session was understood, and installs the bundle.
+
+    Attributes:
+        upload: The installation under way, or the last one; None before.
+    """
+
+    def __init__(self, course: Course, found: list[GestureResult], bundle: Path) -> None:
+        """Show results, worst first, of a bundle's file."""
+        self._found, self._bundle, self._problem = found, bundle, ""
+        self.upload: BundleUpload | None = None
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the results, and what can be done with the bundle."""
+        words, found, vocabulary = self.words, self._found, self.lessons.vocabulary
+        events = sum(one.of for one in found)
+        share = sum(one.understood for one in found) / events if events else 0.0
+        undo = self.lessons.undo if vocabulary and vocabulary.undo else None
+        items = [
+            self._use(),
+            Item(words("teach.undo"), undo, hint=words("teach.undo_hint")),
+            *(self._item(one) for one in found),
+            self.back_item(),
+        ]
+        title = words("train.result", percent=f"{100 * share:.0f}")
+        over = self.upload is not None and self.upload.over
+        said = bundle_upload.outcome(self.upload) if self.upload and over else ""
+        return Menu(title, items, notice=self._problem or said or self.notice())
+
+    def _use(self) -> Item:
+        words, upload = self.words, self.upload
+        if upload is None or upload.over:
+            use = self._install if self.orb.state.link == "live" else None
+            return Item(words("train.use"), use, hint=words("train.use_hint"))
+        share = upload.offset / upload.size
+        return Item(words(f"install.{upload.stage}"), share=share)
+
+    def _item(self, one: GestureResult) -> Item:
+        words = self.words
+        value = words("teach.of", count=one.understood, tries=one.of)
+        hint = one.why or words("train.all_understood")
+        return Item(naming.gesture(words, one.label), value=value, hint=hint)
+
+    def _install(self) -> None:
+        try:
+            self.upload = bundle_upload.load(self._bundle)
+        except UserError as error:
+            self._problem = str(error)
+            return
+        if self.orb.state.welcome is not None:
+            begun = [Connected(self.orb.state.welcome)]
+            self.upload.turn(begun, self._stage.time_s, self.orb.send)
+
+    def report(self, message: Report, time_s: float) -> None:
+        """Take a report; the installation goes on with it."""
+        super().report(message, time_s)
+        if self.upload is not None and not self.upload.over:
+            self.upload.turn([Delivered(message, 0)], time_s, self.orb.send)
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass: what the orb did not answer is sent again."""
+        super().tick(time_s)
+        if self.upload is not None and not self.upload.over:
+            self.upload.turn([], time_s, self.orb.send)
+
+    def link_lost(self) -> None:
+        """Give up the installation; it can be begun again."""
+        super().link_lost()
+        self.upload = None

@@ -1,0 +1,84 @@
+"""The application in a window of its own, driven by granted time."""
+
+from pathlib import Path
+
+import pygame
+
+from controller.protocol.messages import COMMANDS, Command, Contacts, Telemetry, Welcome
+from host.app.application import SIZE, OrbApp
+from host.connection.receiver import Connected, Delivered, Received
+from tetris.engine.game import Game, Phase
+from tetris.window.app import Start
+from tetris.window.screens.play_screen import PlayScreen
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
+FELT = Delivered(Telemetry(1, bytes([128] * 25), (1.0, 0, 0, 0, 0), None, "", True, 40.0), 0)
+FRAME_S = 1 / 60
+READY_S = 1.0  # after which the first piece can be moved
+
+
+def said(name: str) -> Delivered:
+    return Delivered(Command(name, "press", 0.99, None, 1), 0)
+
+
+class Window:
+    """The application in a window of its own, and a clock."""
+
+    def __init__(
+        self,
+        start: Start = Start(),  # noqa: B008
+        config: Path | None = None,
+        welcome: Welcome | None = WELCOME,
+    ) -> None:
+        self.app = OrbApp(start, config=config, sound=False)
+        self.surface = pygame.Surface(SIZE)
+        self.now_s = 0.0
+        self.pass_s(0.0, *([Connected(welcome)] if welcome else []))
+
+    def pass_s(self, seconds: float, *received: Received) -> None:
+        """Let time pass, with a picture every 60th of a second."""
+        until_s, items = self.now_s + seconds, list(received)
+        while True:
+            self.app.tick(self.now_s, items)
+            self.app.draw(self.surface)
+            items = []
+            if self.now_s >= until_s:
+                return
+            self.now_s += FRAME_S
+
+    def key(self, code: int) -> None:
+        """Press a key, and let it come up."""
+        for down in (True, False):
+            self.hold_key(code, down=down)
+        self.pass_s(0.1)
+
+    def hold_key(self, code: int, *, down: bool = True, mod: int = 0) -> None:
+        """Press a key without releasing it, or release it; `mod` tells which others are down."""
+        kind = pygame.KEYDOWN if down else pygame.KEYUP
+        self.app.handle(pygame.event.Event(kind, key=code, mod=mod), self.now_s)
+
+    def contacts(self) -> list[Contacts]:
+        """Return the contacts for the virtual orb that are due."""
+        return [one for one in self.app.outgoing(self.now_s) if isinstance(one, Contacts)]
+
+    @property
+    def game(self) -> Game:
+        game = self.app.game.game
+        assert game
+        return game
+
+    def phase(self) -> Phase:
+        """Return whether the game runs, pauses or is over."""
+        return self.game.phase
+
+    @property
+    def playing(self) -> bool:
+        return isinstance(self.app.stage.screen, PlayScreen)
+
+
+def playing(welcome: Welcome | None = WELCOME) -> Window:
+    """Return a window in which a game runs whose pieces do not fall."""
+    window = Window(Start("zen", 1), welcome=welcome)
+    window.pass_s(READY_S, *([FELT] if welcome else []))
+    return window
