@@ -57,7 +57,7 @@ _MOUSE: Final = (
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
-_LONG_S: Final = 1.5  # a pinch held so long pauses: the orb's own way out of a game
+_LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
 _IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 
 
@@ -110,7 +110,8 @@ class OrbApp(Target):
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._now_s = 0.0
         self._deaf_until_s = 0.0  # no command is taken before
-        self._long_s = math.inf  # when a held pinch pauses
+        self._long_s = math.inf  # when a held pinch leaves the page
+        self._taken = False  # whether the page took the last gesture for itself
         self._surface: pygame.Surface | None = None
         self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
         if config is not None and start == Start():
@@ -190,8 +191,7 @@ class OrbApp(Target):
         self.programs.tick(now_s, received, behind=self._behind)
         if now_s >= self._long_s:
             self._long_s = math.inf
-            if isinstance(self.stage.screen, PlayScreen):
-                self.game.act(Action.PAUSE)
+            self.game.act(Action.PAUSE)
         repeats = self._gestures.poll(now_s)
         lowering = [Action.DOWN] if self._gestures.soft_drop(now_s) else []
         self.game.hold(lowering, repeats)
@@ -231,12 +231,15 @@ class OrbApp(Target):
                 self.lab.relabel(labels)
                 self.correcting.labels = labels
             case Command() if now_s >= self._deaf_until_s:
-                taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
-                if not taken and (action := ACTIONS.get(message.name)):
+                self._taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
+                if not self._taken and (action := ACTIONS.get(message.name)):
                     self.game.act(action)
             case State():
                 self._gestures.hold(message.pressed, now_s)
-                self._long_s = now_s + _LONG_S if "drop" in message.pressed else math.inf
+                leaves = "drop" in message.pressed and (
+                    self._taken or isinstance(screen, PlayScreen)
+                )
+                self._long_s = now_s + _LONG_S if leaves else math.inf
             case UploadStatus():
                 self.correcting.answer(message, now_s)
         if isinstance(screen, OrbScreen) and isinstance(message, Report):

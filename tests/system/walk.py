@@ -15,6 +15,18 @@ _TRIES: Final = 3  # of a gesture
 _GAME_S: Final = 1.2  # before a game can be left
 # Doors that end the program, or change what the walk needs.
 SHUT: Final = frozenset({"Quit", "Restart", "Reset"})
+# Pages that take gestures for themselves: a held pinch leaves them.
+TAKING: Final = frozenset(
+    {
+        "ExamplesPage",
+        "LabScreen",
+        "LearnScreen",
+        "RecordPage",
+        "SkinScreen",
+        "TryPage",
+        "WatchScreen",
+    }
+)
 
 
 class Hand:
@@ -33,8 +45,19 @@ class Hand:
                 self.confirm()
                 return
             (self.down if labels.index(label) > labels.index(selected) else self.up)()
-            time.sleep(_SETTLE_S / 2)
+            self._settle(selected)
         raise ScenarioError(f"{label!r} cannot be selected on {page(self.window)}")
+
+    def _settle(self, selected: str) -> None:
+        """Wait until another item is selected."""
+        until_s = time.monotonic() + _OPEN_S
+        while self.window.shown["selected"] == selected and time.monotonic() < until_s:
+            time.sleep(_SETTLE_S / 6)
+        time.sleep(_SETTLE_S / 6)
+
+    def back(self) -> None:
+        """Leave a page by its last item."""
+        self.choose(self.window.shown["labels"][-1])
 
     def leave_game(self) -> None:
         """Open the menu over a running game."""
@@ -132,9 +155,16 @@ class Orb(Hand):
         """Pinch."""
         self._gesture(lambda: self.window.press(0.0, 0.0, 0.2, button=3))
 
+    def back(self) -> None:
+        """Choose the last item; hold a pinch where gestures are no steps."""
+        if self.window.shown["screen"] in TAKING:
+            self.leave_game()
+        else:
+            super().back()
+
     def leave_game(self) -> None:
         """Hold a pinch."""
-        self._gesture(lambda: self.window.press(0.0, 0.0, 2.2, button=3))
+        self._gesture(lambda: self.window.press(0.0, 0.0, 2.4, button=3))
 
     def _gesture(self, make: Callable[[], None]) -> None:
         """Make a gesture until it is answered, as people do."""
@@ -215,7 +245,8 @@ def _home(hand: Hand, first: Page) -> None:
         if page(window) == first:
             return
         if window.shown["labels"]:
-            _open(hand, window.shown["labels"][-1])
+            hand.back()
+            time.sleep(_OPEN_S)
         else:
             time.sleep(_GAME_S)
             hand.leave_game()

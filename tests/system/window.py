@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from .desktop import ScenarioError, Screen, VirtualOrb, Window, installed, missing
-from .walk import HANDS, SHUT, Orb, Page, walk
+from .walk import HANDS, Orb, Page, walk
 
 SIZE: Final = (1280, 720)
 CLICK_S: Final = 0.08  # how long people's clicks last
@@ -128,8 +128,13 @@ def introduction(desk: Desk) -> None:
         time.sleep(0.8)  # for reading
         show(window, *step)
         done += 1
-        window.until(lambda shown, step=step: shown["step"] != step, "the next step", 6.0)
+        window.until(_another(step), "the next step", 6.0)
     desk.seen |= {"steps": done, "seconds": time.monotonic() - begun_s}
+
+
+def _another(step: object) -> Callable[[dict[str, Any]], bool]:
+    """Return whether another step is shown."""
+    return lambda shown: shown["step"] != step
 
 
 def show(window: Window, label: str, x: float, y: float) -> None:
@@ -316,21 +321,14 @@ def walk_by_orb(desk: Desk) -> None:
     _walk(desk, "orb")
 
 
-# Pages that take gestures for themselves: the orb steers nothing there.
-TAKING: Final = {"Learn the orb": "LearnScreen", "Watch": "WatchScreen"}
-
-
 def _walk(desk: Desk, name: str) -> None:
     window = desk.open()
     hand = HANDS[name](window)
-    by_orb = isinstance(hand, Orb)
-    found = walk(hand, shut=SHUT | TAKING.keys() if by_orb else SHUT)
+    found = walk(hand)
     desk.seen["pages"] = len(found)
-    lacking = EVERY - set(found)
     if isinstance(hand, Orb):
         desk.seen["missed"] = hand.missed
-        lacking = {page for page in lacking if page[0] not in TAKING.values()}
-    if lacking:
+    if lacking := EVERY - set(found):
         raise ScenarioError(f"{sorted(lacking)} cannot be reached")
     EVERY.update(found)
 

@@ -47,9 +47,8 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
                 seen["items"][menu.items[spot.number].label] = [*place.topleft, *place.size]
     if isinstance(screen, LearnScreen) and screen.step is not None:
         pad, (x, y) = app.touch.pad, screen.step.place
-        centre = pad.centre
-        place = (x - centre[0]) / pad.radius, (y - centre[1]) / pad.radius
-        seen["step"] = [screen.step.label, *place]
+        across, up = (x - pad.centre[0]) / pad.radius, (y - pad.centre[1]) / pad.radius
+        seen["step"] = [screen.step.label, across, up]
     if isinstance(screen, PlayScreen):
         left, top = app.dock.game.topleft
         seen["pause"] = screen.button.move(left, top).center

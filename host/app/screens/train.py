@@ -32,6 +32,7 @@ class TrainPage(TeachPage):
     def __init__(self, course: Course) -> None:
         """Count the sessions of the orb's folder."""
         self._repetitions, self._by_hand, self._problem = REPETITIONS[1], False, ""
+        self._missing = trainer.missing()
         super().__init__(course)
 
     @property
@@ -39,7 +40,7 @@ class TrainPage(TeachPage):
         """The recordings of the orb's folder, oldest first; [] where it is not on this machine."""
         vocabulary = self.lessons.vocabulary
         found = Path(vocabulary.folder, "recordings").glob("[!.]*.npz") if vocabulary else ()
-        return sorted(found, key=lambda path: (path.stat().st_mtime, path.name))
+        return sorted(found, key=lambda path: (_written_s(path), path.name))
 
     def page(self) -> Menu:
         """Return what can be done, and what is there."""
@@ -80,10 +81,9 @@ class TrainPage(TeachPage):
     def _obstacle(self, sessions: list[Path]) -> str:
         """Return why nothing can be trained now, a sentence; "" if it can."""
         words, vocabulary = self.words, self.lessons.vocabulary
-        missing = trainer.missing()
-        if "models" in missing:
+        if "models" in self._missing:
             return words("train.no_models")
-        if missing:
+        if self._missing:
             return words("train.no_torch", how=how_to_install("train"))
         if vocabulary is not None and not Path(vocabulary.folder).is_dir():
             return words("train.elsewhere", folder=vocabulary.folder)
@@ -115,6 +115,14 @@ class TrainPage(TeachPage):
             return
         self._problem = ""
         self.show(page)
+
+
+def _written_s(path: Path) -> float:
+    """Return when a file was written, seconds; 0 if it has just gone."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def gestures_file(lessons: Lessons) -> str:

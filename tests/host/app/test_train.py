@@ -215,14 +215,19 @@ def test_training_needs_two_sessions(window: Window) -> None:
         assert (item.do is not None) is (count >= 2)
 
 
-def test_it_is_said_what_is_missing(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("missing", "words"), [("torch", "further packages"), ("models", "no training programs")]
+)
+def test_it_is_said_what_is_missing(
+    window: Window, monkeypatch: pytest.MonkeyPatch, missing: str, words: str
+) -> None:
     sessions(window, 2)
-    for needed, words in (("models_", "further packages"), ("models", "no training programs")):
-        monkeypatch.setattr(trainer, "missing", lambda needed=needed: [needed])
-        window.pass_s(0.1)
-        item = window.menu.items[window.number("Train")]
-        assert item.do is None
-        assert words in item.hint
+    monkeypatch.setattr(trainer, "missing", lambda: [missing])
+    window.choose("Back")
+    window.choose("Train properly")
+    item = window.menu.items[window.number("Train")]
+    assert item.do is None
+    assert words in item.hint
 
 
 def test_the_verdict_is_shown_and_the_bundle_used(window: Window) -> None:
