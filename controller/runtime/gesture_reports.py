@@ -38,13 +38,12 @@ def reports(
     taught = taught_labels(loaded, known)
     store = BundleStore()
     record = store.record()
-    entry = record.entry(record.current)
     installed = path == store.path(record.current)
     head = Vocabulary(
         loaded.labels,
         loaded.users.commands(mapping),
         "" if path in _SHIPPED else fitted(path.stem, _TEXT),
-        installed and entry is not None and entry.corrects is not None,
+        installed and record.before is not None,
         len(taught),
         "" if objection else fitted(str(folder), _FOLDER),
         fitted(objection, _OBJECTION),

@@ -257,7 +257,7 @@ class Teacher:
         self._progress = 0.8 * share  # the rest is for the self-test
 
     def _undo(self) -> str:
-        self._store.take_back()
+        self._store.undo()
         return "the last change is undone"
 
     def _outcome(self, done: bool, text: str) -> Message:

@@ -58,6 +58,15 @@ class InstalledRecord:
         """Return the entry of a bundle; None for the shipped one."""
         return next((entry for entry in self.entries if entry.name == name), None)
 
+    @property
+    def before(self) -> str | None:
+        """The bundle before the last change, an installation too; None if there was none."""
+        entry = self.entry(self.current)
+        if entry is None or entry.corrects is not None:
+            return None if entry is None else entry.corrects
+        older = ("", *(one.name for one in self.entries[: self.entries.index(entry)]))
+        return self.previous if self.previous in older else None  # a newer one was undone
+
 
 class BundleStore:
     """A folder of bundles, which need not exist; by default the user's own."""
@@ -121,12 +130,19 @@ class BundleStore:
         return self._use(record, record.previous)
 
     def take_back(self) -> InstalledRecord:
-        """Take the bundle before the last change into use; BundleError if there was none."""
+        """Take the bundle before the last correction into use; BundleError if there was none."""
         record = self.record()
         entry = record.entry(record.current)
         if entry is None or entry.corrects is None:
             raise BundleError("there is no change to undo")
         return self._use(record, entry.corrects)
+
+    def undo(self) -> InstalledRecord:
+        """Undo the last change, an installation too; BundleError if there was none."""
+        record = self.record()
+        if record.before is None:
+            raise BundleError("there is no change to undo")
+        return self._use(record, record.before)
 
     def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:
         """Take a bundle of the store into use; the current one is kept for `rollback`."""

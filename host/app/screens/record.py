@@ -8,6 +8,7 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Command, Contact, Perform
+from controller.protocol.teaching import Record, RecordLabel
 from host.app import ghost
 from host.app.cues import EXAMPLE_S, NULL, Cue, CueRun
 from host.app.screens.teach_page import Course, TeachPage
@@ -50,12 +51,12 @@ class RecordPage(TeachPage):
         self._begun = self._felt = False  # whether it records; a touch began
         self._last_s, self._label, self._number = course.stage.time_s, NULL, 0
         super().__init__(course)
-        self.lessons.recording = None
-        self.lessons.record(on=True)
+        course.recording = None
+        self.orb.send(Record(True))
 
     def page(self) -> Menu:
         """Return the ways to wait and to end."""
-        words, status = self.words, self.lessons.recording
+        words, status = self.words, self.course.recording
         where = words("train.where", folder=homely(Path(status.text).parent)) if status else ""
         go_on = words("train.go_on" if self.run.paused else "train.pause")
         pause = Item(go_on, self._pause, hint=where)
@@ -80,7 +81,7 @@ class RecordPage(TeachPage):
         """Let the cues go on while the orb records; it may end the recording by itself."""
         passed_s, self._last_s = time_s - self._last_s, time_s
         super().tick(time_s)
-        status = self.lessons.recording
+        status = self.course.recording
         if status is None or self._stage.screen is not self:
             return
         if not status.on:
@@ -98,7 +99,7 @@ class RecordPage(TeachPage):
         self._felt = False
         if run.label != self._label:
             self._label = run.label
-            self.lessons.record_label(run.label)
+            self.orb.send(RecordLabel(run.label))
         if run.phase == "go" != before and self._by_hand:
             self._perform(run.cue)
         self.orb.ghost = self._shown()
@@ -126,7 +127,7 @@ class RecordPage(TeachPage):
 
     def leave(self) -> None:
         """End the recording, which is kept, and go back."""
-        self.lessons.record(on=False)
+        self.orb.send(Record(False))
         self._leave()
 
     def _leave(self) -> None:

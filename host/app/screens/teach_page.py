@@ -7,6 +7,7 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Command, Report, Telemetry
+from controller.protocol.teaching import RecordingStatus
 from host.app.screen import Orb, OrbScreen
 from host.app.thumbnails import Base, thumbnail
 from host.app.touch_watch import TouchEvent, TouchWatch
@@ -30,12 +31,14 @@ class Course:
 
     Attributes:
         play: Begins a game.
+        recording: State of the orb's recording; None before the first, and without a link.
     """
 
     stage: ScreenStack
     orb: Orb
     play: Do
     watch: TouchWatch = field(default_factory=TouchWatch)
+    recording: RecordingStatus | None = None
     live: bool = False  # whether the link was there at the last tick
 
 
@@ -82,6 +85,8 @@ class TeachPage(OrbScreen):
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report."""
+        if isinstance(message, RecordingStatus):
+            self.course.recording = message
         if not isinstance(message, Telemetry):
             return
         if event := self.course.watch.step(self.orb.state.level, time_s):
@@ -100,7 +105,7 @@ class TeachPage(OrbScreen):
 
     def link_lost(self) -> None:
         """Give up what was under way over the link."""
-        self.course.watch = TouchWatch()
+        self.course.watch, self.course.recording = TouchWatch(), None
 
     # -- pictures ------------------------------------------------------------------------
 

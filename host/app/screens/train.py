@@ -17,8 +17,8 @@ from host.app.screens.teach_page import ChoicePage, Course, TeachPage
 from host.app.trainer import GestureResult, TrainingRun
 from host.connection import bundle_upload
 from host.connection.bundle_upload import BundleUpload
-from host.gestures import Lessons
 from host.ui import naming
+from host.ui.orb_state import OrbState
 from tetris.window.menu import Item, Menu
 
 REPETITIONS: Final = (10, 20, 30)
@@ -44,8 +44,8 @@ class TrainPage(TeachPage):
 
     def page(self) -> Menu:
         """Return what can be done, and what is there."""
-        words, sessions, recording = self.words, self.sessions, self.lessons.recording
-        labels = len(self.lessons.infos) + 1
+        words, sessions, recording = self.words, self.sessions, self.course.recording
+        labels = len(self.orb.state.gestures) + 1
         minutes = f"{labels * self._repetitions * EXAMPLE_S / 60:.0f}"
         items = [
             Item(
@@ -76,7 +76,9 @@ class TrainPage(TeachPage):
 
     @property
     def _ready(self) -> bool:
-        return bool(self.lessons.infos) and self.orb.state.link == "live" and self.orb.state.ready
+        vocabulary, state = self.lessons.vocabulary, self.orb.state
+        described = vocabulary is not None and len(state.gestures) == len(vocabulary.labels) - 1
+        return described and state.link == "live" and state.ready
 
     def _obstacle(self, sessions: list[Path]) -> str:
         """Return why nothing can be trained now, a sentence; "" if it can."""
@@ -97,7 +99,7 @@ class TrainPage(TeachPage):
         self._by_hand = not self._by_hand
 
     def _record(self) -> None:
-        infos = self.lessons.infos
+        infos = self.orb.state.gestures
         located = [label for label, info in infos.items() if len(info.rules) > 1]
         rng = Random(len(self.sessions))  # another order in each session
         cues = plan([*infos, NULL], located, self._repetitions, pad_of(self.orb.state), rng)
@@ -106,7 +108,7 @@ class TrainPage(TeachPage):
     def _train(self) -> None:
         folder, out = data_folder() / "training", data_folder() / "bundles" / "trained.orb"
         try:
-            sessions = _copied(self.sessions, folder, gestures_file(self.lessons))
+            sessions = _copied(self.sessions, folder, gestures_file(self.orb.state))
             out.parent.mkdir(parents=True, exist_ok=True)
             steps = trainer.steps(sessions, out, folder / "evaluation.json")
             page = TrainingPage(self.course, TrainingRun(steps, trainer.COMMAND), folder, out)
@@ -125,18 +127,18 @@ def _written_s(path: Path) -> float:
         return 0.0
 
 
-def gestures_file(lessons: Lessons) -> str:
+def gestures_file(orb: OrbState) -> str:
     """Return the text of a `gestures.toml` with the commands of taught gestures; "": none needed.
 
     Their symmetries are unknown to the host; the training learns them as they were recorded.
     """
-    labels = lessons.vocabulary.labels if lessons.vocabulary else ()
+    labels = orb.labels
     if labels[: len(_PAPER)] != _PAPER or len(labels) == len(_PAPER):
         return ""
     lines = ['name = "trained"', 'extends = "paper"']
     for label in labels[len(_PAPER) :]:
         lines += ["", "[[gesture]]", f'label = "{label}"']
-        info = lessons.infos.get(label)
+        info = orb.gestures.get(label)
         if info and len(info.rules) == 1 and info.rules[0].command:
             lines.append(f'command = "{info.rules[0].command}"')
     return "\n".join([*lines, ""])

@@ -102,6 +102,26 @@ def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStor
     assert shelf.rollback().current == names[-7]
 
 
+def test_undo_takes_back_installations_and_never_goes_forward(
+    tmp_path: Path, shelf: BundleStore
+) -> None:
+    put(shelf, variant(tmp_path, 1))
+    two = put(shelf, variant(tmp_path, 2))
+    put(shelf, variant(tmp_path, 3), corrects=two)
+    assert shelf.undo().current == two
+    with pytest.raises(BundleError, match="there is no change to undo"):
+        shelf.undo()  # the bundle in use before is the newer one
+    put(shelf, variant(tmp_path, 4))
+    assert shelf.undo().current == two
+
+
+def test_undo_ends_at_the_bundle_that_ships(tmp_path: Path, shelf: BundleStore) -> None:
+    put(shelf, variant(tmp_path, 1))
+    assert shelf.undo().current == ""
+    with pytest.raises(BundleError, match="there is no change to undo"):
+        shelf.undo()
+
+
 def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
     for text in DAMAGED:
         (tmp_path / RECORD).write_text(text)

@@ -2,10 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 import pygame
 import pytest
@@ -68,13 +65,11 @@ class RecordingOrb(FakeOrb):
 
 
 @pytest.fixture(autouse=True)
-def display(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+def fake_models(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Keep results in a folder of the test, and train by the small program."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.setattr(trainer, "NEEDED", ("json",))
     monkeypatch.setattr(trainer, "COMMAND", (sys.executable, "-c", TRAINER))
-    pygame.display.init()
-    yield
-    pygame.display.quit()
 
 
 @pytest.fixture
@@ -83,6 +78,7 @@ def window(tmp_path: Path) -> Window:
     (tmp_path / "orb" / "recordings").mkdir(parents=True)
     window = Window()
     window.orb = RecordingOrb(tmp_path / "orb")
+    window.pass_s(0.1, Connected(WELCOME))
     for item in ("Teach", "Train properly"):
         window.choose(item)
     assert isinstance(window.screen, TrainPage)
