@@ -247,7 +247,8 @@ class Teacher:
         self._recognised = outcome.recognised
         fresh = [label for label in outcome.waits if label not in parts.bundle.debounce.patient]
         if job.action == "learn" and fresh:
-            done = f"{done}; {' and '.join(fresh)} now wait {outcome.patience_s:.2f} s for it"
+            waits = f"{' and '.join(fresh)} now {'wait' if fresh[1:] else 'waits'}"
+            done = f"{done}; {waits} {outcome.patience_s:.2f} s for it"
         if job.action == "forget":
             self._examples.drop([one.number for one in self._examples.of(job.label)])
         return done

@@ -32,6 +32,7 @@ from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
+from tetris.window.theme import ACCENT, GOOD, PIECES
 from tetris.window.video import video_file
 
 from .desktop import arc
@@ -115,6 +116,12 @@ class Camera:
             if self.speed:
                 self.film.append(zlib.compress(self._seen(self._surface), 1))
         self._receiver.wait(_STEP_S)
+
+    def home(self) -> None:
+        """Go back to the title page; the link may have been silent while a film was saved."""
+        self.run(2.0)
+        self.app.stage.home()
+        self.run(0.5)
 
     # -- the pointer -----------------------------------------------------------------------
 
@@ -201,11 +208,20 @@ class Camera:
     def save_film(self, path: Path) -> None:
         """Save the film, and begin another one."""
         pictures = [zlib.decompress(picture) for picture in list(self.film)[:: len(self.film) // 9]]
-        with video_file(path, FILM, RATE_HZ, pictures) as film:
+        with video_file(path, FILM, RATE_HZ, [*pictures, _swatch()]) as film:
             for picture in self.film:
                 film.add(zlib.decompress(picture))
         print(f"{path.name}: {len(self.film)} pictures, {path.stat().st_size / 1e6:.1f} MB")
         self.film, self.speed = deque(), 0.0
+
+
+def _swatch() -> bytes:
+    """Return a picture with the pieces' colours, so that a film's palette has them."""
+    picture = pygame.Surface(FILM)
+    colours = [*PIECES.values(), GOOD, ACCENT]
+    for number, colour in enumerate(colours):
+        picture.fill(colour, (number * FILM[0] // len(colours), 0, FILM[0], FILM[1]))
+    return pygame.image.tobytes(picture, "RGB")
 
 
 def swipe(camera: Camera, number: int) -> None:
@@ -218,8 +234,7 @@ def swipe(camera: Camera, number: int) -> None:
 
 def teach(camera: Camera) -> None:
     """Film how a gesture is taught, tried and used."""
-    camera.until(lambda: camera.app.orb.link == "live" and camera.app.orb.ready)
-    camera.save(PICTURES / "app-title.png")
+    camera.home()
     camera.speed = 1.8
     for item in ("Teach", "New gesture…", "swipe"):
         camera.choose(item)
@@ -248,9 +263,7 @@ def teach(camera: Camera) -> None:
 
 def pages(camera: Camera) -> None:
     """Save other pages of the application."""
-    camera.run(2.0)  # the link may have been silent while the film was saved
-    camera.app.stage.home()
-    camera.run(0.5)
+    camera.home()
     for way, name in (
         (("Teach",), "gestures"), (("Learn the orb",), "learn"), (("Orbs",), "orbs"),
         (("Orbs", "This orb"), "this-orb"), (("Orbs", "Control other programs"), "programs"),
@@ -277,6 +290,8 @@ def lab(camera: Camera) -> None:
 
 def play(camera: Camera) -> None:
     """Film the orb's own hand until it has cleared a row, and go on in its place."""
+    camera.until(lambda: camera.app.orb.link == "live" and camera.app.orb.ready)
+    camera.save(PICTURES / "app-title.png")
     camera.film, camera.speed = deque(maxlen=round(PLAY_S * RATE_HZ)), 1.0
     camera.choose("Watch")
     screen = camera.app.stage.screen
@@ -302,10 +317,10 @@ def main() -> int:
         os.environ.update(XDG_CONFIG_HOME=home, XDG_DATA_HOME=home)
         camera = Camera()
         try:
+            play(camera)
             teach(camera)
             pages(camera)
             lab(camera)
-            play(camera)
         finally:
             camera.close()
     return 0

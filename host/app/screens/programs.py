@@ -80,7 +80,7 @@ class ProgramsScreen(OrbScreen):
 
 
 class KeysScreen(OrbScreen):
-    """The key of each command in a profile; saved when it is left."""
+    """The key of each command in a profile."""
 
     def __init__(self, stage: ScreenStack, orb: Orb, page: ProgramsScreen) -> None:
         """Edit what is chosen on the page."""
