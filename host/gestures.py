@@ -26,9 +26,6 @@ from controller.protocol.teaching import (
     Forget,
     Learn,
     LearnStatus,
-    Record,
-    RecordingStatus,
-    RecordLabel,
     SaveAs,
     SetCommand,
     Undo,
@@ -49,7 +46,6 @@ class Lessons:
         examples: Outcomes of the examples by number, also of those that were not felt.
         open: Number of the example under way; None if there is none.
         status: Progress or outcome of the last change; None before the first.
-        recording: State of the recording; None before the first.
         kept: For each label, the share of its touches still recognised at the last change.
     """
 
@@ -58,7 +54,6 @@ class Lessons:
     examples: dict[int, ExampleTaken] = field(default_factory=dict)
     open: int | None = None
     status: LearnStatus | None = None
-    recording: RecordingStatus | None = None
     _due: list[Request] = field(default_factory=list)
     _next: int = 0
 
@@ -100,12 +95,10 @@ class Lessons:
                 self.open = None  # it was too long, or refused
         elif isinstance(message, LearnStatus):
             self.status = message
-        elif isinstance(message, RecordingStatus):
-            self.recording = message
 
     def connected(self) -> None:
         """Begin with a new session: ask for the gestures; what was under way is over."""
-        self.vocabulary, self.open, self.status, self.recording = None, None, None, None
+        self.vocabulary, self.open, self.status = None, None, None
         self.examples = {}
         self._due = [Describe()]
 
@@ -172,14 +165,6 @@ class Lessons:
         """Delete all examples and recordings."""
         self.examples = {}
         self._change(DeleteExamples())
-
-    def record(self, *, on: bool) -> None:
-        """Start or stop a recording."""
-        self._due.append(Record(on))
-
-    def record_label(self, label: str) -> None:
-        """Note in the recording what the player is asked for, "null" rest."""
-        self._due.append(RecordLabel(label))
 
     def _change(self, request: Request) -> None:
         """Send a change, and wait for its outcome."""
