@@ -116,7 +116,7 @@ def test_parts_that_the_manifest_does_not_name_are_refused(tmp_path: Path) -> No
         with pytest.raises(BundleError, match="other parts than its manifest names"):
             bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
     del parts["location.onnx"]
-    with pytest.raises(BundleError, match="a bundle has the parts"):
+    with pytest.raises(BundleError, match="has not the parts"):
         bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
 
 
