@@ -14,7 +14,7 @@ from host.ui import naming
 from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.window.screen_stack import ATTRACT_HZ, IDLE_HZ, ScreenStack
 
 _SEED: Final = 2  # its first five pieces are no O, which looks the same turned
 _STILL: Final = Config(gravity=False, lock_resets=None)
@@ -69,6 +69,11 @@ class LearnScreen(GamePage):
         else:
             items = [*self._exits(), Item(words("learn.menu"), self.leave)]
         return Menu(words("learn.title"), items)
+
+    @property
+    def frames_hz(self) -> int:
+        """Enough for the hand that shows a gesture; fewer where nothing moves."""
+        return IDLE_HZ if self.step is None else ATTRACT_HZ
 
     # -- what the orb says ---------------------------------------------------------------
 
