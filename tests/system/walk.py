@@ -174,6 +174,8 @@ class Orb(Hand):
             try:
                 self.window.until(lambda shown: len(shown["gestures"]) > before, "an answer", 1.5)
             except ScenarioError:
+                if self.window.process.poll() is not None:
+                    raise
                 self.missed += 1
                 continue
             time.sleep(_SETTLE_S)

@@ -108,6 +108,11 @@ class Recorder:
         self.game.restore(position)
         self._moments, self._last_us = list(moments), time_us
 
+    @property
+    def begun(self) -> bool:
+        """Whether anything has been played."""
+        return bool(self._moments)
+
     def replay(self) -> Replay:
         """Return what has been played so far.
 

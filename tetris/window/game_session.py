@@ -47,6 +47,8 @@ class Session:
         session = cls.__new__(cls)
         session._begin(mode, recorder)
         session.ranked = False
+        if not recorder.begun:
+            return session
         past = Player(recorder.replay())
         session._statistics.update(past.first_events)
         given = [each for moment in past.replay.moments for each in moment.inputs]
