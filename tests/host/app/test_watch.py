@@ -119,7 +119,9 @@ def test_the_panel_and_the_board_say_that_it_is_a_demo() -> None:
 
 def test_a_game_that_has_not_begun_can_be_taken_over() -> None:
     window = Watching()
-    window.watch.menu.items[0].do()
+    take_over = window.watch.menu.items[0].do
+    assert take_over
+    take_over()
     window.pass_s(1.5)
     assert isinstance(window.app.stage.screen, PlayScreen)
     assert window.game.phase is Phase.RUNNING
