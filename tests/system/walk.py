@@ -15,6 +15,8 @@ _TRIES: Final = 3  # of a gesture
 _GAME_S: Final = 1.2  # before a game can be left
 # Doors that end the program, or change what the walk needs.
 SHUT: Final = frozenset({"Quit", "Restart", "Reset"})
+# Pages whose doors correct what the orb has learned: a walk through them would spoil it.
+LEAVES: Final = frozenset({"That was…"})
 # Pages that take gestures for themselves: a held pinch leaves them.
 TAKING: Final = frozenset(
     {
@@ -211,7 +213,7 @@ def walk(hand: Hand, *, shut: frozenset[str] = SHUT) -> dict[Page, list[str]]:
             there = page(window)
             if there not in ways:
                 ways[there] = [*ways[here], door]
-                if window.shown["labels"]:
+                if window.shown["labels"] and there[1] not in LEAVES:
                     queue.append(there)
             _home(hand, first)
     return ways
