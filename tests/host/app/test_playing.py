@@ -188,3 +188,17 @@ def test_a_window_of_any_size_is_painted_all_over(size: tuple[int, int]) -> None
         for surface in (first, second):
             window.app.draw(surface)
         assert pygame.image.tobytes(first, "RGB") == pygame.image.tobytes(second, "RGB")
+
+
+def test_a_held_pinch_leaves_a_page_that_takes_gestures_for_itself() -> None:
+    window = Window()
+    window.pass_s(0.1, FELT)
+    before = window.app.stage.screen
+    window.app.handle(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_F2), window.now_s)
+    window.pass_s(0.5, FELT)
+    assert window.app.stage.screen is not before
+    window.pass_s(0.1, said("drop"), Delivered(State(("drop",)), 0))
+    window.pass_s(1.5, FELT)
+    assert window.app.stage.screen is not before
+    window.pass_s(1.0, FELT)
+    assert window.app.stage.screen is before
