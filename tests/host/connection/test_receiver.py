@@ -669,7 +669,7 @@ def test_another_device_is_chosen_while_the_first_does_not_answer(
     def hang() -> Transport:
         waiting.set()
         go_on.wait(DEADLINE_S)
-        raise LinkError("nobody is there")
+        raise LinkError("no orb answers")
 
     ear = ears(Receiver(hang))
     ear.receiver.start()
