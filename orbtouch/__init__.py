@@ -17,9 +17,8 @@ may change at any time. Whatever a user can put right is raised as `Error`, in o
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from controller import __version__ as __version__
-
 if TYPE_CHECKING:
+    from controller import __version__ as __version__
     from controller.errors import UserError as Error
     from orbtouch.networks import Command, Evaluation, Network, network
     from orbtouch.orbs import Orb, connect, record
@@ -41,7 +40,8 @@ __all__ = [
     "train",
 ]
 
-# Modules of the names: each is imported at its first use, since the command needs none of them.
+# Modules of the names: each is imported at its first use: the command
+# needs none of them, and looks first whether our other packages are the ones that are found.
 _MODULES: Final = {
     **dict.fromkeys(("Command", "Evaluation", "Network", "network"), "networks"),
     **dict.fromkeys(("Orb", "connect", "record"), "orbs"),
@@ -53,9 +53,9 @@ _MODULES: Final = {
 def __getattr__(name: str) -> Any:
     """Import a public name."""
     if name == "Error":
-        from controller.errors import UserError
-
-        return UserError
+        return import_module("controller.errors").UserError
+    if name == "__version__":
+        return import_module("controller").__version__
     if name not in _MODULES:
         raise AttributeError(f"module 'orbtouch' has no attribute {name!r}")
     return getattr(import_module(f"orbtouch.{_MODULES[name]}"), name)

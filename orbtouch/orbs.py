@@ -171,7 +171,7 @@ def record(path: Path | str, seconds: float, *options: str) -> Recording:
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGTERM)
             message = process.communicate()[1]
-    if not Path(path).is_file():
+    if process.returncode:
         raise UserError(message.strip().removeprefix("controller: ") or "nothing was recorded")
     return load(path)
 
