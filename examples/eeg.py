@@ -1,7 +1,7 @@
 """Gestures beside EEG through Lab Streaming Layer: cut an epoch around each command.
 
-Start `host --tap lsl`, and an EEG amplifier's LSL program; then `python eeg.py 20`. It collects for 20 s
-and saves epochs (commands, samples, channels) from 0.5 s before to 1 s after each command.
+Start `host --tap lsl`, and an EEG amplifier's LSL program; then `python eeg.py 20`. It collects for
+20 s and saves epochs (commands, samples, channels) from 0.5 s before to 1 s after each command.
 """
 
 import sys

@@ -1,8 +1,8 @@
 """An interactive learner over OSC: name what the orb feels, then see which name is nearest.
 
-Start it, then `host --tap osc://127.0.0.1:9000`. Type a name and Enter while you touch the dome: the
-next second of images are its examples. From then on the nearest name is printed when it changes,
-and sent on as /wek/outputs to port 12000, as interactive machine-learning programs do.
+Start it, then `host --tap osc://127.0.0.1:9000`. Type a name and Enter while you touch the dome:
+the next second of images are its examples. From then on the nearest name is printed when it
+changes, and sent on as /wek/outputs to port 12000, as interactive machine-learning programs do.
 """
 
 import sys

@@ -1,6 +1,7 @@
 """Training from recordings: a network in one call."""
 
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +27,8 @@ def train(
     Raises:
         Error: The [train] extra is missing, or the recordings cannot be learned from.
     """
-    try:
-        import torch  # noqa: F401
-    except ImportError:
-        raise UserError(f"training needs PyTorch; {how_to_install('train')}") from None
+    if find_spec("torch") is None:
+        raise UserError(f"training needs PyTorch; {how_to_install('train')}")
     from models.training.train import Request
     from models.training.train import train as run
 
