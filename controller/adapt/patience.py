@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from controller.recognition.debounce import DebounceSettings, fire, smooth
 
 SHARE: Final = 0.1  # of a gesture's streams in which an older one fires first
+NEAR: Final = 0.95  # of the bounds: what comes so near fires on another day or orb
 MARGIN: Final = 1.2  # of the longest time in the examples: people vary
 LONGEST_S: Final = 0.6  # a command that comes later feels lost
 
@@ -42,7 +43,8 @@ def patient(
         idle: Mean of |z - 1| of the examples where nothing touches.
     """
     weight = settings.weight(idle)
-    eager = replace(settings, patient=(), awaited=(), patience_s=0.0)
+    on, late = NEAR * settings.on, NEAR * settings.late
+    eager = replace(settings, on=on, late=late, patient=(), awaited=(), patience_s=0.0)
     waiting, awaited = list(settings.patient), list(settings.awaited)
     longest_s = settings.patience_s
     for label, streams in taught.items():
