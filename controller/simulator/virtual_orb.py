@@ -30,8 +30,9 @@ EDGE: Final = 0.96  # of the dome's radius: where fingers end, as in host/ui/poi
 DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
 WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
 _UPDATES: Final = 1024  # of the host's fingers that wait for a scan
-_JUMP_S: Final = 0.04  # after more time between updates, fingers move evenly instead of jumping
-_EVEN_S: Final = 0.1  # and take so long at most
+_JUMP_S: Final = 0.04  # a finger that has gone further than _JUMP_MM in more time than this
+_JUMP_MM: Final = 3.0  # moves evenly instead of jumping
+_EVEN_S: Final = 0.1  # and takes so long at most
 
 
 @dataclass(slots=True, eq=False)
@@ -194,7 +195,8 @@ class VirtualOrb:
         step, share = SINK_MM_S * step_s, 1.0 - exp(-step_s / FOLLOW_S)
         for slot in {*self._wanted, *np.flatnonzero(self._pointer_depth).tolist()}:
             wanted = self._wanted.get(slot)
-            goal = wanted.depth_mm if wanted else 0.0
+            arriving = not wanted and now < self._ways[slot][2]  # a finger lifts at its way's end
+            goal = wanted.depth_mm if wanted else float(arriving * self._pointer_depth[slot])
             change = goal - float(self._pointer_depth[slot])
             self._pointer_depth[slot] += min(max(change, -step), step)
             self._pointer[slot] += share * (self._goal(slot, now) - self._pointer[slot])
@@ -214,7 +216,7 @@ class VirtualOrb:
         self._wanted = {}
         for contact in contacts:
             slot, point = self._slot_of.get(contact.id), self._point(contact)
-            start = point
+            start, last_s = point, 1e-9
             if slot is None:
                 taken = set(self._slot_of.values())
                 free = [s for s in range(POINTERS) if s not in taken]
@@ -222,9 +224,9 @@ class VirtualOrb:
                 self._slot_of[contact.id] = slot
                 self._pointer[slot] = point
                 self._pointer_depth[slot] = 0.0
-            elif gap_s > _JUMP_S:
-                start = self._goal(slot, now)
-            self._ways[slot] = (now, start, now + min(max(gap_s, _JUMP_S), _EVEN_S), point)
+            elif gap_s > _JUMP_S and abs(point - self._goal(slot, now)) > _JUMP_MM:
+                start, last_s = self._goal(slot, now), min(gap_s, _EVEN_S)
+            self._ways[slot] = (now, start, now + last_s, point)
             self._wanted[slot] = contact
 
     def _limited(self, contact: Contact) -> Contact:
