@@ -174,7 +174,7 @@ def drag(updates_hz: float) -> NDArray[np.float64]:
     for k in range(round(0.4 * updates_hz) + 1):
         orb.touch([Contact(0, 0.5 + 7.5 * k / updates_hz, 2.0, 9.0, 7.0)], 1.0 + k / updates_hz)
     frames = np.array([orb.read((k + 1) / 20) for k in range(32)], dtype=np.float64)
-    return frames / frames[:18].mean(axis=0) - 1.0
+    return np.asarray(frames / frames[:18].mean(axis=0) - 1.0)
 
 
 def test_a_drag_looks_alike_from_a_window_with_few_pictures_a_second() -> None:
