@@ -1,10 +1,11 @@
 """Names of gestures and commands, and other words about the orb, in the language in use."""
 
 import re
+from functools import cache
 from typing import Final
 
 from host.ui.unanswered import Reason
-from tetris.window.language import Words
+from tetris.window.language import FALLBACK, Words, table
 
 # Sentences of `Health` and the keys of their words; groups are set into them.
 _HEALTH: Final = (
@@ -43,10 +44,45 @@ def health(words: Words, sentence: str) -> str:
         if found := re.match(pattern, sentence):
             parts = found.groupdict()
             if "where" in parts:
-                place = _PLACES.sub(lambda one: words(f"dome.place.{one[0]}"), parts["where"])
-                parts["where"] = place
+                parts["where"] = place(words, parts["where"])
             return words(f"dome.health.{key}", **parts)
     return sentence
+
+
+def place(words: Words, name: str) -> str:
+    """Return a place such as "row 2" in the language in use."""
+    return _PLACES.sub(lambda one: words(f"dome.place.{one[0]}"), name)
+
+
+def said(words: Words, sentence: str) -> str:
+    """Return a sentence of the orb or the trainer in the language in use.
+
+    The English words below `said` are its templates; a sentence that fits none stays as it is.
+    """
+    for key, pattern in _templates():
+        if found := pattern.fullmatch(sentence):
+            parts = found.groupdict()
+            return words(key, **{name: _part(words, name, part) for name, part in parts.items()})
+    return sentence
+
+
+def _part(words: Words, name: str, part: str) -> str:
+    """Return what is set into a template: a place, a gesture, a sentence, or as it is."""
+    if name == "where":
+        return place(words, part)
+    if name == "gesture":
+        return gesture(words, part)
+    return said(words, part) if name in ("first", "then") else part
+
+
+@cache
+def _templates() -> tuple[tuple[str, re.Pattern[str]], ...]:
+    """Return the keys and patterns of the sentences, in order."""
+    return tuple(
+        (key, re.compile(re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+?)", re.escape(english))))
+        for key, english in table(FALLBACK).items()
+        if key.startswith("said.")
+    )
 
 
 def _known(words: Words, key: str, name: str) -> str:

@@ -11,6 +11,7 @@ from controller.protocol.teaching import Describe, Recalibrate, Vocabulary
 from host.app.orbs import OrbEntry, Orbs
 from host.app.programs import Programs, folder
 from host.app.screen import Orb, OrbScreen, rows
+from host.app.screens.check import CheckScreen
 from host.app.screens.pairing import PairScreen
 from host.app.screens.programs import ProgramsScreen
 from host.app.screens.skin import SkinScreen
@@ -106,12 +107,14 @@ class PresentOrbScreen(OrbScreen):
     def page(self) -> Menu:
         """Return its state, and what can be done."""
         words, stage = self._stage.look.words, self._stage
+        check = partial(CheckScreen, stage, self.orb)
         skin = partial(SkinScreen, stage, self.orb)
         install = partial(InstallScreen, stage, self.orb, self._orbs)
         items = [
             Item(
                 words("orb.rest"), lambda: self.orb.send(Recalibrate()), hint=words("orb.rest_hint")
             ),
+            Item(words("check.title"), lambda: stage.push(check()), hint=words("check.hint")),
             Item(words("skin.title"), lambda: stage.push(skin()), hint=words("skin.hint")),
             Item(words("install.title"), lambda: stage.push(install()), hint=words("install.hint")),
             Item(words("menu.back"), self.leave),
