@@ -79,9 +79,10 @@ class LiveFrames(FrameReader):
 class AskedFinger(Finger):
     """A user at the host, who is asked to press, and whose press is seen in the frames."""
 
-    def __init__(self, tell: Tell, watch: FrameReader) -> None:
+    def __init__(self, tell: Tell, watch: LiveFrames) -> None:
         """Begin untouched; `tell` sends a message."""
         self._tell, self._watch = tell, watch
+        watch.catch_up()
         self._level = np.maximum(watch.frames(2 * _LOOK_S).mean(axis=0), 0.01)
         grid = watch.sensor.geometry
         self._places = touch_checks.places(grid.rows, grid.columns)
@@ -104,6 +105,7 @@ class AskedFinger(Finger):
     def _step(self, step: str) -> None:
         done = self._places.index(self._last) / len(self._places)
         share = _REST_SHARE + (1.0 - _REST_SHARE) * done
+        self._watch.catch_up()
         self._tell(CheckStep(step, *self._last, share))
 
     def _wait(self, *, down: bool) -> bool:
@@ -157,7 +159,7 @@ def _rows(watch: LiveFrames, bundle: Path, tell: Tell) -> Iterator[Row]:
         yield system_checks.runtime(bundle)
         bad = np.zeros((watch.sensor.geometry.rows, watch.sensor.geometry.columns), np.bool_)
         watch.catch_up()
-        yield from skin_rows(watch, bad, partial(AskedFinger, tell))
+        yield from skin_rows(watch, bad, lambda _: AskedFinger(tell, watch))
     except SensorError as error:
         if not watch.stopped:
             yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")

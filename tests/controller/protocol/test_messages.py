@@ -184,8 +184,8 @@ GOLDEN: list[tuple[wire.Message, str]] = [
     (teach.Check(True), "41  01"),
     (teach.CheckStep("press", 2, 3, 1.0), "1f  05 7072657373 02 03 0000803f"),
     (
-        teach.CheckRow("air", "good", "1 kPa", "", "a"),
-        "0f  03 616972 04 676f6f64 05 31206b5061 00 01 61",
+        teach.CheckRow("air", "good", "1 kPa", "b", "a"),
+        "0f  03 616972 04 676f6f64 05 31206b5061 01 62 01 61",
     ),
     (
         teach.Vocabulary(("null", "tap"), ("hold",), "b", True, 1, "/d", "no"),
