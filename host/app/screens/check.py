@@ -20,27 +20,31 @@ class CheckScreen(OrbScreen):
 
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
         """Begin a check."""
+        self.orb = orb
+        self._begin()
         super().__init__(stage, orb)
-        self._again()
 
     def _again(self) -> None:
+        self._begin()
+        self.rebuild()
+
+    def _begin(self) -> None:
         self._step = CheckStep("waiting", 0, 0, 0.0)
         self._found: list[CheckRow] = []
         self._problem = ""
         self._busy_s = 0.0  # until when presses belong to the check
         self.orb.send(Check(True))
-        self.rebuild()
 
     def page(self) -> Menu:
         """Return what is to be done, or a line for each check, the worst first."""
         words, step = self._stage.look.words, self._step
         back = Item(words("menu.back"), self.leave)
         if step.step != "over":
-            done = Row((words("skin.done"), f"{step.progress:.0%}"))
+            done = Row((words("check.done"), f"{step.progress:.0%}"))
             task = rows(words(f"check.{step.step}", row=step.row, column=step.column), marked=True)
             return Menu(words("check.title"), [back], table=[*task, done])
         items = [self._line(row) for row in self._found]
-        again = Item(words("skin.again"), self._again)
+        again = Item(words("check.again"), self._again)
         return Menu(words("check.title"), [*items, again, back], notice=self._problem)
 
     def _line(self, row: CheckRow) -> Item:

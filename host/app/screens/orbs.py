@@ -14,7 +14,6 @@ from host.app.screen import Orb, OrbScreen, rows
 from host.app.screens.check import CheckScreen
 from host.app.screens.pairing import PairScreen
 from host.app.screens.programs import ProgramsScreen
-from host.app.screens.skin import SkinScreen
 from host.connection import bundle_upload
 from host.ui.naming import health
 from tetris.window.menu import Item, Menu, Row
@@ -108,14 +107,12 @@ class PresentOrbScreen(OrbScreen):
         """Return its state, and what can be done."""
         words, stage = self._stage.look.words, self._stage
         check = partial(CheckScreen, stage, self.orb)
-        skin = partial(SkinScreen, stage, self.orb)
         install = partial(InstallScreen, stage, self.orb, self._orbs)
         items = [
             Item(
                 words("orb.rest"), lambda: self.orb.send(Recalibrate()), hint=words("orb.rest_hint")
             ),
             Item(words("check.title"), lambda: stage.push(check()), hint=words("check.hint")),
-            Item(words("skin.title"), lambda: stage.push(skin()), hint=words("skin.hint")),
             Item(words("install.title"), lambda: stage.push(install()), hint=words("install.hint")),
             Item(words("menu.back"), self.leave),
         ]

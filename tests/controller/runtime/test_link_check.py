@@ -63,7 +63,7 @@ def test_an_orb_that_is_touched_is_not_calibrated(make: Callable[..., Orb]) -> N
 
 def test_a_check_that_is_stopped_ends_without_a_verdict(
     make: Callable[..., Orb],
-    tmp_path: Path,  # noqa: F811
+    tmp_path: Path,
 ) -> None:
     orb = make()
     orb.ask(Check(True))
