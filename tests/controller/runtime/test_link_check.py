@@ -1,3 +1,4 @@
+# ruff: noqa: F811
 """A check that a host asks a running orb for: what it asks, what it finds, what it stores."""
 
 from collections.abc import Callable
@@ -6,7 +7,8 @@ from pathlib import Path
 from controller.protocol.messages import Contact, Message
 from controller.protocol.teaching import Check, CheckRow, CheckStep
 from controller.sensors import calibration_store
-from tests.controller.runtime.test_teacher import Orb, make  # noqa: F401
+from tests.controller.runtime.test_teacher import Orb
+from tests.controller.runtime.test_teacher import make as make
 
 DEPTH_MM, RADIUS_MM = 8.0, 7.0
 
@@ -35,7 +37,7 @@ def rows(said: list[Message]) -> dict[str, CheckRow]:
 
 
 def test_a_sound_orb_has_no_fault_and_is_calibrated(
-    make: Callable[..., Orb],  # noqa: F811
+    make: Callable[..., Orb],
 ) -> None:
     orb = make()
     said = checked(orb, obedient)
@@ -47,13 +49,13 @@ def test_a_sound_orb_has_no_fault_and_is_calibrated(
     assert shares == sorted(shares)
 
 
-def test_a_lead_that_is_off_is_found(make: Callable[..., Orb]) -> None:  # noqa: F811
+def test_a_lead_that_is_off_is_found(make: Callable[..., Orb]) -> None:
     said = checked(make("--fault", "open_row:2"), obedient)
     assert "row 2" in " ".join(rows(said))
     assert "FAULT" in {row.verdict for row in rows(said).values()}
 
 
-def test_an_orb_that_is_touched_is_not_calibrated(make: Callable[..., Orb]) -> None:  # noqa: F811
+def test_an_orb_that_is_touched_is_not_calibrated(make: Callable[..., Orb]) -> None:
     orb = make()
     pinch = (Contact(1, 2.0, 2.0, DEPTH_MM, RADIUS_MM),)
     said = checked(orb, lambda step: pinch if 0.1 < step.progress < 0.15 else ())
