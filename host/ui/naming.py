@@ -19,6 +19,7 @@ _HEALTH: Final = (
     ("lead", r"(?P<where>.+) has drifted by (?P<percent>[+-]\d+) %; look at its lead"),
     ("film", r"(?P<where>.+): drifted by (?P<percent>[+-]\d+) %; the film"),
 )
+_FIGURES: Final = ("count", "number", "percent", "seconds")
 _PLACES: Final = re.compile(r"\b(taxels?|rows?|columns?|all|and|of)\b")
 
 
@@ -70,16 +71,22 @@ def _part(words: Words, name: str, part: str) -> str:
     """Return what is set into a template: a place, a gesture, a sentence, or as it is."""
     if name == "where":
         return place(words, part)
-    if name == "gesture":
-        return gesture(words, part)
+    if name in ("gesture", "gestures"):
+        both = words("dome.place.and")
+        return f" {both} ".join(gesture(words, label) for label in part.split(" and "))
     return said(words, part) if name in ("first", "then") else part
+
+
+def _group(name: re.Match[str]) -> str:
+    """Return the pattern of what is set into a template."""
+    return f"(?P<{name[1]}>{r'[-+.0-9]+' if name[1] in _FIGURES else '.+?'})"
 
 
 @cache
 def _templates() -> tuple[tuple[str, re.Pattern[str]], ...]:
     """Return the keys and patterns of the sentences, in order."""
     return tuple(
-        (key, re.compile(re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+?)", re.escape(english))))
+        (key, re.compile(re.sub(r"\\{(\w+)\\}", _group, re.escape(english))))
         for key, english in table(FALLBACK).items()
         if key.startswith("said.")
     )
