@@ -51,7 +51,8 @@ class CheckScreen(OrbScreen):
         words = self._stage.look.words
         hint = f"{said(words, row.found)}. {said(words, row.advice)}".strip()
         key = row.verdict.lower().replace(" ", "_")
-        return Item(place(words, row.name), lambda: None, words(f"check.{key}"), hint=hint)
+        name = said(words, place(words, row.name))
+        return Item(name, lambda: None, words(f"check.{key}"), hint=hint)
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Keep presses of the check out of the menu."""
