@@ -270,7 +270,7 @@ class OrbApp(Target):
             case pygame.KEYDOWN:
                 self._events += [*self._ctrl.act(), event]
             case pygame.KEYUP:
-                self._events += [*self._ctrl.release(event.key), event]
+                self._events += [*self._ctrl.act(event.key), event]
             case kind if kind in _MOUSE:
                 self._mouse(event, now_s)
             case kind if kind in _FINGERS:

@@ -33,12 +33,10 @@ class CtrlKey:
         """Drop the key: it was part of a correction."""
         self._waiting = 0
 
-    def release(self, code: int) -> list[pygame.event.Event]:
-        """Return the presses due now that a key came up."""
-        return self.act() if code == self._waiting else []
-
-    def act(self) -> list[pygame.event.Event]:
-        """Return the press and release of the key held back, if there is one."""
+    def act(self, released: int | None = None) -> list[pygame.event.Event]:
+        """Return the press and release of the key held back, or of it only if `released` is it."""
+        if released not in (None, self._waiting):
+            return []
         code, self._waiting = self._waiting, 0
         kinds = (pygame.KEYDOWN, pygame.KEYUP) if code else ()
         return [pygame.event.Event(kind, key=code) for kind in kinds]

@@ -7,19 +7,7 @@ from typing import Final
 from host.ui.unanswered import Reason
 from tetris.window.language import FALLBACK, Words, table
 
-# Sentences of `Health` and the keys of their words; groups are set into them.
-_HEALTH: Final = (
-    ("no_signal", r"(?P<where>.+): no signal"),
-    ("crackles", r"a lead crackles"),
-    ("dead", r"(?P<where>.+): no answer to touch"),
-    ("busy", r"no quiet second"),
-    ("touched", r"something has touched the orb for (?P<minutes>\d+) min"),
-    ("pressure_down", r"pressure down (?P<percent>\d+) %"),
-    ("pressure_up", r"pressure up (?P<percent>\d+) %"),
-    ("lead", r"(?P<where>.+) has drifted by (?P<percent>[+-]\d+) %; look at its lead"),
-    ("film", r"(?P<where>.+): drifted by (?P<percent>[+-]\d+) %; the film"),
-)
-_FIGURES: Final = ("count", "number", "percent", "seconds")
+_FIGURES: Final = ("count", "minutes", "number", "percent", "seconds")
 _PLACES: Final = re.compile(r"\b(taxels?|rows?|columns?|all|and|of)\b")
 
 
@@ -39,17 +27,6 @@ def unanswered(words: Words, reason: Reason) -> str:
     return words(f"dome.unanswered.{reason.key}").format(*names)
 
 
-def health(words: Words, sentence: str) -> str:
-    """Return a sentence of `Health` in the language in use; an unknown one as it is."""
-    for key, pattern in _HEALTH:
-        if found := re.match(pattern, sentence):
-            parts = found.groupdict()
-            if "where" in parts:
-                parts["where"] = place(words, parts["where"])
-            return words(f"dome.health.{key}", **parts)
-    return sentence
-
-
 def place(words: Words, name: str) -> str:
     """Return a place such as "row 2" in the language in use."""
     return _PLACES.sub(lambda one: words(f"dome.place.{one[0]}"), name)
@@ -58,7 +35,7 @@ def place(words: Words, name: str) -> str:
 def said(words: Words, sentence: str) -> str:
     """Return a sentence of the orb or the trainer in the language in use.
 
-    The English words below `said` are its templates; a sentence that fits none stays as it is.
+    The English words below `said` and `dome.health` are its templates; a sentence that fits none stays as it is.
     """
     for key, pattern in _templates():
         if found := pattern.fullmatch(sentence):
@@ -88,7 +65,7 @@ def _templates() -> tuple[tuple[str, re.Pattern[str]], ...]:
     return tuple(
         (key, re.compile(re.sub(r"\\{(\w+)\\}", _group, re.escape(english))))
         for key, english in table(FALLBACK).items()
-        if key.startswith("said.")
+        if key.startswith(("said.", "dome.health."))
     )
 
 

@@ -15,7 +15,7 @@ from host.app.screens.check import CheckScreen
 from host.app.screens.pairing import PairScreen
 from host.app.screens.programs import ProgramsScreen
 from host.connection import bundle_upload
-from host.ui.naming import health, said
+from host.ui.naming import said
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -130,7 +130,7 @@ class PresentOrbScreen(OrbScreen):
             lines.append(Row((words("orb.bundle"), self._bundle or words("orb.shipped"))))
         if state.sure:
             lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
-        found = [row for one in state.health for row in rows(health(words, one))]
+        found = [row for one in state.health for row in rows(said(words, one))]
         return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 
     def report(self, message: Report, time_s: float) -> None:

@@ -70,7 +70,14 @@ VERDICTS = [
     "3 too short, 2 taken for press; 10 more examples or a firmer touch",
     "taken for press; a movement less like press",
 ]
-ALL = sorted({*sent(), *checks(), *VERDICTS} - {"7: 7", "air: 7"})
+FAULTS = (
+    "taxel row 0, column 3: no signal, play goes on without; fasten the lead",
+    "a lead crackles: it was off and on again several times; fasten leads and plug",
+    "row 3 has drifted by -20 %; look at its lead",
+    "taxel row 1, column 2: drifted by +49 %; the film may be cracking",
+    "no quiet second since the start; take hands and things off the orb",
+)
+ALL = sorted({*sent(), *checks(), *VERDICTS, *FAULTS} - {"7: 7", "air: 7"})
 
 
 @pytest.mark.parametrize("language", ["de", "fr"])
