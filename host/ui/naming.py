@@ -35,7 +35,7 @@ def place(words: Words, name: str) -> str:
 def said(words: Words, sentence: str) -> str:
     """Return a sentence of the orb or the trainer in the language in use.
 
-    The English words below `said` and `dome.health` are its templates; a sentence that fits none stays as it is.
+    The English words below `said` and `dome.health` are its templates; else it stays as it is.
     """
     for key, pattern in _templates():
         if found := pattern.fullmatch(sentence):
