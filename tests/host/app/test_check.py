@@ -1,4 +1,4 @@
-"""The page of the doctor's checks: a finger shows the place, and the verdict has the worst first."""
+"""The page of the checks: a finger shows the place, and the verdict has the worst first."""
 
 from controller.protocol.messages import Command
 from controller.protocol.teaching import Check, CheckRow, CheckStep
