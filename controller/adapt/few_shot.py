@@ -25,7 +25,7 @@ from controller.recognition.debounce import DebounceSettings
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
-UNSEEN: Final = 6  # variations of each new example that tell which older gestures fire early
+UNSEEN: Final = 8  # variations of each new example that tell which older gestures fire early
 REHEARSED: Final = 3  # variations of the rehearsal data
 SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
 NOISY: Final = 0.03  # noise that halves this weight at 10 Hz, z: it makes gestures more alike

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from controller.recognition.debounce import DebounceSettings, fire, smooth
 
-SHARE: Final = 0.1  # of a gesture's streams in which an older one fires first
-NEAR: Final = 0.95  # of the bounds: what comes so near fires on another day or orb
+SHARE: Final = 0.2  # of a gesture's streams in which an older one fires first
+NEAR: Final = 0.97  # of the bounds: what comes so near fires on another day or orb
 MARGIN: Final = 1.2  # of the longest time in the examples: people vary
 LONGEST_S: Final = 0.6  # a command that comes later feels lost
 
