@@ -25,6 +25,8 @@ READABLE: Final = (1, 2, SCHEMA)
 PICOFARAD: Final = "pF"
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
+PAUSE: Final = 5.0  # times the usual interval, from which on an interval is a pause
+OFTEN: Final = 0.95  # share of the intervals that are no pauses
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: three times that of the longest labels
 TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
@@ -105,10 +107,21 @@ class Recording:
 
     @property
     def rate_hz(self) -> float:
-        """Measured frames per second, from the median interval."""
-        if len(self.t) < 2:
-            return self.origin.rate_hz
-        return 1.0 / float(np.median(np.diff(self.t)))
+        """Measured frames per second: frames over time, without pauses."""
+        return mean_rate(np.diff(self.t)[np.diff(self.sequence) == 1]) or self.origin.rate_hz
+
+
+def mean_rate(steps_s: NDArray[np.float64]) -> float:
+    """Return the frames per second by the mean interval, (n,) seconds; 0 if there is none.
+
+    A computer's clock may count in 16 ms, and frames may arrive in bursts: the mean is right where
+    a median is not. Rare intervals far above all others are pauses.
+    """
+    if not len(steps_s):
+        return 0.0
+    pause_s = max(PAUSE * np.median(steps_s), 2.0 * np.quantile(steps_s, OFTEN))
+    usual = steps_s[steps_s <= pause_s]
+    return float(1.0 / usual.mean())
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:

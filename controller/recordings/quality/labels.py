@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from controller.recognition.frames import same_rate
 from controller.recordings.quality.taxels import Response
-from controller.recordings.recording import LABELLERS, UNKNOWN, Recording
+from controller.recordings.recording import LABELLERS, PAUSE, UNKNOWN, Recording
 
 MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap
 USELESS: Final = 0.2  # beyond this share nearly every window has one
 LATE: Final = 1.5  # times the intended interval after missing numbers is a pause
-PAUSE: Final = 5.0  # times the intended interval without a missing number: half a window at 10 Hz
 # Below this share of a typical touch's energy, a label holds no touch. Of 1,074 true gestures on
 # simulated orbs of both presets, 1 in 50 is weaker.
 EMPTY: Final = 0.2
@@ -32,7 +31,7 @@ class FrameTiming:
     """Rate and missing frames of a recording."""
 
     intended_hz: float
-    measured_hz: float  # from the median interval
+    measured_hz: float  # frames over time, without pauses
     worst_ms: float  # the longest interval between consecutive numbers
     missing: int  # without those in pauses
     stretches: int  # segments between pauses
@@ -71,12 +70,10 @@ def measure(recording: Recording) -> FrameTiming:
     intended_hz = float(recording.origin.rate_hz)
     steps, paused = np.diff(recording.sequence), pauses(recording)[1:]
     spent_s = np.diff(recording.t)[steps == 1]
-    if not len(spent_s):
-        spent_s = np.array([1.0 / intended_hz])
     return FrameTiming(
         intended_hz,
-        1.0 / float(np.median(spent_s)),
-        1000.0 * float(spent_s.max()),
+        recording.rate_hz,
+        1000.0 * float(spent_s.max(initial=0.0)),
         missing=int((steps - 1)[~paused].sum()),
         stretches=1 + int(paused.sum()),
         frames=len(recording.t),
