@@ -16,7 +16,7 @@ from controller.errors import count
 from controller.recognition.frames import PreprocessSettings, same_rate
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
-from controller.recordings.quality.taxels import respond
+from controller.recordings.quality.taxels import FIRM, respond
 from controller.recordings.reader import Survey
 from controller.recordings.recording import PICOFARAD, UNKNOWN, Recording
 from models.data import label_repair
@@ -42,9 +42,6 @@ Say = Callable[[str], None]
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
 WINDOWS: Final = (4, 250)  # images; a bundle holds no more
-# What a firm touch is on the orb, mean of |z - 1|; other sensors are scaled to it, because the
-# device's gate and the networks' first layer are made for it. Measured on simulated presses.
-FIRM: Final = 0.08
 KNOWN: Final = 0.5  # share of frames from which on the truth counts as known
 SAMPLED: Final = 8  # recordings from which a scale is taken
 SAID: Final = 3  # recordings left out that an error names
