@@ -11,7 +11,8 @@ SPELL_S: Final = 0.5  # time for which the sensor is still at a level
 LEAST: Final = 4  # frames of it
 SPELLS: Final = 600  # most spells compared, evenly spread over the recording
 STILL: Final = 0.25  # share of the spells that are still
-NEAR: Final = 0.25  # of the greatest differences of two levels: they are one; twice as much: two
+NEAR: Final = 0.06  # of the greatest differences of two levels: they are one; twice as much: two
+NOISE: Final = 3.0  # times the difference within a still spell: as near
 LOCAL: Final = 0.2  # share of the taxels that a local touch moves
 STRONG: Final = 0.2  # of the greatest change of any taxel: it is moved
 
@@ -28,26 +29,33 @@ def rest_frames(frames: Frames, rate_hz: float) -> Frames:
     starts = np.unique(np.linspace(0, len(frames) - length, SPELLS).astype(np.int64))
     spells = np.stack([frames[first : first + length].reshape(length, -1) for first in starts])
     early, late = spells[:, : length // 2].mean(axis=1), spells[:, length // 2 :].mean(axis=1)
-    motion = np.abs(early - late).mean(axis=1)
-    still = np.flatnonzero(motion <= 2.0 * np.quantile(motion, STILL))
+    motion = _size(early - late)
+    usual = float(np.quantile(motion, STILL))
+    still = np.flatnonzero(motion <= 2.0 * usual)
     level = spells.mean(axis=1)
-    apart = np.array([np.abs(level - level[one]).mean(axis=1) for one in still])
-    near = NEAR * float(np.quantile(apart, 0.99))
-    visits = [_visits(row, near) for row in apart]
+    apart = np.array([_size(level - level[one]) for one in still])
+    near = max(NOISE * usual, NEAR * float(np.quantile(apart, 0.99)))
+    quiet = np.isin(np.arange(len(level)), still)
+    visits = [_visits((row <= near) & quiet, row > 2.0 * near) for row in apart]
     best = int(np.argmax(visits))
     if visits[best] > 1:
         alike = still[apart[best, still] <= near]
         middle = np.median(level[alike], axis=0)
-        chosen = alike[np.abs(level[alike] - middle).mean(axis=1).argmin()]
+        chosen = alike[_size(level[alike] - middle).argmin()]
         return frames[starts[chosen] :][:length]
     size = np.abs(frames - _middle(frames))
     local = np.quantile((size > STRONG * size.max()).mean(axis=(1, 2)), 0.9) < LOCAL
     return _middle(frames) if local else frames[starts[still[0]] :][:length]
 
 
-def _visits(apart: NDArray[np.floating], near: float) -> int:
-    """Return how often spells, (n,) away from a level, came to it from well elsewhere."""
-    known = apart[(apart <= near) | (apart > 2.0 * near)] <= near
+def _size(change: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the root mean square of each change, (n, taxels): few taxels count, too."""
+    return np.asarray(np.sqrt(np.square(change).mean(axis=1)))
+
+
+def _visits(here: NDArray[np.bool_], elsewhere: NDArray[np.bool_]) -> int:
+    """Return how often the sensor came from elsewhere to be still at a level, by spells (n,)."""
+    known = here[here | elsewhere]
     return int(known[:1].sum() + (known[1:] & ~known[:-1]).sum())
 
 

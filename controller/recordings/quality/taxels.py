@@ -123,28 +123,36 @@ def _counted(recording: Recording) -> Response:
         stage.step(still[number % len(still)])
     if stage.resting is None:
         return first
-    steps = [stage.step(frame) for frame in frames]
-    change = (np.array([step.image for step in steps]) - 1.0) * settings.scale
-    quiet = np.array([step.quiet for step in steps])
+    light = _light(frames, first.change)
+    steps, touched = [], []
+    for frame in frames:
+        step = stage.measure(frame)
+        local = float(_strongest(step.image[None] - 1.0)[0]) * settings.scale > light
+        touched.append(local or not step.quiet)
+        if not (step.quiet and local):  # the baseline does not follow what the mean hides
+            stage.learn()
+        steps.append(step)
+    change = np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0)
     return Response(
-        change.astype(np.float32),
+        change * np.float32(settings.scale),
         np.array([step.deviation for step in steps]) * settings.scale,
         known=np.ones(len(frames), dtype=np.bool_),
-        touched=~quiet | _local(frames, change),
+        touched=np.array(touched),
     )
 
 
-def _local(frames: Frames, change: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which frames show a light touch of few taxels, (n,), that their mean hides."""
-    count = max(1, round(LOCAL_SHARE * change[0].size))
+def _light(frames: Frames, change: Frames) -> float:
+    """Return the strength above which the strongest taxels show a light touch of few of them."""
+    noise = _strongest(np.diff(frames, axis=0))
+    usual = float(np.quantile(noise, 0.25)) if len(noise) else 0.0
+    return max(NOISE * usual, LIGHT * _firm(_strongest(change)))
 
-    def strongest(size: NDArray[np.floating]) -> NDArray[np.floating]:
-        flat = np.abs(size).reshape(len(size), -1)
-        return np.asarray(np.partition(flat, -count, axis=1)[:, -count:].mean(axis=1))
 
-    noise = float(np.quantile(strongest(np.diff(frames, axis=0)), 0.25)) if len(frames) > 1 else 0.0
-    strength = strongest(change)
-    return np.asarray(strength > max(NOISE * noise, LIGHT * _firm(strength)))
+def _strongest(change: Frames) -> NDArray[np.float32]:
+    """Return the mean size of the strongest taxels of each change, (n,)."""
+    size = np.abs(change).reshape(len(change), -1)
+    count = max(1, round(LOCAL_SHARE * size.shape[1]))
+    return np.asarray(np.partition(size, -count, axis=1)[:, -count:].mean(axis=1))
 
 
 def _firm(strength: NDArray[np.floating]) -> float:
