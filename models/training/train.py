@@ -145,7 +145,7 @@ def train(request: Request, say: Say) -> Training | UserResult:
     storage.bundle_target(request.out)
     users = request.task == "user"
     paths = (*request.paths, *request.auxiliary, *request.others)
-    rate_hz = read_training(paths).surveys[0].origin.rate_hz
+    rate_hz = read_training(paths).rate_hz
     shipped = bundle.default_path(rate_hz)
     base = bundle.read(request.base or shipped)  # before anything that takes long
     if users:
