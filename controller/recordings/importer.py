@@ -183,7 +183,7 @@ def _rest(
         raise RecordingError(
             f"the array {description.rest!r} is {given.dtype} {given.shape}, not a frame of {shape}"
         )
-    first = given.reshape(-1, *shape)[0].astype(np.float32)
+    first: NDArray[np.float32] = given.reshape(-1, *shape)[0].astype(np.float32)
     if not np.isfinite(first).all():
         raise RecordingError(f"the array {description.rest!r} has readings that are no numbers")
     return first

@@ -56,10 +56,9 @@ def recorded(sensor: Sensor, seed: int) -> dict[str, NDArray[Any]]:
         shape[here] = bump if number % 2 == 0 else 0.5 + 0.5 * bump
     frames = sensor.level + sensor.change * depth[:, None, None] * shape
     frames += rng.normal(0.0, sensor.noise, frames.shape)
-    if sensor.begins_touched:
-        first = int((label > 0).argmax())
-        frames, true_s, label, place = (one[first:] for one in (frames, true_s, label, place))
-    return {"frames": np.rint(frames).astype(np.int32), "t": true_s, "label": label, "place": place}
+    kept = slice(int((label > 0).argmax()) if sensor.begins_touched else 0, None)
+    counts = np.rint(frames[kept]).astype(np.int32)
+    return {"frames": counts, "t": true_s[kept], "label": label[kept], "place": place[kept]}
 
 
 def ticks(true_s: NDArray[np.float64]) -> NDArray[np.float64]:

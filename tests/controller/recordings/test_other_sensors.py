@@ -20,9 +20,9 @@ from controller.recordings.recording import Recording
 from tests.support.other_sensors import NAMES, Sensor, bursts, recorded, ticks
 
 Clock = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
-SCREEN = {"rate_hz": 14.04, "rows": 27, "columns": 15, "finger": 1.0}
-FALLING = {"level": 30_000.0, "change": -210.0, "noise": 4.0}  # 0.7 %
-HELD = {"hold_s": 10.0, "touches": 6}
+SCREEN: dict[str, Any] = {"rate_hz": 14.04, "rows": 27, "columns": 15, "finger": 1.0}
+FALLING: dict[str, Any] = {"level": 30_000.0, "change": -210.0, "noise": 4.0}  # 0.7 %
+HELD: dict[str, Any] = {"hold_s": 10.0, "touches": 6}
 
 
 TOML = """
@@ -132,7 +132,7 @@ def test_places_marks_and_users_are_imported() -> None:
     assert cues[0].t_s == pytest.approx(made.t[first])
     assert len(cues) == 4
     assert [mark.text for mark in made.marks if mark.kind == "note"] == ["tired"]
-    one = arrays | {"who": np.int64(7)}  # a number for all frames
+    one = arrays | {"who": np.array(7)}  # a number for all frames
     [made] = importer.recordings(one, described(subject="who"))
     assert made.origin.user == "07"
 
@@ -156,7 +156,8 @@ def test_many_files_are_imported_and_a_bad_one_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for number in (1, 2):
-        np.savez(tmp_path / f"{number}.npz", **recorded(Sensor(touches=2), number), who=number)
+        arrays = recorded(Sensor(touches=2), number)
+        np.savez(tmp_path / f"{number}.npz", who=np.array(number), **arrays)  # type: ignore[arg-type]
     (tmp_path / "3.npz").write_bytes(b"nothing")
     told = tmp_path / "sensor.toml"
     told.write_text(TOML)
