@@ -25,8 +25,8 @@ READABLE: Final = (1, 2, SCHEMA)
 PICOFARAD: Final = "pF"
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
-PAUSE: Final = 5.0  # times the usual interval, from which on an interval is a pause
-OFTEN: Final = 0.95  # share of the intervals that are no pauses
+OFTEN: Final = 0.95  # quantile of the intervals ...
+PAUSE: Final = 2.0  # ... and so many times it is the longest that is no pause
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: three times that of the longest labels
 TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
@@ -119,8 +119,7 @@ def mean_rate(steps_s: NDArray[np.float64]) -> float:
     """
     if not len(steps_s):
         return 0.0
-    pause_s = max(PAUSE * np.median(steps_s), 2.0 * np.quantile(steps_s, OFTEN))
-    usual = steps_s[steps_s <= pause_s]
+    usual = steps_s[steps_s <= PAUSE * np.quantile(steps_s, OFTEN)]
     return float(1.0 / usual.mean())
 
 

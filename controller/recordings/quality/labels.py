@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from controller.recognition.frames import same_rate
 from controller.recordings.quality.taxels import Response
-from controller.recordings.recording import LABELLERS, PAUSE, PICOFARAD, UNKNOWN, Recording
+from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 
 MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap
 USELESS: Final = 0.2  # beyond this share nearly every window has one
 LATE: Final = 1.5  # times the intended interval after missing numbers is a pause
+PAUSE: Final = 5.0  # times the intended interval without a missing number: half a window at 10 Hz
 # Below this share of a typical touch's energy, a label holds no touch. Of 1,074 true gestures on
 # simulated orbs of both presets, 1 in 50 is weaker.
 EMPTY: Final = 0.2
