@@ -57,13 +57,16 @@ class BundleError(UserError, ValueError):
     """The bundle cannot be used; the message is one sentence with the reason."""
 
 
+LABEL: Final = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BundleSettings:
     """The scalar settings in bundle.toml."""
 
     labels: tuple[str, ...] = field(
         metadata={
-            "pattern": r"[a-z][a-z0-9_]{0,39}",  # 40 characters fit in a packet
+            "pattern": LABEL,
             "count": (2, 64),
             "expected": '2 to 64 different names in small letters, "null" first',
         }
