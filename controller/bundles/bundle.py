@@ -50,14 +50,12 @@ _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own
 _MAX_PARTS = 64
 _UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2
 _FILE = (stat.S_IFREG | 0o644) << 16
+LABEL = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
 
 
 class BundleError(UserError, ValueError):
     """The bundle cannot be used; the message is one sentence with the reason."""
-
-
-LABEL: Final = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
