@@ -87,9 +87,7 @@ def _add_conversion(group: Any) -> None:
         "kept, so an interrupted import continues where it was.",
     )  # fmt: skip
     importing.add_argument("sources", metavar="SOURCE", nargs="+", type=Path, help="arrays")
-    importing.add_argument(
-        "description", metavar="DESCRIPTION", type=Path, help="TOML that describes the arrays"
-    )
+    importing.add_argument("description", metavar="DESCRIPTION", type=Path, help="TOML about them")
     importing.add_argument(
         "--out", metavar="DIR", type=Path, default=Path(),
         help="the folder to write into (default: this one)",
