@@ -25,6 +25,8 @@ READABLE: Final = (1, 2, SCHEMA)
 PICOFARAD: Final = "pF"
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
+OFTEN: Final = 0.95  # quantile of the intervals ...
+PAUSE: Final = 2.0  # ... and so many times it is the longest that is no pause
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: three times that of the longest labels
 TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
@@ -105,10 +107,20 @@ class Recording:
 
     @property
     def rate_hz(self) -> float:
-        """Measured frames per second, from the median interval."""
-        if len(self.t) < 2:
-            return self.origin.rate_hz
-        return 1.0 / float(np.median(np.diff(self.t)))
+        """Measured frames per second: frames over time, without pauses."""
+        return mean_rate(np.diff(self.t)[np.diff(self.sequence) == 1]) or self.origin.rate_hz
+
+
+def mean_rate(steps_s: NDArray[np.float64]) -> float:
+    """Return the frames per second by the mean interval, (n,) seconds; 0 if there is none.
+
+    A computer's clock may count in 16 ms, and frames may arrive in bursts: the mean is right where
+    a median is not. Rare intervals far above all others are pauses.
+    """
+    if not len(steps_s):
+        return 0.0
+    usual = steps_s[steps_s <= PAUSE * np.quantile(steps_s, OFTEN)]
+    return float(1.0 / usual.mean())
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:

@@ -82,7 +82,7 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
     use = (truth.label != UNKNOWN) & ~truth.excluded
     right = stream.probabilities.argmax(axis=1) == truth.label
     inside = use & _inside_turns(truth)
-    step_min = float(np.median(np.diff(truth.t))) / 60.0 if len(truth.t) > 1 else 0.0
+    step_min = 1.0 / truth.rate_hz / 60.0 if len(truth.t) > 1 else 0.0
     idle = stream.ready & ~truth.excluded & ~_attached(truth)
     sure = use & stream.ready
     return Tally(
