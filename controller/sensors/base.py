@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.frames import Frame
+from controller.recognition.scale import SKIN, Signal
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
@@ -60,6 +61,7 @@ class Sensor:
         device_id: Serial number.
         virtual: Whether it is simulated, so that a host may touch it.
         hardware: Description for recordings, such as "orb".
+        signal: Unit and sign of its readings.
         preset: Quality of a simulated sensor; "" for a real one.
         seed: Seed of a simulated sensor.
         driver: The driver of a sensor on a board, real or emulated.
@@ -71,13 +73,14 @@ class Sensor:
     device_id: str
     virtual: bool = False
     hardware: str = ""
+    signal: Signal = SKIN
     preset: str = ""
     seed: int | None = None
     driver: Driver | None = None
     source: Recording | None = None
 
     def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads; times never decrease.
+        """Return the scan that ends at `t_s`, (rows, columns), in its unit; times never decrease.
 
         Raises SensorAwayError if there is none now, SensorError if there will be none any more.
         """

@@ -111,7 +111,8 @@ def learn(
 
 def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]:
     """Yield the examples that a recording's cues asked for and got."""
-    stage = Preprocessor(loaded.preprocess, loaded.rows, loaded.columns)
+    grid, signal = (loaded.rows, loaded.columns), recording.origin.signal
+    stage = Preprocessor(loaded.preprocess, *grid, signal=signal)
     steps = [stage.step(frame) for frame in recording.frames]
     images = np.array([step.image for step in steps], dtype=np.float32)
     ready = np.array([step.ready for step in steps])

@@ -63,7 +63,7 @@ class Response:
 def respond(recording: Recording) -> Response:
     """Return the response: in picofarads by the device's own stage, else by a fixed rest."""
     rest = recording.rest if recording.rest is not None else _middle(recording)
-    if recording.origin.unit != PICOFARAD:
+    if not recording.origin.signal.ratio:
         return _fixed((recording.frames - rest).astype(np.float32))
     followed = _followed(recording)
     if followed.known.any():
