@@ -32,7 +32,7 @@ REAL: Final = "orb"  # the sensor whose board can be measured although it gives 
 def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
     options = parser().parse_args(argv)
-    sensors.name_of(options.sensor)  # a wrong name is refused before anything is measured
+    sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
     rows = list(examine(options))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
@@ -65,7 +65,7 @@ def parser() -> argparse.ArgumentParser:
 
 def examine(options: argparse.Namespace) -> Iterator[Row]:
     """Yield all rows; SensorError if the command line asks for what does not exist."""
-    real = sensors.name_of(options.sensor) == REAL
+    real = options.sensor.partition(":")[0] == REAL
     yield system_checks.runtime(options.bundle)
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()

@@ -11,10 +11,10 @@ from controller.recognition.frames import PreprocessSettings, State
 
 PICOFARAD: Final = "pF"
 FIRM: Final = 0.08  # mean |z - 1| of a firm touch of the orb
-_FIRM_SHARE: Final = 0.75  # quantile of the touched frames that counts as firm
+_FIRM_SHARE: Final = 0.5  # quantile of the touched frames that counts as firm
 _GATE: Final = 1 / 3  # of the orb's gate, which allows for the hysteresis of its rubber
 _NOISE: Final = 0.0025  # mean |z - 1| of noise, until there is a touch
-_LEARN_S: Final = 5.0  # of touched frames that decide
+_LEARN_S: Final = 6.0  # of touched frames that decide
 _LIGHT: Final = 0.3  # of the strongest touch; anything below is not counted
 _TINY: Final = 1e-6  # least scale, and least share of the readings
 
@@ -87,7 +87,7 @@ class ScaleEstimator:
             self._energies.append(deviation * self.scale)
             found = np.array(self._energies)
             firm = np.quantile(found[found >= _LIGHT * found.max()], _FIRM_SHARE)
-            self.scale = max(self.scale, float(firm) / FIRM)
+            self.scale = max(float(firm) / FIRM, _TINY)
         return self.scale
 
     def state(self) -> State:

@@ -194,6 +194,7 @@ def _possible(origin: Provenance) -> bool:
         and origin.rows * origin.columns <= MAX_TAXELS
         and 0 < len(set(origin.labels)) == len(origin.labels) <= MAX_LABELS
         and all(type(scale) in (int, float) and 0.0 < scale < 1e6 for scale in scales)
-        and type(origin.sign) is int and origin.sign in (-1, 1)
+        and type(origin.sign) is int
+        and origin.sign in (-1, 1)
         and (origin.seed is None or (type(origin.seed) is int and 0 <= origin.seed < 1 << 64))
     )
