@@ -12,7 +12,7 @@ import numpy as np
 
 from controller import files
 from controller.bundles import bundle as bundles
-from controller.cli.sensor_options import add_sensor, load
+from controller.cli.sensor_options import add_sensor, load_skin
 from controller.diagnostics import (
     measurements,
     skin_checks,
@@ -76,7 +76,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
 
         yield from bluetooth.rows()
     try:
-        sensor = load(options)
+        sensor = load_skin(options)
     except SensorError as error:
         if not real:
             raise

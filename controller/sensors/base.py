@@ -22,6 +22,7 @@ from controller.recognition.scale import SKIN, Signal
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
     from controller.recordings.recording import Recording
+    from controller.sensors.hardware.description import Description
     from controller.sensors.hardware.driver import Driver
 
 
@@ -67,6 +68,7 @@ class Sensor:
         seed: Seed of a simulated sensor.
         driver: The driver of a sensor on a board, real or emulated.
         source: The recording that is read again.
+        description: The description of a sensor that has one.
     """
 
     geometry: Geometry
@@ -79,6 +81,7 @@ class Sensor:
     seed: int | None = None
     driver: Driver | None = None
     source: Recording | None = None
+    description: Description | None = None
 
     def read(self, t_s: float) -> Frame:
         """Return the scan that ends at `t_s`, (rows, columns), in its unit; times never decrease.

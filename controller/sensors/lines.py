@@ -120,6 +120,7 @@ class Lines(Sensor):
     """
 
     hardware = "lines"
+    description: Description
 
     def __init__(
         self, description: Description, port: Any, parser: LineParser, rate_hz: float
@@ -160,6 +161,7 @@ class Lines(Sensor):
                 raise OSError("it is opened again soon")
             self._retry_s = t_s + _RETRY_S
             self._port = _open(self.description)
+            self.parser.cut()
         while data := available(self._port):
             self.parser.feed(data)
 

@@ -70,6 +70,7 @@ class Mpr121(Sensor):
     """Chips on a bus, which may be a fake of smbus2.SMBus."""
 
     hardware = "mpr121"
+    description: Description
 
     def __init__(self, description: Description, bus: Any, rate_hz: float | None = None) -> None:
         """Configure the chips; HardwareError if one does not answer, or has too few electrodes."""

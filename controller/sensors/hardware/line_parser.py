@@ -35,6 +35,10 @@ class LineParser:
         self._whole = False  # whether the beginning of the present line was seen
         self._candidate = 0  # values of the line before, while the count is unknown
 
+    def cut(self) -> None:
+        """Begin in the middle of a line again: the port was lost."""
+        self._rest, self._whole = b"", False
+
     def feed(self, data: bytes) -> list[Values]:
         """Take bytes as they came; return the frames that they complete, oldest first."""
         *lines, rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")

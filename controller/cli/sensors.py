@@ -1,0 +1,119 @@
+"""`controller sensors`: list them; `controller sensors try`: look at one, and describe it."""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from controller import plugins
+from controller.cli.sensor_options import load
+from controller.diagnostics import sensor_trial
+from controller.diagnostics.frame_source import FrameReader, VirtualFinger
+from controller.diagnostics.report import faulty, table
+from controller.diagnostics.sensor_trial import Frames, Trial
+from controller.errors import TROUBLE
+from controller.files import atomic_write
+from controller.recognition.scale import PICOFARAD
+from controller.sensors import base as sensors
+from controller.sensors.base import Sensor, SensorError
+
+
+def main(
+    argv: Sequence[str],
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], None] = time.sleep,
+) -> int:
+    """Run `controller sensors`; exit status 0: success, 1: trouble, 2: wrong usage."""
+    options = _parser().parse_args(argv)
+    if options.command is None:
+        for name in sorted({*sensors.names(), *plugins.names("sensors")}):
+            purpose = (sensors.module_of(name).__doc__ or "").strip().partition("\n")[0]
+            print(f"{name:12}  {purpose}")
+        return 0
+    if options.out is not None and options.out.exists():
+        raise SensorError(f"{options.out} is there already; name another file with --out")
+    sensor = load(options)
+    try:
+        trial = _try(sensor, FrameReader(sensor, clock=clock, sleep=sleep), options.seconds)
+        found = sensor_trial.rows(trial, sensor.signal.unit)
+        print(table(found))
+        if options.out is not None:
+            _write(options.out, sensor, trial)
+    finally:
+        sensor.close()
+    return TROUBLE if faulty(found) else 0
+
+
+def _try(sensor: Sensor, watch: FrameReader, seconds: float) -> Trial:
+    """Return what a sensor does at rest, and while it is touched."""
+    say(f"hands off the sensor for {seconds:g} seconds ...")
+    rest = watch.frames(seconds)
+    say(f"now touch every taxel firmly, one after the other, for {2 * seconds:g} seconds ...")
+    touched = _presses(watch) if sensor.virtual else watch.frames(2 * seconds)
+    rate_hz = sensor.rate_hz if sensor.description is None else sensor.description.rate_hz
+    return sensor_trial.examine(rest, touched, rate_hz or sensor.rate_hz)
+
+
+def _presses(watch: FrameReader) -> Frames:
+    """Return a frame of a press on each taxel of a virtual orb, (n, rows, columns)."""
+    finger, frames = VirtualFinger(watch), []
+    for place in np.ndindex(watch.sensor.geometry.rows, watch.sensor.geometry.columns):
+        finger.press(place)
+        frames.append(watch.frames(0.0)[0])
+        finger.lift()
+    return np.array(frames)
+
+
+def _write(path: Path, sensor: Sensor, trial: Trial) -> None:
+    """Write the description of a sensor as it was seen, or raise SensorError."""
+    known = sensor.description
+    if known is None or not trial.sign:
+        why = "the sensor has its own" if known is None else "no touch was seen"
+        raise SensorError(f"no description is written: {why} (docs/sensors.md)")
+    unit = "counts" if trial.at_zero and known.unit == PICOFARAD else known.unit
+    seen = replace(known, unit=unit, sign=trial.sign, scale=trial.scale, rate_hz=trial.rate_hz)
+    atomic_write(path, seen.text().encode())
+    say(f"written: {path}")
+
+
+def say(line: str) -> None:
+    """Print a message: to standard error, because results go to standard output."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def _parser() -> argparse.ArgumentParser:
+    grammar = argparse.ArgumentParser(
+        prog="controller sensors",
+        description="List the sensors, those of other packages included; or try one.",
+        epilog="Try it: controller sensors try virtual",
+    )
+    group = grammar.add_subparsers(dest="command", metavar="try")
+    trial = group.add_parser(
+        "try",
+        help="show rate, range, rest, sign and noise of a sensor, and which taxels move",
+        description="Read a sensor at rest, then while every taxel is touched. Exit status 1: no "
+        "touch was seen.",
+    )
+    add = trial.add_argument
+    add("sensor", metavar="NAME[:KEY=VALUE,...]", help="which, such as lines:port=/dev/ttyACM0")
+    add("--wiring", metavar="FILE", type=Path, help="its description (docs/sensors.md)")
+    add("--seconds", metavar="S", type=_seconds, default=5.0, help="at rest; touches take twice "
+        "as long (default: 5)")  # fmt: skip
+    add("--out", metavar="FILE", type=Path, help="write the description, with what was found")
+    trial.set_defaults(seed=1, preset="nominal", fault=[])
+    return grammar
+
+
+def _seconds(words: str) -> float:
+    """Return a number of seconds from 1 to 600, or raise ArgumentTypeError."""
+    try:
+        value = float(words)
+    except ValueError:
+        value = 0.0
+    if not 1.0 <= value <= 600.0:
+        raise argparse.ArgumentTypeError(f"{words} must be a number from 1 to 600")
+    return value
