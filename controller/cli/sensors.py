@@ -11,10 +11,10 @@ import numpy as np
 
 from controller import plugins
 from controller.cli.sensor_options import load
-from controller.diagnostics import sensor_trial
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
-from controller.diagnostics.sensor_trial import Frames, Trial
+from controller.diagnostics.sensor_trial import Trial, examine
+from controller.diagnostics.skin_checks import Frames
 from controller.errors import TROUBLE
 from controller.files import atomic_write
 from controller.recognition.scale import PICOFARAD
@@ -38,24 +38,24 @@ def main(
         raise SensorError(f"{options.out} is there already; name another file with --out")
     sensor = load(options)
     try:
-        trial = _try(sensor, FrameReader(sensor, clock=clock, sleep=sleep), options.seconds)
-        found = sensor_trial.rows(trial, sensor.signal.unit)
-        print(table(found))
+        trial = _try(FrameReader(sensor, clock=clock, sleep=sleep), options.seconds)
+        print(table(trial.rows))
         if options.out is not None:
             _write(options.out, sensor, trial)
     finally:
         sensor.close()
-    return TROUBLE if faulty(found) else 0
+    return TROUBLE if faulty(trial.rows) else 0
 
 
-def _try(sensor: Sensor, watch: FrameReader, seconds: float) -> Trial:
+def _try(watch: FrameReader, seconds: float) -> Trial:
     """Return what a sensor does at rest, and while it is touched."""
+    sensor, known = watch.sensor, watch.sensor.description
     say(f"hands off the sensor for {seconds:g} seconds ...")
     rest = watch.frames(seconds)
     say(f"now touch every taxel firmly, one after the other, for {2 * seconds:g} seconds ...")
     touched = _presses(watch) if sensor.virtual else watch.frames(2 * seconds)
-    rate_hz = sensor.rate_hz if sensor.description is None else sensor.description.rate_hz
-    return sensor_trial.examine(rest, touched, rate_hz or sensor.rate_hz)
+    rate_hz = known.rate_hz if known is not None and known.rate_hz else sensor.rate_hz
+    return examine(rest, touched, rate_hz, sensor.signal.unit)
 
 
 def _presses(watch: FrameReader) -> Frames:
@@ -71,12 +71,13 @@ def _presses(watch: FrameReader) -> Frames:
 def _write(path: Path, sensor: Sensor, trial: Trial) -> None:
     """Write the description of a sensor as it was seen, or raise SensorError."""
     known = sensor.description
-    if known is None or not trial.sign:
+    if known is None or trial.sign is None:
         why = "the sensor has its own" if known is None else "no touch was seen"
         raise SensorError(f"no description is written: {why} (docs/sensors.md)")
     unit = "counts" if trial.at_zero and known.unit == PICOFARAD else known.unit
-    seen = replace(known, unit=unit, sign=trial.sign, scale=trial.scale, rate_hz=trial.rate_hz)
-    atomic_write(path, seen.text().encode())
+    atomic_write(
+        path, replace(known, unit=unit, sign=trial.sign, scale=trial.scale).text().encode()
+    )
     say(f"written: {path}")
 
 

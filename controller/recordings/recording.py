@@ -18,7 +18,8 @@ from controller.errors import UserError
 from controller.recognition.event_metric import Event
 from controller.recognition.frames import State, same_rate
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
-from controller.recognition.scale import PICOFARAD, Signal
+from controller.recognition.scale import PICOFARAD as PICOFARAD
+from controller.recognition.scale import Signal
 
 SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
 # Form 1 had no truth and no user; form 2 had no keys, cues, marks and rest.

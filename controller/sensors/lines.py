@@ -44,6 +44,9 @@ def create(options: Options, rate_hz: float | None = None) -> "Lines":
     port = _open(description)
     try:
         return start(description, port, rate_hz)
+    except OSError as error:
+        port.close()
+        raise SensorAwayError(f"{description.port} is lost: {ports.why(error)}") from None
     except BaseException:
         port.close()
         raise
@@ -60,41 +63,32 @@ def start(
 
     A rate that the description does not give is measured. SensorAwayError if no frame comes.
     """
-    parser = LineParser(description.length)
-    _await(1, description, parser, port, clock, sleep)
-    own_hz = description.rate_hz
+    parser, own_hz = LineParser(description.length), description.rate_hz
+
+    def wait(frames: int) -> None:
+        """Parse until so many frames more have come."""
+        last, until_s = parser.frames, clock() + FIRST_S
+        while frames > 0:
+            parser.feed(available(port))
+            if parser.frames > last:
+                frames -= parser.frames - last
+                last, until_s = parser.frames, clock() + FIRST_S
+            elif clock() > until_s:
+                raise SensorAwayError(_silence(description, parser))
+            else:
+                sleep(_POLL_S)
+
+    wait(1)
     if not own_hz:
         while data := available(port):  # what waited in buffers came at once
             parser.feed(data)
-        _await(1, description, parser, port, clock, sleep)
-        began_s = clock()
-        took = _await(MEASURED, description, parser, port, clock, sleep)
-        own_hz = float(f"{took / max(clock() - began_s, 1e-3):.2g}")
+        wait(1)
+        began_s, before = clock(), parser.frames
+        wait(MEASURED)
+        own_hz = float(f"{(parser.frames - before) / max(clock() - began_s, 1e-3):.2g}")
     description = replace(description.gridded(parser.count), rate_hz=own_hz)
     read_hz = own_hz if rate_hz is None else affordable(own_hz, rate_hz)
     return Lines(description, port, parser, read_hz)
-
-
-def _await(
-    frames: int,
-    description: Description,
-    parser: LineParser,
-    port: Any,
-    clock: Callable[[], float],
-    sleep: Callable[[float], None],
-) -> int:
-    """Wait for more frames; return how many came, or raise SensorAwayError."""
-    first = now = parser.frames
-    until_s = clock() + FIRST_S
-    while now - first < frames:
-        parser.feed(available(port))
-        if parser.frames > now:
-            now, until_s = parser.frames, clock() + FIRST_S
-        elif clock() > until_s:
-            raise SensorAwayError(_silence(description, parser))
-        else:
-            sleep(_POLL_S)
-    return now - first
 
 
 def available(port: Any) -> bytes:

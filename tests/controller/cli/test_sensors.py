@@ -10,7 +10,8 @@ import pytest
 
 from controller.__main__ import main
 from controller.cli import sensors
-from controller.sensors import base, lines
+from controller.links import ports
+from controller.sensors import base
 from controller.sensors.hardware.description import read
 
 if sys.platform == "win32":
@@ -38,7 +39,7 @@ class Toucher:
         tty.setraw(self._slave)
         self.port = os.ttyname(self._slave)
         self.now_s, self._rng = 0.0, np.random.default_rng(2)
-        opened = lines.ports.open_port
+        opened = ports.open_port
 
         def open_port(url: str, baud: int) -> object:
             port = opened(url, baud)
@@ -47,7 +48,7 @@ class Toucher:
                 self._print()
             return port
 
-        monkeypatch.setattr(lines.ports, "open_port", open_port)
+        monkeypatch.setattr(ports, "open_port", open_port)
 
     def sleep(self, seconds: float) -> None:
         self.now_s += seconds

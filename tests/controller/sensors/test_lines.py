@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
+from controller.links import ports
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recording import Recording
@@ -53,7 +54,7 @@ class Board:
     def sensor(self, text: str, first: bytes, rate_hz: float | None = None) -> lines.Lines:
         """A sensor of a description, on this pty, that has read the line `first`."""
         description = parse(f'port = "{self.port}"\n{text}', "mine.toml")
-        port = lines.ports.open_port(self.port)
+        port = ports.open_port(self.port)
         self.write(b"half a li\n" + first)
         return lines.start(description, port, rate_hz)
 
@@ -282,7 +283,7 @@ def test_tcp_and_a_lost_connection(free_port: int) -> None:
     with socket.create_server(("127.0.0.1", free_port)) as server:
         mine = f'port = "tcp:127.0.0.1:{free_port}"\nrows = 1\ncolumns = 2\nrate_hz = 10.0\n'
         description = parse(mine, "mine.toml")
-        port = lines.ports.open_port(f"socket://127.0.0.1:{free_port}")
+        port = ports.open_port(f"socket://127.0.0.1:{free_port}")
         peer, _ = server.accept()
         peer.sendall(b"\n1,2\n")
         sensor = lines.start(description, port)
