@@ -20,14 +20,13 @@ from controller.sensors.hardware.description import Description, affordable, rea
 ELECTRODES: Final = 12  # of a chip
 FASTEST_HZ: Final = 100.0
 _DATA, _BYTES = 0x04, 26  # filtered data: 10 bits in two bytes, low first, of 13 electrodes
-_CURRENT_UA, _TIME_US = 16, 0.5  # of the charge, in the settings below
+_TIME_US = 0.5  # of the charge, in the settings below
 _SETTINGS: Final = (  # register and value, in order
     (0x80, 0x63),  # soft reset: stop mode
-    (0x5C, _CURRENT_UA),  # first filter 6 samples; 16 µA
     (0x5D, 0x21),  # 0.5 µs; second filter 4 samples, one each 2 ms
     (0x7B, 0x00),  # no automatic configuration, which would change current and time
-    (0x5E, 0x40 | ELECTRODES),  # run, without the chip's own baseline
 )
+_RUN: Final = (0x5E, 0x40 | ELECTRODES)  # without the chip's own baseline
 
 
 @dataclass(frozen=True)
@@ -85,9 +84,10 @@ class Mpr121(Sensor):
         self.geometry, self.signal = description.geometry, self.description.signal
         self.device_id = description.name
         self.rate_hz = affordable(description.rate_hz or FASTEST_HZ, rate_hz)
-        self._k = 1024 * _CURRENT_UA * _TIME_US / description.supply_v  # pF times counts
+        charge = description.charge_ua
+        self._k = 1024 * charge * _TIME_US / description.supply_v  # pF times counts
         for address in description.addresses:
-            for register, value in _SETTINGS:
+            for register, value in (*_SETTINGS, (0x5C, charge), _RUN):
                 self._ask(address, bus.write_byte_data, register, value)
 
     def read(self, t_s: float) -> Frame:

@@ -53,6 +53,7 @@ class Description:
     bus: int = _number(1, 0, 255)  # of a sensor on I2C: N of /dev/i2c-N
     addresses: tuple[int, ...] = _list((0x5A,), 0x7F, 1, 4)  # of its chips, in order
     supply_v: float = _number(3.3, 1.0, 5.5)  # of its chips
+    charge_ua: int = _number(16, 1, 63)  # current that charges an electrode of MPR121
     rows: int = _number(0, 1, MAX_TAXELS)
     columns: int = _number(0, 1, MAX_TAXELS)
     pitch_mm: float = _number(10.0, 0.1, 1000.0)  # distance of two taxels

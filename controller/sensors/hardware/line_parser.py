@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_LINE: Final = 64 << 10  # bytes; a longer line is garbage
-_LARGEST: Final = 1e9  # of a value
+_LARGEST: Final = 1e6  # of a value, as in recordings
 _SEPARATOR: Final = re.compile(rb"[ \t]*[,;\t][ \t]*| +")
 _NUMERIC: Final = re.compile(rb"[-+.,;0-9eE \t]+")
 
@@ -80,4 +80,4 @@ class LineParser:
             if self.latest is None:
                 return None
             values[missing] = self.latest[missing]
-        return values.astype(np.float32) if np.abs(values).max() <= _LARGEST else None
+        return values.astype(np.float32) if np.abs(values).max() < _LARGEST else None
