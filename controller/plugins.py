@@ -1,7 +1,6 @@
-"""Parts of other packages, found by the entry points of installed distributions.
+"""Parts of other packages: entry points `orbtouch.sensors`, `.links`, `.targets` and `.taps`.
 
-The groups are `orbtouch.sensors`, `orbtouch.links`, `orbtouch.targets` and `orbtouch.taps`. An
-entry point has the name on the command line; its value is a module with the `create` of its kind.
+The name of an entry point is that on the command line; its value is a module with `create`.
 """
 
 from typing import Any
@@ -16,16 +15,16 @@ class PluginError(TroubleError):
 def find(kind: str, name: str) -> Any:
     """Return the module of a part, such as ("sensors", "mat"); None: no package has one.
 
-    Ask only for a name that this program does not have: the look-up reads the list of what is
-    installed.
+    The look-up is slow, so it is for names that this program does not have.
     """
     for entry in _entries(kind):
         if entry.name == name:
             try:
                 return entry.load()
             except Exception as error:  # of a stranger's module
-                why = " ".join(str(error).split()) or type(error).__name__
-                raise PluginError(f"cannot import {entry.value}, {kind} {name!r}: {why}") from None
+                raise PluginError(
+                    f"cannot import {entry.value}, {kind} {name!r}: {error}"
+                ) from None
     return None
 
 

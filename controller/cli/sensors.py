@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from controller import plugins
-from controller.cli.sensor_options import load
+from controller.cli.sensor_options import load, rate
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
 from controller.diagnostics.sensor_trial import Trial, examine
@@ -102,19 +102,8 @@ def _parser() -> argparse.ArgumentParser:
     add = trial.add_argument
     add("sensor", metavar="NAME[:KEY=VALUE,...]", help="which, such as lines:port=/dev/ttyACM0")
     add("--wiring", metavar="FILE", type=Path, help="its description (docs/sensors.md)")
-    add("--seconds", metavar="S", type=_seconds, default=5.0, help="at rest; touches take twice "
+    add("--seconds", metavar="S", type=rate, default=5.0, help="at rest; touches take twice "
         "as long (default: 5)")  # fmt: skip
     add("--out", metavar="FILE", type=Path, help="write the description, with what was found")
     trial.set_defaults(seed=1, preset="nominal", fault=[])
     return grammar
-
-
-def _seconds(words: str) -> float:
-    """Return a number of seconds from 1 to 600, or raise ArgumentTypeError."""
-    try:
-        value = float(words)
-    except ValueError:
-        value = 0.0
-    if not 1.0 <= value <= 600.0:
-        raise argparse.ArgumentTypeError(f"{words} must be a number from 1 to 600")
-    return value

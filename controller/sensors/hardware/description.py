@@ -12,28 +12,15 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller import config
-from controller.config import MAX_BYTES, ConfigError, line_of, parse_toml
-from controller.errors import reason
-from controller.files import read_text
+from controller.config import ConfigError
 from controller.recognition.frames import Frame
 from controller.recognition.scale import Signal
 from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.base import RATE_HZ, Geometry, SensorError
+from controller.sensors.hardware.wiring import number, numbers
 
 _SLOWEST: Final = 0.85  # of the rate that is asked for: beyond that too many frames come twice
 SIGNS: Final = {"falls": -1, "rises": 1}
-
-
-def _number(default: Any, low: float, high: float) -> Any:
-    """Return a field for a number within limits."""
-    return field(default=default, metadata={"range": (low, high)})
-
-
-def _list(default: tuple[int, ...], high: int, least: int, most: int) -> Any:
-    """Return a field for a list of different whole numbers from 0."""
-    expected = f"a list of {least} to {most} different whole numbers from 0 to {high}"
-    limits = {"range": (0, high), "count": (least, most), "expected": expected}
-    return field(default=default, metadata=limits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,22 +36,22 @@ class Description:
         },
     )
     port: str = ""  # of `lines`: a serial port, or tcp:HOST:PORT
-    baud: int = _number(115_200, 300, 4_000_000)  # of a serial port
-    bus: int = _number(1, 0, 255)  # of a sensor on I2C: N of /dev/i2c-N
-    addresses: tuple[int, ...] = _list((0x5A,), 0x7F, 1, 4)  # of its chips, in order
-    supply_v: float = _number(3.3, 1.0, 5.5)  # of its chips
-    charge_ua: int = _number(16, 1, 63)  # current that charges an electrode of MPR121
-    rows: int = _number(0, 1, MAX_TAXELS)
-    columns: int = _number(0, 1, MAX_TAXELS)
-    pitch_mm: float = _number(10.0, 0.1, 1000.0)  # distance of two taxels
-    rate_hz: float = _number(0.0, 0.1, 1000.0)  # frames per second; 0: to be measured
-    values: int = _number(0, 1, MAX_TAXELS)  # of a frame as it is read; 0: one a taxel
+    baud: int = number(115_200, 300, 4_000_000)  # of a serial port
+    bus: int = number(1, 0, 255)  # of a sensor on I2C: N of /dev/i2c-N
+    addresses: tuple[int, ...] = numbers((0x5A,), 0x7F, 4)  # of its chips, in order
+    supply_v: float = number(3.3, 1.0, 5.5)  # of its chips
+    charge_ua: int = number(16, 1, 63)  # current that charges an electrode of MPR121
+    rows: int = number(0, 1, MAX_TAXELS)
+    columns: int = number(0, 1, MAX_TAXELS)
+    pitch_mm: float = number(10.0, 0.1, 1000.0)  # distance of two taxels
+    rate_hz: float = number(0.0, 0.1, 1000.0)  # frames per second; 0: to be measured
+    values: int = number(0, 1, MAX_TAXELS)  # of a frame as it is read; 0: one a taxel
     # the value, from 0, that each taxel is read from, row by row; (): as they come
-    order: tuple[int, ...] = _list((), MAX_TAXELS - 1, 1, MAX_TAXELS)
+    order: tuple[int, ...] = numbers((), MAX_TAXELS - 1, MAX_TAXELS)
     sign: Literal["falls", "rises"] = "falls"  # what the readings do under a touch
     unit: str = field(default="counts", metadata={"pattern": "[ -~µ]{1,16}"})  # of the readings
     # a firm touch in the unit: mean change of all taxels / 0.08; 0: learned from the first touches
-    scale: float = _number(0.0, 1e-6, 1e9)
+    scale: float = number(0.0, 1e-6, 1e9)
 
     @property
     def geometry(self) -> Geometry:
@@ -120,29 +107,17 @@ def read(path: Path | None, sensor: str) -> Description:
         raise SensorError(
             f"--sensor {sensor} needs a description: --wiring FILE.toml (docs/sensors.md)"
         )
-    try:
-        return parse(read_text(path, MAX_BYTES), str(path))
-    except OSError as error:
-        raise SensorError(f"cannot read {path}: {reason(error)}") from None
+    return config.checked(path, _description, SensorError, "docs/sensors.md")
 
 
 def parse(text: str, source: str) -> Description:
     """Return the description in a text of TOML; SensorError messages begin with its `source`."""
-    try:
-        table = parse_toml(text)
-    except ConfigError as error:
-        raise SensorError(f"{source}, {error}") from None
-    try:
-        found = config.settings(Description, table)
-        _check(found)
-    except ConfigError as error:
-        line = line_of(text, error.table, error.key)
-        raise SensorError(f"{source}{line} {error} (docs/sensors.md)") from None
-    return found
+    return config.checked((text, source), _description, SensorError, "docs/sensors.md")
 
 
-def _check(found: Description) -> None:
-    """Refuse a grid without its size, and taxels without a value."""
+def _description(table: dict[str, Any]) -> Description:
+    """Return a description, or raise ConfigError: its size is missing, or taxels have no value."""
+    found = config.settings(Description, table)
     taxels = found.rows * found.columns
     if not taxels:
         raise ConfigError("needs rows and columns, the size of the grid", "", "rows")
@@ -155,3 +130,4 @@ def _check(found: Description) -> None:
     if found.values and found.values < least:
         words = f"has values = {found.values}, but its taxels need {least}"
         raise ConfigError(words, "", "values")
+    return found
