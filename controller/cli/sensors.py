@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from controller import plugins
-from controller.cli.sensor_options import load, rate
+from controller.cli.sensor_options import load
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
 from controller.diagnostics.sensor_trial import Trial, examine
@@ -38,7 +38,9 @@ def main(
         raise SensorError(f"{options.out} is there already; name another file with --out")
     sensor = load(options)
     try:
-        trial = _try(FrameReader(sensor, clock=clock, sleep=sleep), options.seconds)
+        trial = _try(
+            FrameReader(sensor, clock=clock, sleep=sleep), min(max(1.0, options.seconds), 600.0)
+        )
         print(table(trial.rows))
         if options.out is not None:
             _write(options.out, sensor, trial)
@@ -102,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     add = trial.add_argument
     add("sensor", metavar="NAME[:KEY=VALUE,...]", help="which, such as lines:port=/dev/ttyACM0")
     add("--wiring", metavar="FILE", type=Path, help="its description (docs/sensors.md)")
-    add("--seconds", metavar="S", type=rate, default=5.0, help="at rest; touches take twice "
+    add("--seconds", metavar="S", type=float, default=5.0, help="at rest; touches take twice "
         "as long (default: 5)")  # fmt: skip
     add("--out", metavar="FILE", type=Path, help="write the description, with what was found")
     trial.set_defaults(seed=1, preset="nominal", fault=[])

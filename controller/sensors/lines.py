@@ -87,6 +87,12 @@ def start(
         wait(MEASURED)
         own_hz = float(f"{(parser.frames - before) / max(clock() - began_s, 1e-3):.2g}")
     description = replace(description.gridded(parser.count), rate_hz=own_hz)
+    assert parser.latest is not None
+    if description.signal.ratio and description.frame(parser.latest).min() <= 0.0:
+        raise SensorError(
+            f"{description.name} reads 0 pF or less, which is no capacitance; give its description "
+            "another unit (docs/sensors.md)"
+        )
     read_hz = own_hz if rate_hz is None else affordable(own_hz, rate_hz)
     return Lines(description, port, parser, read_hz)
 

@@ -39,7 +39,16 @@ class Options(SensorOptions):
 def create(options: Options, rate_hz: float | None = None) -> "Mpr121":
     """Return the sensor after a first frame, or raise HardwareError."""
     description = read(options.wiring, "mpr121")
-    bus = open_bus(description.bus)
+    try:
+        import smbus2  # an extra
+    except ImportError:
+        remedy = how_to_install("i2c")
+        raise MissingHardwareError(f"--sensor mpr121 needs smbus2; {remedy}") from None
+    try:
+        bus = smbus2.SMBus(description.bus)
+    except OSError as error:
+        why = f"cannot open /dev/i2c-{description.bus}: {(error.strerror or str(error)).lower()}"
+        raise MissingHardwareError(f"{why}; enable I2C, and join the group i2c") from None
     try:
         sensor = Mpr121(description, bus, rate_hz)
         sensor.read(0.0)
@@ -47,22 +56,6 @@ def create(options: Options, rate_hz: float | None = None) -> "Mpr121":
         bus.close()
         raise
     return sensor
-
-
-def open_bus(number: int) -> Any:
-    """Return the bus /dev/i2c-`number`, or raise HardwareError."""
-    try:
-        import smbus2  # an extra
-    except ImportError:
-        remedy = how_to_install("i2c")
-        raise MissingHardwareError(f"--sensor mpr121 needs smbus2; {remedy}") from None
-    try:
-        return smbus2.SMBus(number)
-    except OSError as error:
-        raise MissingHardwareError(
-            f"cannot open /dev/i2c-{number}: {(error.strerror or str(error)).lower()}; enable I2C, "
-            "and join the group i2c"
-        ) from None
 
 
 class Mpr121(Sensor):

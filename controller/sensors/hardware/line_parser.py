@@ -42,25 +42,21 @@ class LineParser:
     def feed(self, data: bytes) -> list[Values]:
         """Take bytes as they came; return the frames that they complete, oldest first."""
         *lines, rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
+        found = []
+        for line in filter(bytes.strip, lines if self._whole else lines[1:]):
+            values = self._values(line)
+            if values is None:
+                self.dropped += 1
+            else:
+                self.frames, self.latest = self.frames + 1, values
+                found.append(values)
+        self._rest, self._whole = rest, self._whole or bool(lines)
         if len(rest) > MAX_LINE:
-            rest, whole = b"", False
-        else:
-            whole = self._whole or bool(lines)
-        found = [self._line(line) for line in (lines if self._whole else lines[1:]) if line.strip()]
-        self._rest, self._whole = rest, whole
-        return [frame for frame in found if frame is not None]
-
-    def _line(self, line: bytes) -> Values | None:
-        """Return the frame in a whole line, or None."""
-        values = self._values(line)
-        if values is None:
-            self.dropped += 1
-            return None
-        self.frames += 1
-        self.latest = values
-        return values
+            self.cut()
+        return found
 
     def _values(self, line: bytes) -> Values | None:
+        """Return the frame in a whole line, (count,), or None."""
         if not _NUMERIC.fullmatch(line):
             return None
         fields = _SEPARATOR.split(line.strip().rstrip(b",;"))

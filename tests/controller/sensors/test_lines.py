@@ -220,6 +220,7 @@ class Paced:
 
     def __init__(self, rate_hz: float) -> None:
         self.now_s, self._rate_hz, self._sent = 0.0, rate_hz, -50
+        self.line = b"1,2,3,4\n"
 
     @property
     def in_waiting(self) -> int:
@@ -234,7 +235,7 @@ class Paced:
     def read(self, size: int) -> bytes:
         due = int(self.now_s * self._rate_hz)
         lines, self._sent = due - self._sent, due
-        return b"1,2,3,4\n" * lines
+        return self.line * lines
 
     def close(self) -> None:
         """Nothing is open."""
@@ -247,6 +248,16 @@ def test_rate_and_grid_are_found_out(rate_hz: float) -> None:
     sensor = lines.start(bare, port, None, port.clock, port.sleep)
     assert sensor.rate_hz == pytest.approx(rate_hz, rel=0.02)
     assert sensor.read(0.0).tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+def test_picofarads_at_zero_are_refused_since_they_would_be_divided_by() -> None:
+    port = Paced(40.0)
+    mine = parse('rows = 2\ncolumns = 2\nunit = "pF"\n', "mine.toml")
+    assert lines.start(mine, port, None, port.clock, port.sleep).signal.ratio
+    port = Paced(40.0)
+    port.line = b"1,0,-1,2\n"
+    with pytest.raises(SensorError, match=r"reads 0 pF or less.* give its description another unit"):
+        lines.start(mine, port, None, port.clock, port.sleep)
 
 
 def test_a_silent_board_is_told_with_what_to_look_at(board: Board) -> None:
