@@ -19,7 +19,8 @@ from controller.errors import TROUBLE
 from controller.files import atomic_write
 from controller.recognition.scale import PICOFARAD
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorError
+from controller.sensors.base import SensorError
+from controller.sensors.hardware.description import Description
 
 
 def main(
@@ -38,12 +39,14 @@ def main(
         raise SensorError(f"{options.out} is there already; name another file with --out")
     sensor = load(options)
     try:
+        if options.out is not None and sensor.description is None:
+            raise SensorError(f"--out is for sensors with a description; {options.sensor} has none")
         trial = _try(
             FrameReader(sensor, clock=clock, sleep=sleep), min(max(1.0, options.seconds), 600.0)
         )
         print(table(trial.rows))
-        if options.out is not None:
-            _write(options.out, sensor, trial)
+        if sensor.description is not None and options.out is not None:
+            _write(options.out, sensor.description, sensor.signal.unit, trial)
     finally:
         sensor.close()
     return TROUBLE if faulty(trial.rows) else 0
@@ -70,16 +73,13 @@ def _presses(watch: FrameReader) -> Frames:
     return np.array(frames)
 
 
-def _write(path: Path, sensor: Sensor, trial: Trial) -> None:
-    """Write the description of a sensor as it was seen, or raise SensorError."""
-    known = sensor.description
-    if known is None or trial.sign is None:
-        why = "the sensor has its own" if known is None else "no touch was seen"
-        raise SensorError(f"no description is written: {why} (docs/sensors.md)")
-    unit = "counts" if trial.at_zero and known.unit == PICOFARAD else known.unit
-    atomic_write(
-        path, replace(known, unit=unit, sign=trial.sign, scale=trial.scale).text().encode()
-    )
+def _write(path: Path, known: Description, unit: str, trial: Trial) -> None:
+    """Write the description of a sensor as it was seen, or raise SensorError without a touch."""
+    if trial.sign is None:
+        raise SensorError("no description is written, as no touch was seen (docs/sensors.md)")
+    unit = "counts" if trial.at_zero and unit == PICOFARAD else unit
+    seen = replace(known, unit=unit, sign=trial.sign, scale=trial.scale)
+    atomic_write(path, seen.text().encode())
     say(f"written: {path}")
 
 

@@ -101,8 +101,9 @@ def test_no_file_is_replaced_and_an_orb_needs_no_description(
     other = tmp_path / "other.toml"
     assert main(["sensors", "try", "virtual", "--seconds", "1", "--out", str(other)]) == 2
     printed = capsys.readouterr()
-    assert "25 of 25 move" in printed.out
-    assert "no description is written: the sensor has its own" in printed.err
+    assert printed.err == "controller: --out is for sensors with a description; virtual has none\n"
+    assert main(["sensors", "try", "virtual", "--seconds", "1"]) == 0
+    assert "25 of 25 move" in capsys.readouterr().out
     assert (there.read_text(), other.exists()) == ("mine", False)
 
 

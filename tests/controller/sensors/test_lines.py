@@ -256,7 +256,9 @@ def test_picofarads_at_zero_are_refused_since_they_would_be_divided_by() -> None
     assert lines.start(mine, port, None, port.clock, port.sleep).signal.ratio
     port = Paced(40.0)
     port.line = b"1,0,-1,2\n"
-    with pytest.raises(SensorError, match=r"reads 0 pF or less.* give its description another unit"):
+    with pytest.raises(
+        SensorError, match=r"reads 0 pF or less.* give its description another unit"
+    ):
         lines.start(mine, port, None, port.clock, port.sleep)
 
 
