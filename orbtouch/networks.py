@@ -197,7 +197,7 @@ class Network:
         found = [
             adapt.Example(label, images, rotations=rotations, mirrored=mirrored)
             for one, frames in asked.values()
-            for images in add_gesture.around(self._bundle, one.source.frames, frames)
+            for images in add_gesture.around(self._bundle, one.source, frames)
         ]
         if not found:
             raise UserError(

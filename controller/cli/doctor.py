@@ -12,7 +12,7 @@ import numpy as np
 
 from controller import files
 from controller.bundles import bundle as bundles
-from controller.cli.sensor_options import add_sensor, load
+from controller.cli.sensor_options import add_sensor, load_skin
 from controller.diagnostics import measurements, skin_checks, system_checks, wiring_checks
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.press_checks import skin_rows
@@ -26,7 +26,7 @@ REAL: Final = "orb"  # the sensor whose board can be measured although it gives 
 def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
     options = parser().parse_args(argv)
-    sensors.name_of(options.sensor)  # a wrong name is refused before anything is measured
+    sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
     rows = list(examine(options))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
@@ -59,7 +59,7 @@ def parser() -> argparse.ArgumentParser:
 
 def examine(options: argparse.Namespace) -> Iterator[Row]:
     """Yield all rows; SensorError if the command line asks for what does not exist."""
-    real = sensors.name_of(options.sensor) == REAL
+    real = options.sensor.partition(":")[0] == REAL
     yield system_checks.runtime(options.bundle)
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
@@ -70,7 +70,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
 
         yield from bluetooth.rows()
     try:
-        sensor = load(options)
+        sensor = load_skin(options)
     except SensorError as error:
         if not real:
             raise

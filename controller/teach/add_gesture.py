@@ -114,7 +114,7 @@ def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]
     """Yield the examples that a recording's cues asked for and got."""
     own = recording.origin.labels.index(entry.label)
     asked = (recording.cue == own) & ~recording.excluded
-    for images in around(loaded, recording.frames, asked):
+    for images in around(loaded, recording, asked):
         example = Example(
             entry.label, images, rotations=entry.rotations, mirrored=entry.mirror == SELF
         )
@@ -123,15 +123,15 @@ def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]
 
 
 def around(
-    loaded: Bundle, frames: NDArray[np.float32], asked: NDArray[np.bool_]
+    loaded: Bundle, recording: Recording, asked: NDArray[np.bool_]
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the z images of each run of `asked` frames, (n,), with some before and after.
 
-    `frames` are a whole recording's, (n, rows, columns); those before its rest image is known do
-    not count.
+    Frames before the rest image is known do not count.
     """
-    stage = Preprocessor(loaded.preprocess, loaded.rows, loaded.columns)
-    steps = [stage.step(frame) for frame in frames]
+    grid, signal = (loaded.rows, loaded.columns), recording.origin.signal
+    stage = Preprocessor(loaded.preprocess, *grid, signal=signal)
+    steps = [stage.step(frame) for frame in recording.frames]
     images = np.array([step.image for step in steps], dtype=np.float32)
     ready = np.array([step.ready for step in steps])
     edges = np.flatnonzero(np.diff((asked & ready).astype(np.int8), prepend=0, append=0))

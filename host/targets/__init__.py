@@ -13,6 +13,7 @@ from typing import Final, cast
 
 import pygame
 
+from controller import plugins
 from controller.errors import UserError
 from controller.protocol.messages import Message
 from host.connection.latency import EndToEndLatency
@@ -161,7 +162,10 @@ def load(name: str, options: TargetOptions | None = None) -> Target:
     TargetError, another UserError of an option, or BackendError if it cannot press keys here.
     """
     if name not in names():
-        raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")
+        if (found := plugins.find("targets", name)) is not None:
+            return cast(Target, found.create(options or TargetOptions()))
+        known = ", ".join((*names(), *plugins.names("targets")))
+        raise TargetError(f"there is no target {name!r}; there are: {known}")
     module = importlib.import_module(_MODULES.get(name, f"{__name__}.{name}"))
     kind = (name,) if name in _KEYS else ()
     return cast(Target, module.create(*kind, options or TargetOptions()))

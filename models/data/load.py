@@ -18,7 +18,7 @@ from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
 from controller.recordings.quality.taxels import FIRM, respond
 from controller.recordings.reader import Survey
-from controller.recordings.recording import PICOFARAD, UNKNOWN, Recording, RecordingError
+from controller.recordings.recording import UNKNOWN, Recording, RecordingError
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
@@ -82,7 +82,7 @@ def read(
     vocabulary = vocabulary_of(paths, recordings.labels)
     length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * rate_hz)))
     settings = recipe.settings(rate_hz, length)
-    if origin.unit != PICOFARAD:
+    if not origin.signal.ratio:
         settings = replace(settings, normalise="difference", scale=_scale(recordings))
     reader = _Reader(recordings, recipe, choice, vocabulary, every, notes=list(recordings.notes))
     try:

@@ -73,7 +73,7 @@ class Response:
 
 def respond(recording: Recording) -> Response:
     """Return the response by the device's own stage; else, if it finds no rest, by a fixed one."""
-    if recording.origin.unit != PICOFARAD:
+    if not recording.origin.signal.ratio:
         return _counted(recording)
     rest = recording.rest if recording.rest is not None else _middle(recording)
     followed = _followed(recording)
