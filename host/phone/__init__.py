@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
 from contextlib import suppress
 from ipaddress import ip_address
@@ -59,16 +61,16 @@ def listener(address: str, port: int) -> socket.socket:
         PhoneUnavailableError: The port is taken, or not for this user.
     """
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
-    with suppress(OSError), socket.socket(family, socket.SOCK_STREAM) as free:
-        free.bind((address, 0))
-        try:
-            return socket.create_server((address, port), family=family)
-        except OSError as error:
-            raise PhoneUnavailableError(
-                f"port {port} of {address} cannot be used ({error.strerror}); "
-                f"name another one: --phone {address}:{PORT + 1}"
-            ) from error
-    raise PhoneAddressError(_which(f"{address} is not an address of this machine"))
+    try:
+        return socket.create_server((address, port), family=family)
+    except OSError as error:
+        if error.errno == errno.EADDRNOTAVAIL:
+            problem = _which(f"{address} is not an address of this machine")
+            raise PhoneAddressError(problem) from None
+        raise PhoneUnavailableError(
+            f"port {port} of {address} cannot be used ({os.strerror(error.errno or 0).lower()}); "
+            f"name another one: ADDRESS:{PORT + 1}"
+        ) from error
 
 
 def own_addresses() -> list[str]:

@@ -79,9 +79,7 @@ def page(size: tuple[int, int] = (390, 844)) -> Iterator[Page]:
         )
         try:
             said = Path(folder, "DevToolsActivePort")
-            port = until(
-                lambda: (said.read_text() or "").split()[0], passing=(OSError, IndexError)
-            )
+            port = until(lambda: (said.read_text() or "").split()[0], passing=(OSError, IndexError))
             with urlopen(f"http://127.0.0.1:{port}/json/list") as answer:
                 found = [one for one in json.load(answer) if one["type"] == "page"]
             with connect(found[0]["webSocketDebuggerUrl"], max_size=None) as socket:
