@@ -16,14 +16,14 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         nargs="?",
         const="",
-        help="let a phone touch the virtual orb: serve its page on this address of this machine, "
-        f"ADDRESS or ADDRESS:PORT (default port: {PORT}), and show its QR code (docs/play.md)",
+        help="serve a page on this address of this machine, ADDRESS or ADDRESS:PORT, with which a "
+        f"phone touches the virtual orb (docs/play.md; default port: {PORT})",
     )
 
 
 def begin(words: str | None, target: Target, stack: ExitStack) -> None:
     """Serve the page and show its code if the option was given; the stack ends the server."""
-    stack.callback(_end, target)  # the window may start one, too
+    stack.callback(lambda: target.phone and target.phone.close())  # the window may start one, too
     if words is None:
         return
     target.phone = open_phone(words)
@@ -32,10 +32,4 @@ def begin(words: str | None, target: Target, stack: ExitStack) -> None:
     else:
         from host.phone import qr  # in here: an optional extra
 
-        qr.show(target.phone.url)
-    print(f"phone: {target.phone.url}", file=sys.stderr)
-
-
-def _end(target: Target) -> None:
-    if target.phone is not None:
-        target.phone.close()
+        qr.code(target.phone.url).print_ascii(out=sys.stderr, invert=True)

@@ -3,90 +3,63 @@
 from __future__ import annotations
 
 import errno
-import os
 import socket
 from contextlib import suppress
 from ipaddress import ip_address
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
-from controller.errors import TroubleError, UserError, how_to_install
+from controller.errors import UserError, how_to_install, reason
 
 if TYPE_CHECKING:
     from host.phone.server import PhoneServer
 
 PORT: Final = 4025
-# Routes towards these are looked up in the system's table, which names the interfaces' addresses.
+# The system's routes towards these name the addresses of the machine's interfaces.
 _ELSEWHERE: Final = ("192.0.2.1", "10.255.255.254", "172.31.255.254", "192.168.255.254")
 
 
-class PhoneAddressError(UserError, ValueError):
-    """The address for the phone's page cannot be used; one sentence with what to do."""
-
-
-class PhoneUnavailableError(TroubleError, OSError):
-    """A phone cannot be served here; one sentence with what to do."""
+class PhoneError(UserError, ValueError):
+    """The page cannot be served there; the message is one sentence with what to do."""
 
 
 def open_phone(words: str) -> PhoneServer:
-    """Serve the page on ADDRESS or ADDRESS:PORT; PhoneAddressError or PhoneUnavailableError."""
-    address, port = address_of(words)
-    try:
-        from host.phone import qr  # noqa: F401 - a missing library shows before anything is served
-        from host.phone.server import PhoneServer
-    except ModuleNotFoundError as error:
-        raise PhoneUnavailableError(
-            f"a phone needs {error.name}; {how_to_install('phone')}"
-        ) from None
-    return PhoneServer(listener(address, port))
-
-
-def address_of(words: str) -> tuple[str, int]:
-    """Return address and port of ADDRESS or ADDRESS:PORT, an IPv6 one in brackets before a port."""
+    """Serve the page on ADDRESS or ADDRESS:PORT (IPv6 in brackets), or raise PhoneError."""
     try:
         parts = urlsplit(f"//{words}")
         address, port = ip_address(parts.hostname or ""), parts.port
+        if address.is_unspecified or parts.netloc != words or "@" in words:
+            raise ValueError
     except ValueError:
-        raise PhoneAddressError(_which(f"--phone {words}".strip() + " names no address")) from None
-    if address.is_unspecified or parts.path or parts.query or parts.username is not None:
-        raise PhoneAddressError(_which(f"--phone {words} is not the address of one network"))
-    return str(address), PORT if port is None else port
-
-
-def listener(address: str, port: int) -> socket.socket:
-    """Return a socket that listens there.
-
-    Raises:
-        PhoneAddressError: The address is none of this machine's.
-        PhoneUnavailableError: The port is taken, or not for this user.
-    """
-    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+        raise _elsewhere(f"{words or 'nothing'} is not one ADDRESS or ADDRESS:PORT") from None
     try:
-        return socket.create_server((address, port), family=family)
+        from host.phone import qr  # noqa: F401 - what is missing shows before anything is served
+        from host.phone.server import PhoneServer
+    except ModuleNotFoundError as error:
+        raise PhoneError(f"a phone needs {error.name}; {how_to_install('phone')}") from None
+    family = socket.AF_INET if address.version == 4 else socket.AF_INET6
+    try:
+        place = str(address), PORT if port is None else port
+        return PhoneServer(socket.create_server(place, family=family))
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
-            problem = _which(f"{address} is not an address of this machine")
-            raise PhoneAddressError(problem) from None
-        raise PhoneUnavailableError(
-            f"port {port} of {address} cannot be used ({os.strerror(error.errno or 0).lower()}); "
-            f"name another one: ADDRESS:{PORT + 1}"
-        ) from error
+            raise _elsewhere(f"{address} is not an address of this machine") from None
+        raise PhoneError(f"--phone: {reason(error)}; name another port: ADDRESS:PORT") from error
 
 
 def own_addresses() -> list[str]:
-    """Return this machine's IPv4 addresses in networks, as far as routes lead there.
+    """Return this machine's IPv4 addresses in networks, as far as its routes name them.
 
     Nothing is sent: connecting a UDP socket only chooses its own address.
     """
-    found: list[str] = []
+    found: dict[str, None] = {}
     for elsewhere in _ELSEWHERE:
         with suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.connect((elsewhere, 9))
-            found.append(probe.getsockname()[0])
-    return list(dict.fromkeys(found))
+            found[probe.getsockname()[0]] = None
+    return list(found)
 
 
-def _which(problem: str) -> str:
-    own = own_addresses()
-    there = " or ".join(own) if own else "none in a network: connect it to the phone's Wi-Fi first"
-    return f"{problem}; expected an address of this machine: {there}"
+def _elsewhere(problem: str) -> PhoneError:
+    own = " or ".join(own_addresses()) or "none in a network, so connect it to the phone's first"
+    return PhoneError(f"--phone: {problem}; expected an address of this machine: {own}")

@@ -19,7 +19,7 @@ from controller.errors import UserError
 from controller.protocol.messages import Message
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Lost, Received, Refused, Stale
-from host.ui import phone_view
+from host.phone import page
 from host.ui.orb_state import OrbState
 from host.ui.panel import Projection
 from host.ui.pointer_input import DomeArea, PointerInput
@@ -104,8 +104,8 @@ class Target(ABC):
     def outgoing(self, now_s: float) -> list[Message]:
         """Return the messages for the device: the contacts on a virtual orb, if they changed."""
         if self.phone is not None:
-            self.touch.phone = phone_view.contacts(self.phone.fingers, self.touch.pad)
-            self.phone.show(phone_view.view(self.orb, self.words, self.touch.pad, now_s))
+            self.touch.phone, pad = self.phone.contacts, self.touch.pad
+            self.phone.pad, self.phone.view = pad, page.view(self.orb, self.words, pad, now_s)
         self.orb.contacts = self.touch.contacts(now_s) if self._touchable else ()
         contacts = self.touch.update(now_s) if self._touchable else None
         return [contacts] if contacts else []

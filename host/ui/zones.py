@@ -20,7 +20,6 @@ _REACH: Final = 0.94  # of the dome's radius, that zones fill
 _ICON: Final = 0.24  # size of an icon, as a share of the dome's radius
 _LINE, _LIT, _PLATE = 90, 66, 120  # opacity of the lines, of the lit zone, behind an icon
 _WHITE: Final = (255, 255, 255)
-_COARSE: Final = 32  # points along the dome's radius that find the middle of a zone
 _SHADE: Final = (40, 10, 8)
 
 
@@ -68,16 +67,6 @@ def picture(rules: Rules, pad: DomeArea, radius_px: int, lit: int | None) -> pyg
         if rule.command not in NONE and (place := _middle(numbers == number, away)):
             _draw_icon(surface, rule.command, place, radius_px, number == lit)
     return surface
-
-
-@lru_cache(maxsize=4)
-def places(rules: Rules, pad: DomeArea) -> tuple[tuple[float, float] | None, ...]:
-    """Return the middle of each zone, radii from the dome's centre, y up; None if it is empty."""
-    line = (np.arange(2 * _COARSE) + 0.5) / _COARSE - 1
-    x, y = pad.centre[0] + line[None, :] * pad.radius, pad.centre[1] - line[:, None] * pad.radius
-    numbers, away = _numbers(rules, x, y), np.hypot(line[None, :], line[:, None])
-    found = (_middle(numbers == number, away) for number in range(len(rules)))
-    return tuple((float(line[at[0]]), -float(line[at[1]])) if at else None for at in found)
 
 
 def _edges(numbers: NDArray[np.int8], width: int) -> NDArray[np.bool_]:

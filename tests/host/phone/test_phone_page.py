@@ -67,7 +67,7 @@ class Play:
 
     def until_ready(self) -> None:
         end_s = time.monotonic() + PATIENCE_S
-        while not (self.app.state.ready and self.app.virtual and self.phone.connected):
+        while not (self.app.state.ready and self.app.virtual and self.phone.phone):
             assert time.monotonic() < end_s
             self.turn()
 

@@ -14,12 +14,12 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from host.phone import PhoneAddressError, PhoneUnavailableError, messages, open_phone, server
-from host.phone.messages import Finger, View
+from host.phone import PhoneError, open_phone, page, server
 from host.phone.server import PhoneServer
 from tests.support.waiting import PATIENCE_S, until
 
 ONE_FINGER = "[[0, 0.1, 0.2, 0, 0.5]]"
+VIEW: dict[str, Any] = {"words": {}, "status": ""}
 
 
 @pytest.fixture
@@ -47,18 +47,18 @@ def opened(phone: PhoneServer, **options: Any) -> connect:
     return connect(f"ws://{netloc}{path}", origin=origin, **options)
 
 
-def join(page: ClientConnection, key: str = "") -> dict[str, Any]:
+def join(tab: ClientConnection, key: str = "") -> dict[str, Any]:
     """Send a page's first message; return the first view."""
-    page.send(json.dumps(key))
-    view: dict[str, Any] = json.loads(page.recv(PATIENCE_S))
+    tab.send(json.dumps(key))
+    view: dict[str, Any] = json.loads(tab.recv(PATIENCE_S))
     return view
 
 
-def closing_code(page: ClientConnection) -> int | None:
+def closing_code(tab: ClientConnection) -> int | None:
     """Return the code with which the server closes a connection."""
     with pytest.raises(ConnectionClosed):
-        deque(iter(partial(page.recv, PATIENCE_S), None), maxlen=0)
-    return page.close_code
+        deque(iter(partial(tab.recv, PATIENCE_S), None), maxlen=0)
+    return tab.close_code
 
 
 def test_the_token_opens_the_page_and_nothing_may_be_loaded_into_it(phone: PhoneServer) -> None:
@@ -67,7 +67,7 @@ def test_the_token_opens_the_page_and_nothing_may_be_loaded_into_it(phone: Phone
     assert answer.status == 200
     assert page.startswith("<!doctype html>")
     assert "{nonce}" not in page
-    assert "{view}" not in page
+    assert "{words}" not in page
     policy = answer.headers["Content-Security-Policy"]
     assert policy.startswith("default-src 'none'; script-src 'nonce-")
     assert "unsafe" not in policy
@@ -116,7 +116,7 @@ def test_a_page_of_another_origin_gets_no_socket(phone: PhoneServer, origin: str
         pass
     assert refused.value.response.status_code == 404
     assert refused.value.response.body == b""
-    assert not phone.connected
+    assert not phone.phone
 
 
 def test_a_socket_without_the_token_is_refused(phone: PhoneServer) -> None:
@@ -129,34 +129,34 @@ def test_a_socket_without_the_token_is_refused(phone: PhoneServer) -> None:
 
 
 def test_fingers_of_the_page_are_on_the_dome_until_they_lift(phone: PhoneServer) -> None:
-    with opened(phone) as page:
-        join(page)
-        page.send(ONE_FINGER)
-        assert until(lambda: phone.fingers) == (Finger(0, 0.1, 0.2, 0, 0.5),)
-        page.send("[]")
-        until(lambda: not phone.fingers)
+    with opened(phone) as tab:
+        join(tab)
+        tab.send(ONE_FINGER)
+        assert until(lambda: phone.contacts) == page.contacts(ONE_FINGER, phone.pad)
+        tab.send("[]")
+        until(lambda: not phone.contacts)
 
 
 def test_a_lost_connection_lifts_all_fingers(phone: PhoneServer) -> None:
-    with opened(phone) as page:
-        join(page)
-        page.send(ONE_FINGER)
-        until(lambda: phone.fingers)
-        page.socket.shutdown(socket.SHUT_RDWR)
-        until(lambda: not phone.connected)
-        assert phone.fingers == ()
+    with opened(phone) as tab:
+        join(tab)
+        tab.send(ONE_FINGER)
+        until(lambda: phone.contacts)
+        tab.socket.shutdown(socket.SHUT_RDWR)
+        until(lambda: not phone.phone)
+        assert phone.contacts == ()
 
 
 def test_a_page_that_falls_silent_lifts_all_fingers_and_stays(
     phone: PhoneServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(server, "SILENCE_S", 0.01)
-    with opened(phone) as page:
-        join(page)
-        page.send(ONE_FINGER)
-        until(lambda: not phone.fingers and page)
-        phone.show(View(status="still there"))
-        assert json.loads(page.recv(PATIENCE_S))["status"] == "still there"
+    with opened(phone) as tab:
+        join(tab)
+        tab.send(ONE_FINGER)
+        until(lambda: not phone.contacts and tab)
+        phone.view = {**VIEW, "status": "still there"}
+        assert json.loads(tab.recv(PATIENCE_S))["status"] == "still there"
 
 
 def test_a_second_phone_is_refused_and_the_first_stays(phone: PhoneServer) -> None:
@@ -164,9 +164,9 @@ def test_a_second_phone_is_refused_and_the_first_stays(phone: PhoneServer) -> No
         join(first)
         second.send('""')
         assert closing_code(second) == server.TAKEN
-        assert phone.refused == 1
+        assert phone.refused
         first.send(ONE_FINGER)
-        until(lambda: phone.fingers)
+        until(lambda: phone.contacts)
 
 
 def test_the_same_phone_connects_again_with_its_key(phone: PhoneServer) -> None:
@@ -176,67 +176,56 @@ def test_the_same_phone_connects_again_with_its_key(phone: PhoneServer) -> None:
             assert join(again, key)["key"] == key
             assert closing_code(first) == server.ENDED
             again.send(ONE_FINGER)
-            until(lambda: phone.fingers)
-            assert phone.connected
-
-
-def test_a_new_code_turns_the_phone_away_and_the_old_code_is_void(phone: PhoneServer) -> None:
-    _, old = parts(phone)
-    with opened(phone) as page:
-        key = join(page)["key"]
-        phone.renew()
-        assert closing_code(page) == server.ENDED
-    assert ask(phone, old).status == 404
-    with opened(phone) as other:
-        assert join(other, key)["key"] != key
+            until(lambda: phone.contacts)
+            assert phone.phone
 
 
 @pytest.mark.parametrize(
     "sent", ["garbage", "[[0, 9, 9, 0, 0]]", "{}", b"[]", "[" * 1000, '"key again"']
 )
 def test_a_malformed_message_closes_the_socket(phone: PhoneServer, sent: str | bytes) -> None:
-    with opened(phone) as page:
-        join(page)
-        page.send(sent)
-        assert closing_code(page) == server.MALFORMED
-    until(lambda: not phone.connected)
+    with opened(phone) as tab:
+        join(tab)
+        tab.send(sent)
+        assert closing_code(tab) == server.MALFORMED
+    until(lambda: not phone.phone)
 
 
 @pytest.mark.parametrize("sent", ["[]", "7", b"", '"\\ud800"' * 20])
 def test_a_first_message_that_is_no_key_closes_the_socket(
     phone: PhoneServer, sent: str | bytes
 ) -> None:
-    with opened(phone) as page:
-        page.send(sent)
-        assert closing_code(page) == server.MALFORMED
-    assert not phone.connected
+    with opened(phone) as tab:
+        tab.send(sent)
+        assert closing_code(tab) == server.MALFORMED
+    assert not phone.phone
 
 
 def test_a_message_that_is_too_long_closes_the_socket(phone: PhoneServer) -> None:
-    with opened(phone) as page:
-        join(page)
-        page.send("[" + " " * messages.MAX_BYTES + "]")
-        assert closing_code(page) == 1009
-    until(lambda: not phone.connected)
+    with opened(phone) as tab:
+        join(tab)
+        tab.send("[" + " " * server.MAX_BYTES + "]")
+        assert closing_code(tab) == 1009
+    until(lambda: not phone.phone)
 
 
 def test_a_flood_closes_the_socket(phone: PhoneServer) -> None:
-    with opened(phone) as page:
-        join(page)
+    with opened(phone) as tab:
+        join(tab)
         with contextlib.suppress(ConnectionClosed):
-            for _ in range(10 * messages.BURST):
-                page.send(ONE_FINGER)
-        assert closing_code(page) == server.MALFORMED
-    until(lambda: not phone.fingers)
+            for _ in range(10 * server.RATE_HZ):
+                tab.send(ONE_FINGER)
+        assert closing_code(tab) == server.MALFORMED
+    until(lambda: not phone.contacts)
 
 
 def test_a_page_that_does_not_say_anything_is_closed(
     phone: PhoneServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(server, "HELLO_S", 0.01)
-    with opened(phone) as page:
-        assert closing_code(page) is not None
-    assert not phone.connected
+    monkeypatch.setattr(server, "WAIT_S", 0.01)
+    with opened(phone) as tab:
+        assert closing_code(tab) is not None
+    assert not phone.phone
 
 
 def test_connections_are_bounded(phone: PhoneServer) -> None:
@@ -258,31 +247,26 @@ def test_connections_are_bounded(phone: PhoneServer) -> None:
     until(lambda: ask(phone, parts(phone)[1]).status == 200, passing=(OSError,))
 
 
-def test_the_page_is_shown_every_new_view_in_its_language(phone: PhoneServer) -> None:
-    phone.show(View({"lost": '<perdu> & "fini"'}, "a"))
-    answer = until(lambda: _holding(phone, "perdu"))
-    assert "<perdu>" not in answer  # escaped in the attribute
-    with opened(phone) as page:
-        assert join(page)["status"] == "a"
-        phone.show(View(status="b"))
-        assert json.loads(page.recv(PATIENCE_S))["status"] == "b"
-
-
-def _holding(phone: PhoneServer, word: str) -> str:
-    page = ask(phone, parts(phone)[1]).read().decode()
-    return page if word in page else ""
+def test_the_page_is_shown_every_new_view_and_its_words_are_escaped(phone: PhoneServer) -> None:
+    phone.view = {"words": {"lost": '<perdu> & "fini"'}, "status": "a"}
+    answer = ask(phone, parts(phone)[1]).read().decode()
+    assert "&lt;perdu&gt;" in answer
+    assert "<perdu>" not in answer
+    with opened(phone) as tab:
+        assert join(tab)["status"] == "a"
+        phone.view = {**VIEW, "status": "b"}
+        assert json.loads(tab.recv(PATIENCE_S))["status"] == "b"
 
 
 def test_the_server_ends_with_its_phone() -> None:
     phone = open_phone("127.0.0.1:0")
-    with opened(phone) as page:
-        join(page)
+    with opened(phone) as tab:
+        join(tab)
         phone.close()
-        assert closing_code(page) == server.ENDED
+        assert closing_code(tab) == server.ENDED
     with pytest.raises(ConnectionRefusedError):
         ask(phone, "/")
-    phone.close()
-    phone.show(View(status="nothing happens"))
+    phone.close()  # once more
 
 
 @pytest.mark.parametrize(
@@ -293,20 +277,18 @@ def test_what_is_no_address_is_refused_with_the_addresses_there_are(
     words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("host.phone.own_addresses", lambda: ["192.168.1.4"])
-    with pytest.raises(PhoneAddressError, match=r"expected an address .*: 192\.168\.1\.4"):
+    with pytest.raises(PhoneError, match=r"expected an address .*: 192\.168\.1\.4"):
         open_phone(words)
 
 
 def test_an_address_of_another_machine_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("host.phone.own_addresses", list[str])
-    with pytest.raises(
-        PhoneAddressError, match=r"203\.0\.113\.9 is not an address"
-    ):
+    with pytest.raises(PhoneError, match=r"203\.0\.113\.9 is not an address"):
         open_phone("203.0.113.9")
 
 
 def test_a_port_that_is_taken_is_told(phone: PhoneServer) -> None:
-    with pytest.raises(PhoneUnavailableError, match="name another one"):
+    with pytest.raises(PhoneError, match="name another port"):
         open_phone(parts(phone)[0])
 
 
@@ -316,5 +298,5 @@ def test_without_the_libraries_one_sentence_says_what_to_install(
     monkeypatch.setitem(sys.modules, "qrcode.main", None)
     monkeypatch.delitem(sys.modules, "host.phone.qr", raising=False)
     monkeypatch.delattr("host.phone.qr", raising=False)
-    with pytest.raises(PhoneUnavailableError, match=r"pip install 'orbtouch\[phone\]'"):
+    with pytest.raises(PhoneError, match=r"pip install 'orbtouch\[phone\]'"):
         open_phone("127.0.0.1:0")
