@@ -48,7 +48,7 @@ class PhoneServer:
 
     Attributes:
         url: Where the page is; the first to open it there becomes the skin.
-        view: What the page shows, of `page.view`.
+        view: What the page shows, of `page.view`; empty until it is known.
         pad: The dome that its fingers are on.
         contacts: These fingers; () while it is away.
         phone: Its connection; None while it is away.
@@ -57,7 +57,7 @@ class PhoneServer:
 
     def __init__(self, listener: socket.socket) -> None:
         """Serve on a listening socket, which is closed with the server."""
-        self.view: dict[str, Any] = {"words": {}}
+        self.view: dict[str, Any] = {}
         self.pad, self.refused = DomeArea(), False
         self.contacts: tuple[Contact, ...] = ()
         self.phone: ServerConnection | None = None
@@ -101,7 +101,7 @@ class PhoneServer:
             return _NOTHING
         if "Upgrade" in request.headers:
             return None if request.headers.get_all("Origin") == [ours] else _NOTHING
-        nonce, words = secrets.token_urlsafe(16), json.dumps(self.view["words"])
+        nonce, words = secrets.token_urlsafe(16), json.dumps(self.view.get("words", {}))
         body = self._page.replace("{nonce}", nonce).replace("{words}", html.escape(words)).encode()
         headers = {
             "Content-Type": "text/html; charset=utf-8",

@@ -25,6 +25,7 @@ VIEW: dict[str, Any] = {"words": {}, "status": ""}
 @pytest.fixture
 def phone() -> Iterator[PhoneServer]:
     served = open_phone("127.0.0.1:0")
+    served.view = VIEW
     yield served
     served.close()
 
@@ -260,6 +261,7 @@ def test_the_page_is_shown_every_new_view_and_its_words_are_escaped(phone: Phone
 
 def test_the_server_ends_with_its_phone() -> None:
     phone = open_phone("127.0.0.1:0")
+    phone.view = VIEW
     with opened(phone) as tab:
         join(tab)
         phone.close()
