@@ -23,7 +23,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def begin(words: str | None, target: Target, stack: ExitStack) -> None:
     """Serve the page and show its code if the option was given; the stack ends the server."""
-    stack.callback(lambda: target.phone and target.phone.close())  # the window may start one, too
+    stack.callback(_end, target)  # the window may start one, too
     if words is None:
         return
     target.phone = open_phone(words)
@@ -33,3 +33,8 @@ def begin(words: str | None, target: Target, stack: ExitStack) -> None:
         from host.phone import qr  # in here: an optional extra
 
         qr.code(target.phone.url).print_ascii(out=sys.stderr, invert=True)
+
+
+def _end(target: Target) -> None:
+    if target.phone:
+        target.phone.close()

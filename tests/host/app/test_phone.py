@@ -1,15 +1,15 @@
 """A phone as the virtual orb's skin, in the window: its page there, and its fingers on the dome."""
 
-import json
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import pygame
 import pytest
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
 import host.phone
 from controller.protocol.messages import Contacts
@@ -17,7 +17,8 @@ from host.app.screens import phone as screen
 from host.connection.receiver import Lost
 from host.phone import PhoneError
 from tests.support.app_window import FELT, WELCOME, Window
-from tests.support.waiting import PATIENCE_S, until
+from tests.support.phone_tab import join, opened
+from tests.support.waiting import until
 from tetris.window.settings import changed
 
 ONE_FINGER = "[[4, 0.5, 0, 0, 0.5]]"
@@ -28,11 +29,11 @@ def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[Window]:
     """A window on this page, on a machine whose only address is that of the loopback."""
     monkeypatch.setattr(screen, "own_addresses", lambda: ["127.0.0.1"])
     monkeypatch.setattr(screen, "open_phone", lambda words: host.phone.open_phone(f"{words}:0"))
-    opened = Window()
-    opened.app.show_phone()
-    yield opened
-    if opened.app.phone is not None:
-        opened.app.phone.close()
+    made = Window()
+    made.app.show_phone()
+    yield made
+    if made.app.phone is not None:
+        made.app.phone.close()
 
 
 def labels(window: Window) -> list[str]:
@@ -57,16 +58,13 @@ def take(window: Window, label: str) -> None:
     window.contacts()  # shows the phone a view, too
 
 
-def opened(window: Window) -> connect:
+def tab_of(window: Window) -> AbstractContextManager[ClientConnection]:
     assert window.app.phone is not None
-    url = window.app.phone.url
-    origin: Any = url.rpartition("/")[0]
-    return connect(f"ws{url.removeprefix('http')}", origin=origin)
+    return opened(window.app.phone.url)
 
 
-def join(window: Window, tab: ClientConnection) -> dict[str, Any]:
-    tab.send('""')
-    view: dict[str, Any] = json.loads(tab.recv(PATIENCE_S))
+def begin(window: Window, tab: ClientConnection) -> dict[str, Any]:
+    view = join(tab)
     window.pass_s(0.1, FELT)
     return view
 
@@ -89,12 +87,12 @@ def test_an_address_is_chosen_and_its_code_is_shown_until_a_phone_is_there(windo
     assert "Scan the code" in said(window)
     blank = window.surface.copy()
     window.app.draw(window.surface)
-    with opened(window) as tab:
-        join(window, tab)
+    with tab_of(window) as tab:
+        begin(window, tab)
         assert "A phone is connected" in said(window)
         window.app.draw(window.surface)
         assert pygame.image.tobytes(blank, "RGB") != pygame.image.tobytes(window.surface, "RGB")
-        with opened(window) as second:
+        with tab_of(window) as second:
             second.send('""')
             until(lambda: window.app.phone and window.app.phone.refused)
     window.pass_s(0.1, FELT)
@@ -103,8 +101,8 @@ def test_an_address_is_chosen_and_its_code_is_shown_until_a_phone_is_there(windo
 
 def test_fingers_on_the_phone_are_contacts_on_the_orb_and_end_with_it(window: Window) -> None:
     take(window, "127.0.0.1")
-    with opened(window) as tab:
-        assert join(window, tab)["status"] == "Touch the dome"
+    with tab_of(window) as tab:
+        assert begin(window, tab)["status"] == "Touch the dome"
         tab.send(ONE_FINGER)
         (finger,) = on_dome(window, 1).contacts
         assert (finger.x, finger.y) == pytest.approx((2 + 0.5 * 3.8, 2))
@@ -114,8 +112,8 @@ def test_fingers_on_the_phone_are_contacts_on_the_orb_and_end_with_it(window: Wi
 
 def test_fingers_are_lifted_while_the_link_to_the_orb_is_lost(window: Window) -> None:
     take(window, "127.0.0.1")
-    with opened(window) as tab:
-        join(window, tab)
+    with tab_of(window) as tab:
+        begin(window, tab)
         tab.send(ONE_FINGER)
         on_dome(window, 1)
         window.pass_s(0.1, Lost("the cable is out"))
@@ -129,14 +127,14 @@ def test_the_phone_speaks_the_language_of_the_window(window: Window) -> None:
     stage.change(changed(stage.settings, language="fr"))
     window.pass_s(0.1, FELT)
     window.contacts()
-    with opened(window) as tab:
-        assert join(window, tab)["status"] == "Touchez le dôme"
+    with tab_of(window) as tab:
+        assert begin(window, tab)["status"] == "Touchez le dôme"
 
 
 def test_switched_off_the_page_is_gone(window: Window) -> None:
     take(window, "127.0.0.1")
-    with opened(window) as tab:
-        join(window, tab)
+    with tab_of(window) as tab:
+        begin(window, tab)
         take(window, "Switch off")
         assert window.app.phone is None
         assert labels(window) == ["127.0.0.1", "Back"]

@@ -12,10 +12,11 @@ from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
 from host.phone import PhoneError, open_phone, page, server
 from host.phone.server import PhoneServer
+from tests.support.phone_tab import join, opened
 from tests.support.waiting import PATIENCE_S, until
 
 ONE_FINGER = "[[0, 0.1, 0.2, 0, 0.5]]"
@@ -40,19 +41,6 @@ def ask(phone: PhoneServer, path: str, method: str = "GET", **headers: str) -> H
     http = HTTPConnection(parts(phone)[0], timeout=PATIENCE_S)
     http.request(method, path, headers=headers)
     return http.getresponse()
-
-
-def opened(phone: PhoneServer, **options: Any) -> connect:
-    netloc, path = parts(phone)
-    origin: Any = options.pop("origin", f"http://{netloc}")
-    return connect(f"ws://{netloc}{path}", origin=origin, **options)
-
-
-def join(tab: ClientConnection, key: str = "") -> dict[str, Any]:
-    """Send a page's first message; return the first view."""
-    tab.send(json.dumps(key))
-    view: dict[str, Any] = json.loads(tab.recv(PATIENCE_S))
-    return view
 
 
 def closing_code(tab: ClientConnection) -> int | None:
@@ -113,7 +101,7 @@ def test_bytes_that_are_no_request_get_no_answer(phone: PhoneServer) -> None:
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", None])
 def test_a_page_of_another_origin_gets_no_socket(phone: PhoneServer, origin: str | None) -> None:
-    with pytest.raises(InvalidStatus) as refused, opened(phone, origin=origin):
+    with pytest.raises(InvalidStatus) as refused, opened(phone.url, origin):
         pass
     assert refused.value.response.status_code == 404
     assert refused.value.response.body == b""
@@ -121,16 +109,13 @@ def test_a_page_of_another_origin_gets_no_socket(phone: PhoneServer, origin: str
 
 
 def test_a_socket_without_the_token_is_refused(phone: PhoneServer) -> None:
-    netloc, _ = parts(phone)
-    with (
-        pytest.raises(InvalidStatus, match="404"),
-        connect(f"ws://{netloc}/", origin=f"http://{netloc}"),  # type: ignore[arg-type]
-    ):
+    url = f"http://{parts(phone)[0]}/"
+    with pytest.raises(InvalidStatus, match="404"), opened(url, url.rstrip("/")):
         pass
 
 
 def test_fingers_of_the_page_are_on_the_dome_until_they_lift(phone: PhoneServer) -> None:
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         tab.send(ONE_FINGER)
         assert until(lambda: phone.contacts) == page.contacts(ONE_FINGER, phone.pad)
@@ -139,7 +124,7 @@ def test_fingers_of_the_page_are_on_the_dome_until_they_lift(phone: PhoneServer)
 
 
 def test_a_lost_connection_lifts_all_fingers(phone: PhoneServer) -> None:
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         tab.send(ONE_FINGER)
         until(lambda: phone.contacts)
@@ -152,7 +137,7 @@ def test_a_page_that_falls_silent_lifts_all_fingers_and_stays(
     phone: PhoneServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(server, "SILENCE_S", 0.01)
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         tab.send(ONE_FINGER)
         until(lambda: not phone.contacts and tab)
@@ -161,7 +146,7 @@ def test_a_page_that_falls_silent_lifts_all_fingers_and_stays(
 
 
 def test_a_second_phone_is_refused_and_the_first_stays(phone: PhoneServer) -> None:
-    with opened(phone) as first, opened(phone) as second:
+    with opened(phone.url) as first, opened(phone.url) as second:
         join(first)
         second.send('""')
         assert closing_code(second) == server.TAKEN
@@ -171,9 +156,9 @@ def test_a_second_phone_is_refused_and_the_first_stays(phone: PhoneServer) -> No
 
 
 def test_the_same_phone_connects_again_with_its_key(phone: PhoneServer) -> None:
-    with opened(phone) as first:
+    with opened(phone.url) as first:
         key = join(first)["key"]
-        with opened(phone) as again:
+        with opened(phone.url) as again:
             assert join(again, key)["key"] == key
             assert closing_code(first) == server.ENDED
             again.send(ONE_FINGER)
@@ -185,7 +170,7 @@ def test_the_same_phone_connects_again_with_its_key(phone: PhoneServer) -> None:
     "sent", ["garbage", "[[0, 9, 9, 0, 0]]", "{}", b"[]", "[" * 1000, '"key again"']
 )
 def test_a_malformed_message_closes_the_socket(phone: PhoneServer, sent: str | bytes) -> None:
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         tab.send(sent)
         assert closing_code(tab) == server.MALFORMED
@@ -196,14 +181,14 @@ def test_a_malformed_message_closes_the_socket(phone: PhoneServer, sent: str | b
 def test_a_first_message_that_is_no_key_closes_the_socket(
     phone: PhoneServer, sent: str | bytes
 ) -> None:
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         tab.send(sent)
         assert closing_code(tab) == server.MALFORMED
     assert not phone.phone
 
 
 def test_a_message_that_is_too_long_closes_the_socket(phone: PhoneServer) -> None:
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         tab.send("[" + " " * server.MAX_BYTES + "]")
         assert closing_code(tab) == 1009
@@ -211,7 +196,7 @@ def test_a_message_that_is_too_long_closes_the_socket(phone: PhoneServer) -> Non
 
 
 def test_a_flood_closes_the_socket(phone: PhoneServer) -> None:
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         with contextlib.suppress(ConnectionClosed):
             for _ in range(10 * server.RATE_HZ):
@@ -224,7 +209,7 @@ def test_a_page_that_does_not_say_anything_is_closed(
     phone: PhoneServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(server, "WAIT_S", 0.01)
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         assert closing_code(tab) is not None
     assert not phone.phone
 
@@ -253,7 +238,7 @@ def test_the_page_is_shown_every_new_view_and_its_words_are_escaped(phone: Phone
     answer = ask(phone, parts(phone)[1]).read().decode()
     assert "&lt;perdu&gt;" in answer
     assert "<perdu>" not in answer
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         assert join(tab)["status"] == "a"
         phone.view = {**VIEW, "status": "b"}
         assert json.loads(tab.recv(PATIENCE_S))["status"] == "b"
@@ -262,7 +247,7 @@ def test_the_page_is_shown_every_new_view_and_its_words_are_escaped(phone: Phone
 def test_the_server_ends_with_its_phone() -> None:
     phone = open_phone("127.0.0.1:0")
     phone.view = VIEW
-    with opened(phone) as tab:
+    with opened(phone.url) as tab:
         join(tab)
         phone.close()
         assert closing_code(tab) == server.ENDED
