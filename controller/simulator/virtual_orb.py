@@ -30,6 +30,9 @@ EDGE: Final = 0.96  # of the dome's radius: where fingers end, as in host/ui/poi
 DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
 WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
 _UPDATES: Final = 1024  # of the host's fingers that wait for a scan
+_JUMP_S: Final = 0.04  # a finger that has gone further than _JUMP_MM in more time than this
+_JUMP_MM: Final = 3.0  # moves evenly instead of jumping
+_EVEN_S: Final = 0.1  # and takes so long at most
 
 
 @dataclass(slots=True, eq=False)
@@ -79,7 +82,10 @@ class VirtualOrb:
         self._ended: list[GroundTruth] = []
         self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=16)
         self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque(maxlen=_UPDATES)
+        self._updated_s = 0.0  # when the fingers last changed
         self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
+        # slot -> where its finger goes: from (s, complex mm) to (s, complex mm)
+        self._ways: dict[int, tuple[float, complex, float, complex]] = {}
         self._slot_of: dict[int, int] = {}  # contact id -> slot
         self._pointer = np.zeros(POINTERS, dtype=np.complex128)
         self._pointer_depth = np.zeros(POINTERS)
@@ -185,31 +191,42 @@ class VirtualOrb:
     def _follow_pointers(self, now: float, step_s: float) -> None:
         """Let the host's fingers sink in, move and rise as fast as fingers can."""
         while self._updates and self._updates[0][0] <= now:
-            self._assign(self._updates.popleft()[1])
+            self._assign(*self._updates.popleft())
         step, share = SINK_MM_S * step_s, 1.0 - exp(-step_s / FOLLOW_S)
         for slot in {*self._wanted, *np.flatnonzero(self._pointer_depth).tolist()}:
             wanted = self._wanted.get(slot)
-            goal = wanted.depth_mm if wanted else 0.0
+            arriving = not wanted and now < self._ways[slot][2]  # a finger lifts at its way's end
+            goal = wanted.depth_mm if wanted else float(arriving * self._pointer_depth[slot])
             change = goal - float(self._pointer_depth[slot])
             self._pointer_depth[slot] += min(max(change, -step), step)
+            self._pointer[slot] += share * (self._goal(slot, now) - self._pointer[slot])
             if wanted:
-                self._pointer[slot] += share * (self._point(wanted) - self._pointer[slot])
                 self._pointer_radius[slot] = wanted.radius_mm
 
-    def _assign(self, contacts: tuple[Contact, ...]) -> None:
-        """Give each contact a slot of its own for as long as it lasts."""
+    def _goal(self, slot: int, now: float) -> complex:
+        """Return where a finger is to be, complex mm from the centre."""
+        begin_s, start, end_s, end = self._ways[slot]
+        return start + min((now - begin_s) / (end_s - begin_s), 1.0) * (end - start)
+
+    def _assign(self, now: float, contacts: tuple[Contact, ...]) -> None:
+        """Give each contact a slot of its own for as long as it lasts, and a way to go."""
+        gap_s, self._updated_s = now - self._updated_s, now
         present = {contact.id for contact in contacts}
         self._slot_of = {i: s for i, s in self._slot_of.items() if i in present}
         self._wanted = {}
         for contact in contacts:
-            slot = self._slot_of.get(contact.id)
+            slot, point = self._slot_of.get(contact.id), self._point(contact)
+            start, last_s = point, 1e-9
             if slot is None:
                 taken = set(self._slot_of.values())
                 free = [s for s in range(POINTERS) if s not in taken]
                 slot = min(free, key=lambda s: self._pointer_depth[s])
                 self._slot_of[contact.id] = slot
-                self._pointer[slot] = self._point(contact)
+                self._pointer[slot] = point
                 self._pointer_depth[slot] = 0.0
+            elif gap_s > _JUMP_S and abs(point - self._goal(slot, now)) > _JUMP_MM:
+                start, last_s = self._goal(slot, now), min(gap_s, _EVEN_S)
+            self._ways[slot] = (now, start, now + last_s, point)
             self._wanted[slot] = contact
 
     def _limited(self, contact: Contact) -> Contact:

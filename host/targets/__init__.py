@@ -77,6 +77,7 @@ class Target(ABC):
         self.touch = PointerInput()
         self.phone: PhoneServer | None = None
         self._button = 0  # mouse button held on the dome
+        self._ends: list[Message] = []  # where fingers were when they left the dome
         self.closed = False
 
     @abstractmethod
@@ -108,7 +109,8 @@ class Target(ABC):
             self.phone.pad, self.phone.view = pad, page.view(self.orb, self.words, pad, now_s)
         self.orb.contacts = self.touch.contacts(now_s) if self._touchable else ()
         contacts = self.touch.update(now_s) if self._touchable else None
-        return [contacts] if contacts else []
+        ends, self._ends = self._ends, []
+        return [*ends, contacts] if contacts else ends
 
     def paced(self, hops: EndToEndLatency) -> None:  # noqa: B027
         """Show the latency of frames; called after each picture."""
@@ -152,6 +154,9 @@ class Target(ABC):
             case pygame.MOUSEMOTION:
                 self.touch.move(*projection.to_grid(*event.pos))
             case pygame.MOUSEBUTTONUP if event.button == self._button:
+                self.touch.move(*projection.to_grid(*event.pos))
+                if end := self.touch.update(now_s):
+                    self._ends.append(end)
                 self.touch.release()
             case pygame.FINGERDOWN | pygame.FINGERMOTION:
                 place = projection.to_grid(event.x * size[0], event.y * size[1])

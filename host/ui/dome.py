@@ -102,27 +102,26 @@ def balloon(
     pixel = 1.2 / radius_px
     picture = np.zeros((size, size, 4), np.float32)
 
-    def lay(colour: Array, alpha: Array) -> None:
-        """Lay a colour, (3,) or (height, width, 3), over the picture; alpha is (height, width)."""
-        below = picture[..., 3:]
+    def lay(colour: Array | float, alpha: Array) -> None:
+        """Lay a colour, (height, width, 3) or black, over the picture; alpha is (height, width)."""
         cover = alpha[..., None]
-        total = cover + below * (1 - cover)
-        mixed = colour * cover + picture[..., :3] * below * (1 - cover)
-        picture[..., :3] = mixed / np.maximum(total, 1e-6)
-        picture[..., 3:] = total
+        picture[...] *= 1 - cover
+        picture[..., :3] += colour * cover
+        picture[..., 3:] += cover
 
     base = 1.0 + PADDING * 0.56
     dark = 1.0 - 0.6 * float(np.mean(plate)) / 255  # shadows on a light plate are lighter
     shade = np.sqrt((x - 0.02) ** 2 + (y + 0.03) ** 2)
-    lay(np.zeros(3, np.float32), 0.7 * dark * _smooth(base + 0.035, base - 0.10, shade))
+    lay(0.0, 0.7 * dark * _smooth(base + 0.035, base - 0.10, shade))
     raised = np.array(plate, np.float32) * (1.0 + 0.30 * (y - x))[..., None]
     lay(np.minimum(raised, 255), _smooth(base + pixel, base - pixel, radius))
     ring = np.exp(-(((radius - base + 0.012) / (0.9 * pixel + 0.004)) ** 2))
     edge = np.array(line, np.float32) * (1.25 + 0.5 * (y - x))[..., None]
     lay(np.minimum(edge, 255), 0.9 * ring)
-    lay(np.zeros(3, np.float32), 0.75 * dark * _smooth(1.09, 0.985, radius))
+    lay(0.0, 0.75 * dark * _smooth(1.09, 0.985, radius))
     lay(_lit(x, y), _smooth(1.0 + pixel, 1.0 - pixel, radius))
 
+    picture[..., :3] /= np.maximum(picture[..., 3:], 1e-6)  # colours were weighted by their alpha
     picture[..., 3] *= 255
     return _surface(np.rint(np.clip(picture, 0, 255)).astype(np.uint8))
 

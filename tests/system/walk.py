@@ -17,7 +17,7 @@ _GAME_S: Final = 1.2  # before a game can be left
 SHUT: Final = frozenset({"Quit", "Restart", "Reset"})
 # Pages whose doors correct what the orb has learned: a walk through them would spoil it.
 LEAVES: Final = frozenset({"That was…"})
-# Pages that take gestures for themselves: a held pinch leaves them.
+# Pages that take gestures for themselves: a held pinch leaves them, none reaches their items.
 TAKING: Final = frozenset(
     {
         "ExamplesPage",
@@ -32,7 +32,13 @@ TAKING: Final = frozenset(
 
 
 class Hand:
-    """One kind of input: chooses items of menus, and leaves a running game."""
+    """One kind of input: chooses items of menus, and leaves a running game.
+
+    Attributes:
+        deaf: Screens on which it chooses nothing.
+    """
+
+    deaf: frozenset[str] = frozenset()
 
     def __init__(self, window: Window) -> None:
         self.window = window
@@ -144,6 +150,7 @@ class Orb(Hand):
     """
 
     missed = 0
+    deaf = TAKING
 
     def up(self) -> None:
         """Twist to the left."""
@@ -159,7 +166,7 @@ class Orb(Hand):
 
     def back(self) -> None:
         """Choose the last item; hold a pinch where gestures are no steps."""
-        if self.window.shown["screen"] in TAKING:
+        if self.window.shown["screen"] in self.deaf:
             self.leave_game()
         else:
             super().back()
@@ -213,7 +220,8 @@ def walk(hand: Hand, *, shut: frozenset[str] = SHUT) -> dict[Page, list[str]]:
             there = page(window)
             if there not in ways:
                 ways[there] = [*ways[here], door]
-                if window.shown["labels"] and there[1] not in LEAVES:
+                closed = there[0] in hand.deaf or there[1] in LEAVES
+                if window.shown["labels"] and not closed:
                     queue.append(there)
             _home(hand, first)
     return ways

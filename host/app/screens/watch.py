@@ -48,7 +48,7 @@ class WatchScreen(GamePage):
         """Begin a game; `take_over` goes on with its recording as the player's game."""
         self.session = Session(MODES["orb"], secrets.randbits(_SEED_BITS), stage.settings, level=1)
         self._time_s, self._seen_s = 0.0, stage.time_s  # of the game, and of the last frame
-        self._take_over = take_over
+        self._take_over, self._free = take_over, False  # whether the dome has been let go
         self._meet(orb)
         super().__init__(stage, orb, self.session.game)
 
@@ -114,9 +114,11 @@ class WatchScreen(GamePage):
         passed_s, self._seen_s = time_s - self._seen_s, time_s
         self.orb.note = self._stage.look.words("watch.label")
         super().tick(time_s)
-        if self.orb.state.contacts:
-            self._hand_over()
+        if self.orb.state.contacts:  # a pinch that opened this page may still be held
+            if self._free:
+                self._hand_over()
             return
+        self._free = True
         if self.orb.state.welcome is not self._welcome:
             self._meet(self.orb)
         if self._away:

@@ -168,6 +168,22 @@ def test_a_hosts_finger_dents_the_taxel_under_it_and_leaves_no_trace() -> None:
     assert np.abs(later / rest - 1.0).mean() < 0.02
 
 
+def drag(updates_hz: float) -> NDArray[np.float64]:
+    """C/C0 - 1 of each frame at 20 Hz while a host drags a finger across in 0.4 s from 1 s on."""
+    orb = VirtualOrb(1, 20.0)
+    for k in range(round(0.4 * updates_hz) + 1):
+        orb.touch([Contact(0, 0.5 + 7.5 * k / updates_hz, 2.0, 9.0, 7.0)], 1.0 + k / updates_hz)
+    frames = np.array([orb.read((k + 1) / 20) for k in range(32)], dtype=np.float64)
+    return np.asarray(frames / frames[:18].mean(axis=0) - 1.0)
+
+
+def test_a_drag_looks_alike_from_a_window_with_few_pictures_a_second() -> None:
+    smooth, coarse = drag(60.0), drag(10.0)
+    late = 2  # frames: the way between two updates is known when the second comes
+    apart = np.abs(smooth[23:28] - coarse[23 + late : 28 + late]).max()
+    assert apart < 0.1 * np.abs(smooth).max()  # jumps make it 0.8, and 0.25 at the best delay
+
+
 def test_a_performance_without_a_label_lifts_the_hand_at_once() -> None:
     orb = VirtualOrb(4)
     orb.perform(7, "press", 1.0, 1.0, 0.5)

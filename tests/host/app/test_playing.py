@@ -202,3 +202,18 @@ def test_a_held_pinch_leaves_a_page_that_takes_gestures_for_itself() -> None:
     assert window.app.stage.screen is not before
     window.pass_s(1.0, FELT)
     assert window.app.stage.screen is before
+
+
+def test_a_drag_within_one_picture_ends_where_the_mouse_let_go() -> None:
+    window = Window()
+    window.app.outgoing(window.now_s)
+    to_screen = window.app.panel.projection.to_screen
+    places = [to_screen(x, 2.0) for x in (1.0, 3.0)]
+    kinds = (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP)
+    for kind, place in zip(kinds, places, strict=True):
+        window.now_s += 0.1
+        window.app.handle(pygame.event.Event(kind, pos=place, button=1), window.now_s)
+        sent = [each for each in window.app.outgoing(window.now_s) if isinstance(each, Contacts)]
+    last, lifted = sent
+    assert last.contacts[0].x == pytest.approx(3.0, abs=0.05)
+    assert lifted.contacts == ()

@@ -83,6 +83,16 @@ def test_a_touch_of_the_dome_takes_the_same_game_over_and_stops_the_hand() -> No
     assert [each.label for each in sent] == [""]
 
 
+def test_the_pinch_that_opens_the_demo_does_not_take_it_over() -> None:
+    window = Watching()
+    window.app.touch.press(2.0, 2.0, window.now_s, pinch=True)
+    window.app.outgoing(window.now_s)
+    window.pass_s(0.3)
+    assert window.app.stage.screen is window.watch
+    window.app.touch.release()
+    assert window.wished().label
+
+
 def test_leaving_stops_the_hand_and_its_last_gesture_steers_no_menu() -> None:
     window = Watching()
     window.wished()
