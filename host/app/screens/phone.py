@@ -16,7 +16,7 @@ class PhoneScreen(OrbScreen):
 
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
         """Show the page; nothing is served before an address has been chosen."""
-        self._addresses, self._problem = own_addresses(), ""
+        self._problem = ""
         super().__init__(stage, orb)
 
     def page(self) -> Menu:
@@ -24,8 +24,8 @@ class PhoneScreen(OrbScreen):
         words, phone = self._stage.look.words, self.orb.phone
         items = [Item(words("menu.back"), self.leave)]
         if phone is None:
-            said = "choose" if self._addresses else "none"
-            items[:0] = [Item(name, partial(self._start, name)) for name in self._addresses]
+            items[:0] = [Item(name, partial(self._start, name)) for name in own_addresses()]
+            said = "choose" if items[1:] else "none"
         else:
             said = "connected" if phone.phone else "scan"
             items.append(Item(words("phone.stop"), self._stop))
