@@ -5,6 +5,7 @@ page that connects gets a key, with which it may connect again; other pages are 
 """
 
 import asyncio
+import contextlib
 import html
 import json
 import logging
@@ -26,7 +27,8 @@ from host.ui.pointer_input import DomeArea
 
 TURN_S: Final = 0.03  # in which a new view is sent
 SILENCE_S: Final = 0.5  # a page with fingers down repeats them every 0.1 s; then they are lifted
-WAIT_S: Final = 5.0  # for a request, a first message, an answer to a ping, the end
+WAIT_S: Final = 5.0  # for a request, a first message, an answer to a ping
+END_S: Final = 0.5  # that closing takes at most
 RATE_HZ: Final = 200  # messages of a page; it sends one a picture, at most 120
 MAX_BYTES: Final = 1024  # of a message; ten fingers take 400
 MAX_CONNECTIONS: Final = 8  # at once, of whatever kind
@@ -68,20 +70,20 @@ class PhoneServer:
         self.url = f"http://{self._netloc}{self._path}"
         self._page = (files("assets") / "host" / "phone.html").read_text("utf-8")
         self._loop, self._over = asyncio.new_event_loop(), asyncio.Event()
-        work = self._serve(listener)
-        self._thread = threading.Thread(
-            target=self._loop.run_until_complete, args=(work,), daemon=True
-        )
+        self._thread = threading.Thread(target=self._run, args=(listener,), daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Turn the phone away, and end."""
-        if not self._loop.is_closed():
+        """Turn the phone away, and end; at once but for strangers that hold a connection."""
+        with contextlib.suppress(RuntimeError):  # closed already
             self._loop.call_soon_threadsafe(self._over.set)
-            self._thread.join(WAIT_S)
-            self._loop.close()
+        self._thread.join(END_S)
 
     # -- on the server's thread ------------------------------------------------------------
+
+    def _run(self, listener: socket.socket) -> None:
+        self._loop.run_until_complete(self._serve(listener))
+        self._loop.close()
 
     async def _serve(self, listener: socket.socket) -> None:
         async with serve(

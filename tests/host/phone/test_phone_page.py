@@ -17,11 +17,15 @@ from controller.protocol.messages import Command, Contacts
 from host.app.application import OrbApp
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.phone import open_phone
+from host.phone import open_phone, page
 from host.phone.server import PhoneServer
+from host.ui.orb_state import OrbState
+from host.ui.pointer_input import DomeArea
 from tests.support import devtools
 from tests.support.devtools import Page, Point
-from tests.support.waiting import PATIENCE_S
+from tests.support.phone_tab import join, opened
+from tests.support.waiting import PATIENCE_S, until
+from tetris.window import language
 
 pytestmark = [
     pytest.mark.system,
@@ -29,6 +33,8 @@ pytestmark = [
 ]
 
 SIZE = (390, 844)
+STATE = "document.getElementById('status').textContent"
+LAST = "document.getElementById('last').textContent"
 STEP_S = 1 / 60
 APART_S = 0.8  # between two gestures
 
@@ -99,9 +105,9 @@ def playing() -> Iterator[Play]:
     receiver = Receiver(own.open, token=own.token)
     receiver.start()
     try:
-        with devtools.page(SIZE) as page:
-            play = Play(app, receiver, page)
-            page.open(app.phone.url)
+        with devtools.page(SIZE) as browser:
+            play = Play(app, receiver, browser)
+            browser.open(app.phone.url)
             play.until_ready()
             play.play(APART_S)
             yield play
@@ -166,6 +172,48 @@ def test_fingers_on_the_page_give_a_command(play: Play, name: str) -> None:
     # In real time, so on a busy machine the orb may miss frames, and the gesture with them.
     strokes = ([command for command, _ in play.stroke(*GESTURES[name])] for _ in range(3))
     assert [name] in strokes
+
+
+def test_a_command_is_read_and_felt_on_the_phone(play: Play) -> None:
+    play.page.value("navigator.vibrate = () => { window.felt = true; }; 0")
+    for _ in range(3):  # as above
+        if play.stroke(*GESTURES["left"]):
+            break
+    assert play.page.value("window.felt")
+    assert play.page.value(LAST) == "press → left"
+
+
+def test_a_page_that_is_loaded_again_is_the_same_phone(play: Play) -> None:
+    before = play.phone.phone
+    play.page.open(play.phone.url)
+    until(lambda: play.phone.phone not in (None, before))
+    assert not play.phone.refused
+
+
+def test_a_finger_that_leaves_the_dome_slides_along_its_edge(play: Play) -> None:
+    play.page.touch("touchStart", [at(0.8, 0.0)])
+    play.page.touch("touchMove", [at(1.5, 0.0)])
+    (finger,) = until(lambda: [one for one in play.phone.contacts if one.x > 2 + 0.9 * 3.8])
+    assert (finger.x, finger.y) == pytest.approx((2 + 0.96 * 3.8, 2), abs=0.15)
+    play.page.touch("touchEnd", [])
+    until(lambda: not play.phone.contacts)
+
+
+def test_a_second_phone_and_one_whose_page_ends_read_a_sentence() -> None:
+    phone = open_phone("127.0.0.1:0")
+    phone.view = page.view(OrbState(), language.load("en"), DomeArea(), 0.0)
+    with devtools.page(SIZE) as browser:
+        with opened(phone.url) as first:
+            join(first)
+            browser.open(phone.url)
+            until(lambda: "Another phone is connected" in str(browser.value(STATE)))
+        phone.close()
+        phone = open_phone("127.0.0.1:0")
+        phone.view = page.view(OrbState(), language.load("en"), DomeArea(), 0.0)
+        browser.open(phone.url)
+        until(lambda: browser.value(STATE) == "connecting")  # the orb is
+        phone.close()
+        until(lambda: "This connection has ended" in browser.value(STATE))
 
 
 def main() -> None:

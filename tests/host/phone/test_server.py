@@ -256,6 +256,20 @@ def test_the_server_ends_with_its_phone() -> None:
     phone.close()  # once more
 
 
+def test_a_stranger_that_holds_a_connection_does_not_hold_the_end(phone: PhoneServer) -> None:
+    host, _, port = parts(phone)[0].partition(":")
+    with (
+        opened(phone.url) as tab,
+        socket.create_connection((host, int(port)), PATIENCE_S) as stranger,
+    ):
+        join(tab)
+        phone.close()
+        assert closing_code(tab) == server.ENDED
+        stranger.setblocking(False)
+        with pytest.raises(BlockingIOError):  # the server has not closed this one yet
+            stranger.recv(1)
+
+
 @pytest.mark.parametrize(
     "words",
     ["", "nonsense", "0.0.0.0", "::", "127.0.0.1:0/path", "127.0.0.1:70000", "me@127.0.0.1"],
