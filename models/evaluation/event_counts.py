@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.debounce import NULL
-from controller.recognition.event_metric import TAIL_S, Answer, Event, attach
+from controller.recognition.event_metric import LIGHT, RIVAL, SHORT_S, TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
 from models.data.ground_truth import GroundTruth
 from models.evaluation.replay import Stream
@@ -16,9 +16,6 @@ from models.results.verdict import REASONS
 
 TURNS: Final = ("twist_cw", "twist_ccw")
 INSIDE_S: Final = 0.2  # from an event's edges: what comes closer may be either
-LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
-RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
-SHORT_S: Final = 0.3
 
 Counts = NDArray[np.int64]  # (classes, classes)
 Index = NDArray[np.int64]  # (n,)
