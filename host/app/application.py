@@ -29,6 +29,7 @@ from host.app.programs import Programs
 from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.orbs import OrbsScreen
+from host.app.screens.phone import PhoneScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
@@ -43,8 +44,9 @@ from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder
 from tetris.window.app import App, HostWindow, Start
+from tetris.window.language import Words
 from tetris.window.menu import Item
-from tetris.window.screen_stack import ScreenStack
+from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
 
@@ -127,6 +129,11 @@ class OrbApp(Target):
         return self.orb
 
     @property
+    def words(self) -> Words:
+        """The language of the window."""
+        return self.stage.look.words
+
+    @property
     def virtual(self) -> bool:
         """Whether the orb is connected, and a virtual one, which a mouse can touch."""
         return self._touchable
@@ -159,13 +166,21 @@ class OrbApp(Target):
 
     def _show_lab(self) -> None:
         """Show the lab over a paused game, or leave it."""
-        stage, screen = self.stage, self.stage.screen
+        screen = self.stage.screen
         if isinstance(screen, LabScreen):
             screen.leave()
             return
-        if isinstance(screen, PlayScreen):
-            screen.pause()
-        stage.push(LabScreen(stage, self, self.lab))
+        self._over_game(LabScreen(self.stage, self, self.lab))
+
+    def show_phone(self) -> None:
+        """Show the code for a phone."""
+        self._over_game(PhoneScreen(self.stage, self))
+
+    def _over_game(self, page: Screen) -> None:
+        """Show a page, over a paused game."""
+        if isinstance(self.stage.screen, PlayScreen):
+            self.stage.screen.pause()
+        self.stage.push(page)
 
     @property
     def frames_hz(self) -> int:

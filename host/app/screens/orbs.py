@@ -13,6 +13,7 @@ from host.app.programs import Programs, folder
 from host.app.screen import Orb, OrbScreen, rows
 from host.app.screens.check import CheckScreen
 from host.app.screens.pairing import PairScreen
+from host.app.screens.phone import PhoneScreen
 from host.app.screens.programs import ProgramsScreen
 from host.connection import bundle_upload
 from host.ui.naming import said
@@ -70,9 +71,11 @@ class OrbsScreen(OrbScreen):
             items.append(
                 Item(words("orb.title"), lambda: stage.push(show()), hint=words("orb.hint"))
             )
+        phone = partial(PhoneScreen, stage, self.orb)
         control = partial(ProgramsScreen, stage, self.orb, self._programs, folder())
         return [
             *items,
+            Item(words("phone.title"), lambda: stage.push(phone()), hint=words("phone.hint")),
             Item(
                 words("programs.title"),
                 lambda: stage.push(control()),
