@@ -119,8 +119,9 @@ class Gadget:
     def _bind(self) -> None:
         udc = self._folder / "UDC"
         command = ["sh", "-c", _GUARD, str(udc)]
+        none = subprocess.DEVNULL
         self._guard = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True
+            command, stdin=subprocess.PIPE, stdout=none, stderr=none, start_new_session=True
         )
         self._set("UDC", self._udc.encode())
         for number, function in FUNCTIONS.items():
@@ -135,10 +136,11 @@ class Gadget:
             return
         with contextlib.suppress(OSError):  # it is not bound
             self._set("UDC", b"\n")
-        for function in FUNCTIONS.values():
-            (self._folder / _CONFIG / Path(function).name).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # not all of it is there; the next start says the rest
+            for function in FUNCTIONS.values():
+                (self._folder / _CONFIG / Path(function).name).unlink(missing_ok=True)
         for folder in (*reversed(_FOLDERS), ""):
-            with contextlib.suppress(FileNotFoundError):
+            with contextlib.suppress(OSError):
                 self._remove(self._folder / folder)
 
     def _set(self, path: str, value: bytes) -> None:

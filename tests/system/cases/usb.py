@@ -128,7 +128,11 @@ def holding(guest: Guest) -> tuple[Process, Any]:
 
 def there(guest: Guest, link: UsbLink) -> dict[str, Any]:
     """Wait until the link has a host, and the kernel input devices."""
-    guest.until(lambda: polled(link), "the orb to have a host")
+    try:
+        guest.until(lambda: polled(link), "the orb to have a host")
+    except CaseError as error:
+        state = (UDC / "state").read_text().strip()
+        raise CaseError(f"{error}: {state}, {link.problem or 'no problem'}") from None
     found: dict[str, Any] = guest.until(inputs, "input devices")
     return found
 
