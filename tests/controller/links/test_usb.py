@@ -238,7 +238,7 @@ def test_what_is_missing_is_said_in_a_sentence(kernel: Kernel, tmp_path: Path) -
         Gadget("Orb", "x", kernel.configfs, kernel.udcs)
     with pytest.raises(LinkError, match="no USB port that can be a device"):
         Gadget("Orb", "", kernel.configfs, tmp_path / "none")
-    with pytest.raises(LinkError, match="dev: no such file.*usb_f_hid") as refused:
+    with pytest.raises(LinkError, match=r"dev: no such file.*usb_f_hid") as refused:
         Gadget("Orb", "", kernel.configfs, kernel.udcs)  # no kernel makes the attribute
     assert refused.value.status == 2
     with pytest.raises(LinkError, match="cannot understand usb:\\?host=x"):
