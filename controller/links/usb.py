@@ -23,16 +23,8 @@ from controller.links.base import Link, LinkError, RequestQueue
 from controller.links.bluetooth.hid import held_keys
 from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, HeldReports, Report
 from controller.links.usb_gadget import Gadget
-from controller.protocol.messages import (
-    VERSION,
-    Bye,
-    Command,
-    Hello,
-    Message,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol import messages as wire
+from controller.protocol.messages import Bye, Command, Hello, Message, State, Telemetry
 
 IDLE_S: Final = 0.1  # greatest delay until a host that comes or goes is noticed
 RETRY_S: Final = 0.002  # between attempts to write; hosts read every 1 to 10 ms
@@ -42,7 +34,7 @@ _NO_HOST: Final = (errno.ESHUTDOWN, errno.ENODEV, errno.ENOTCONN)
 log = logging.getLogger(__name__)
 
 
-def create(url: str, welcome: Welcome, access: object) -> UsbLink:
+def create(url: str, welcome: wire.Welcome, access: object) -> UsbLink:
     """Create the gadget; LinkError or KeyMapError if that is not possible."""
     udc, _, query = url.partition(":")[2].partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
@@ -103,12 +95,6 @@ class UsbReports:
             if error.errno not in _NO_HOST:
                 raise
             self.reset()
-
-    def release(self, now_s: float) -> None:
-        """Release all keys and write that, if there is a host."""
-        self._keys.release()
-        self._queue += RELEASED
-        self.step(now_s, configured=self.ready)
 
     def reset(self) -> None:
         """Forget held keys and reports: there is no host."""
@@ -178,7 +164,7 @@ class UsbLink(Link):
         self._requests.wait(timeout_s)
 
     def close(self) -> None:
-        """Release all keys, and remove the device from the host."""
+        """Remove the device from the host, which releases all keys."""
         self._closed.set()
         self._thread.join()
 
@@ -187,7 +173,6 @@ class UsbLink(Link):
             while not self._closed.is_set():
                 self._messages.wait(self._reports.pause_s(time.monotonic()))
                 self._step(time.monotonic())
-            self._reports.release(time.monotonic())
         except OSError as error:
             self.problem = f"the USB gadget failed: {reason(error)}"
         finally:
@@ -200,5 +185,7 @@ class UsbLink(Link):
         self._reports.step(now_s, configured=self._gadget.configured)
         if self._reports.ready != ready:
             log.info("the USB host %s", "has gone" if ready else "reads reports")
-            gone = Bye("the host has gone")
-            self._requests.put(gone if ready else Hello(VERSION, VERSION, "", "usb", False))
+            version = wire.VERSION
+            self._requests.put(
+                Bye("the host has gone") if ready else Hello(version, version, "", "usb", False)
+            )

@@ -10,26 +10,16 @@ import errno
 import fcntl
 import os
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 from controller.errors import reason
 from controller.links.base import LinkError
-from controller.links.bluetooth.hid.reports import (
-    GAMEPAD,
-    KEYBOARD,
-    PRODUCT,
-    PRODUCT_VERSION,
-    RELEASED,
-    SINGLE_MAPS,
-    VENDOR,
-    Report,
-)
+from controller.links.bluetooth.hid import reports
+from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, Report
 
-CONFIGFS: Final = Path("/sys/kernel/config/usb_gadget")
-UDCS: Final = Path("/sys/class/udc")  # USB device controllers
-DEV: Final = Path("/dev")
+CONFIGFS: Final = "sys/kernel/config/usb_gadget"
+UDCS: Final = "sys/class/udc"  # USB device controllers
 FUNCTIONS: Final = {GAMEPAD: "functions/hid.pad", KEYBOARD: "functions/hid.keyboard"}
 _CONFIG: Final = "configs/c.1"
 _STRINGS: Final = "strings/0x409"  # US English
@@ -43,21 +33,15 @@ _GUARD: Final = 'trap "" HUP INT TERM; read _; echo > "$0"'
 class Gadget:
     """The gadget, bound to a USB device controller until `remove`; needs root."""
 
-    def __init__(
-        self, name: str, udc: str = "", configfs: Path = CONFIGFS, udcs: Path = UDCS,
-        dev: Path = DEV,
-    ) -> None:  # fmt: skip
-        """Create and bind the gadget; LinkError if that is not possible.
+    def __init__(self, name: str, udc: str = "", root: Path = Path("/")) -> None:
+        """Create and bind the gadget, in place of a stale one; LinkError if that is not possible.
 
-        Args:
-            name: The product's name, as hosts show it.
-            udc: The USB device controller, "": the first.
-            configfs: The folder of gadgets. A gadget that an earlier run left there is replaced.
-            udcs: The folder of USB device controllers.
-            dev: The folder of device nodes.
+        `name` is the product's, as hosts show it; `udc` the device controller, "": the first;
+        `root` the folder of sys and dev.
         """
+        configfs, udcs = root / CONFIGFS, root / UDCS
         _check(configfs, udcs, udc)
-        self._folder, self._dev = configfs / "orbtouch", dev
+        self._folder, self._dev = configfs / "orbtouch", root / "dev"
         self._udc = udc or min(path.name for path in udcs.iterdir())
         self._state = udcs / self._udc / "state"
         self._files: dict[int, int] = {}  # open /dev/hidgN, by report id
@@ -99,21 +83,21 @@ class Gadget:
         for folder in ("", *_FOLDERS):
             self._make(self._folder / folder)
         values = {
-            "idVendor": f"{VENDOR:#06x}", "idProduct": f"{PRODUCT:#06x}", "bcdUSB": "0x0200",
-            "bcdDevice": f"0x{PRODUCT_VERSION % 10_000:04d}",  # four decimal digits
+            "idVendor": f"{reports.VENDOR:#06x}", "idProduct": f"{reports.PRODUCT:#06x}",
+            "bcdUSB": "0x0200", "bcdDevice": f"0x{reports.PRODUCT_VERSION % 10_000:04d}",  # four decimal digits
             f"{_STRINGS}/manufacturer": "OrbTouch", f"{_STRINGS}/product": name,
             f"{_CONFIG}/MaxPower": "500",
         }  # fmt: skip
         for path, value in values.items():
             self._set(path, value.encode())
-        lengths = {report.id: len(report.data) for report in RELEASED}
-        for number, function in FUNCTIONS.items():
-            boot = b"1" if number == KEYBOARD else b"0"
+        for report in reports.RELEASED:
+            function = FUNCTIONS[report.id]
+            boot = b"1" if report.id == KEYBOARD else b"0"
             self._set(f"{function}/subclass", boot)
             self._set(f"{function}/protocol", boot)
             self._set(f"{function}/no_out_endpoint", b"1")  # lights come by SET_REPORT; not read
-            self._set(f"{function}/report_length", b"%d" % lengths[number])
-            self._set(f"{function}/report_desc", SINGLE_MAPS[number])
+            self._set(f"{function}/report_length", b"%d" % len(report.data))
+            self._set(f"{function}/report_desc", reports.SINGLE_MAPS[report.id])
             (self._folder / _CONFIG / Path(function).name).symlink_to(self._folder / function)
 
     def _bind(self) -> None:
@@ -151,7 +135,7 @@ class Gadget:
         folder.mkdir(parents=True, exist_ok=True)
 
     def _remove(self, folder: Path) -> None:
-        folder.rmdir()  # in configfs, attributes go with their folder
+        folder.rmdir()  # attributes go with their folder
 
 
 def _check(configfs: Path, udcs: Path, udc: str) -> None:
@@ -160,7 +144,7 @@ def _check(configfs: Path, udcs: Path, udc: str) -> None:
         raise LinkError(f"there is no {configfs}; sudo modprobe libcomposite {_HELP}")
     if not os.access(configfs, os.W_OK):
         raise LinkError(f"this user may not write to {configfs}; run the controller as root")
-    found = sorted(path.name for path in _entries(udcs))
+    found = sorted(path.name for path in udcs.glob("*"))
     if not found:
         raise LinkError(
             "this computer has no USB port that can be a device; on a Raspberry Pi add "
@@ -168,10 +152,6 @@ def _check(configfs: Path, udcs: Path, udc: str) -> None:
         )
     if udc and udc not in found:
         raise LinkError(f"there is no USB device controller {udc}; there is {', '.join(found)}")
-
-
-def _entries(folder: Path) -> Iterator[Path]:
-    return folder.iterdir() if folder.is_dir() else iter(())
 
 
 def _advice(error: OSError) -> str:

@@ -23,7 +23,7 @@ from controller.links.bluetooth.hid.reports import (
     keyboard,
 )
 from controller.links.usb import PATIENCE_S, UsbLink, UsbReports
-from controller.links.usb_gadget import FUNCTIONS, Gadget
+from controller.links.usb_gadget import CONFIGFS, FUNCTIONS, UDCS, Gadget
 from controller.protocol.messages import Bye, Command, Hello, State
 from tests.reference import hid
 from tests.support.fake_device import welcome
@@ -39,7 +39,8 @@ class Kernel:
     """Folders as the kernel has them, with one controller, and a pipe for each interface."""
 
     def __init__(self, folder: Path) -> None:
-        self.configfs, self.udcs, self.dev = (folder / name for name in ("gadgets", "udc", "dev"))
+        self.root = folder
+        self.configfs, self.udcs, self.dev = folder / CONFIGFS, folder / UDCS, folder / "dev"
         for path in (self.configfs, self.udcs / "dummy", self.dev):
             path.mkdir(parents=True)
         self.gadget = self.configfs / "orbtouch"
@@ -63,7 +64,7 @@ class Kernel:
             def _remove(self, folder: Path) -> None:
                 shutil.rmtree(folder)
 
-        return FakeGadget("Orb", "", self.configfs, self.udcs, self.dev)
+        return FakeGadget("Orb", root=self.root)
 
     def plug(self, state: str) -> None:
         (self.udcs / "dummy" / "state").write_text(f"{state}\n")
@@ -232,15 +233,16 @@ def test_a_second_controller_is_refused(kernel: Kernel) -> None:
 
 
 def test_what_is_missing_is_said_in_a_sentence(kernel: Kernel, tmp_path: Path) -> None:
-    with pytest.raises(LinkError, match="modprobe libcomposite"):
-        Gadget("Orb", "", tmp_path / "none", kernel.udcs)
-    with pytest.raises(LinkError, match="there is no USB device controller x; there is dummy"):
-        Gadget("Orb", "x", kernel.configfs, kernel.udcs)
-    with pytest.raises(LinkError, match="no USB port that can be a device"):
-        Gadget("Orb", "", kernel.configfs, tmp_path / "none")
     with pytest.raises(LinkError, match=r"dev: no such file.*usb_f_hid") as refused:
-        Gadget("Orb", "", kernel.configfs, kernel.udcs)  # no kernel makes the attribute
+        Gadget("Orb", root=tmp_path)  # no kernel makes the attribute
     assert refused.value.status == 2
+    with pytest.raises(LinkError, match="there is no USB device controller x; there is dummy"):
+        Gadget("Orb", "x", tmp_path)
+    shutil.rmtree(kernel.udcs)
+    with pytest.raises(LinkError, match="no USB port that can be a device"):
+        Gadget("Orb", root=tmp_path)
+    with pytest.raises(LinkError, match="modprobe libcomposite"):
+        Gadget("Orb", root=tmp_path / "none")
     with pytest.raises(LinkError, match="cannot understand usb:\\?host=x"):
         open_link("usb:?host=x", welcome())
 
@@ -258,18 +260,17 @@ def test_the_link_follows_its_host_and_releases_at_the_end(kernel: Kernel) -> No
     assert isinstance(link.poll()[-1], Hello)
     assert kernel.read(KEYBOARD) == keyboard(()).data
     link.send(LEFT, 0)
-    heard = bytearray()
-    until(lambda: heard.extend(kernel.read(KEYBOARD)) or len(heard) >= 8)
-    assert bytes(heard[:8]) == keyboard(["left"]).data
+    heard = until(lambda: kernel.read(KEYBOARD))
+    assert heard[:8] == keyboard(["left"]).data
     kernel.plug("suspended")
     link.wait(10.0)
     assert isinstance(link.poll()[-1], Bye)
     kernel.plug("configured")
     link.wait(10.0)
     link.poll()
+    assert kernel.read(KEYBOARD)[-8:] == keyboard(()).data
     link.close()
     assert not kernel.gadget.exists()
-    assert kernel.read(KEYBOARD)[-8:] == keyboard(()).data
     assert not link.problem
 
 

@@ -18,6 +18,7 @@ from ..hid import HOLD, game, measure, press, tap
 from ..input import events, until_told
 
 UDC = Path("/sys/class/udc/dummy_udc.0")
+USB = Path("/sys/bus/usb/devices")
 GADGET = Path("/sys/kernel/config/usb_gadget/orbtouch")
 KEYS = Path("/tmp/usb.toml")
 
@@ -69,11 +70,12 @@ def unplugged(guest: Guest) -> None:
     press(link, "left")
     told = events(keyboard, 1)[0]
     guest.check(told[1:] == ("KEY_LEFT", 1), "a key is held")
-    (UDC / "soft_connect").write_text("disconnect")
+    cable = next(USB.glob("*/usb*-port1/disable"))  # of the host's port
+    cable.write_text("1")
     guest.measured("key up after the cable is pulled", [let_go(keyboard)])
-    guest.until(lambda: not polled(link), "the link to miss its host")
-    press(link, "left")  # nobody is there
-    (UDC / "soft_connect").write_text("connect")
+    guest.until(lambda: press(link, "left") or not polled(link), "the link to miss its host")
+    press(link, "left")  # without a host
+    cable.write_text("0")
     keyboard = there(guest, link)["keyboard"]
     link.send(State(("left",)), 0)
     time.sleep(0.3)
