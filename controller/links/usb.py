@@ -29,7 +29,7 @@ from controller.protocol.messages import Bye, Command, Hello, Message, State, Te
 IDLE_S: Final = 0.1  # greatest delay until a host that comes or goes is noticed
 RETRY_S: Final = 0.002  # between attempts to write; hosts read every 1 to 10 ms
 PATIENCE_S: Final = 0.5  # for a host that reads no reports
-_NO_HOST: Final = (errno.ESHUTDOWN, errno.ENODEV, errno.ENOTCONN)
+_NO_HOST: Final = (errno.ESHUTDOWN, errno.ENODEV)
 
 log = logging.getLogger(__name__)
 
@@ -108,10 +108,9 @@ class UsbReports:
         """Write the queue. The host may read one interface only, so each has its own order."""
         left: list[Report] = []
         for report in self._queue:
-            if any(report.id == other.id for other in left):
-                left.append(report)
-                continue
             try:
+                if any(report.id == other.id for other in left):
+                    raise BlockingIOError
                 self._write(report)
             except BlockingIOError:
                 self._blocked_s.setdefault(report.id, now_s)

@@ -25,6 +25,7 @@ _CONFIG: Final = "configs/c.1"
 _STRINGS: Final = "strings/0x409"  # US English
 _FOLDERS: Final = (_STRINGS, *FUNCTIONS.values(), _CONFIG, f"{_CONFIG}/{_STRINGS}")
 _HELP: Final = "(docs/hid.md, USB)"
+_ADVICE: Final = {errno.EBUSY: "another gadget has this port; name another, as in usb:NAME"}
 # Unbinds the gadget when this process ends, also by SIGKILL: the kernel itself would keep it, and
 # the host would keep the last report. The pipe from this process then ends.
 _GUARD: Final = 'trap "" HUP INT TERM; read _; echo > "$0"'
@@ -58,8 +59,9 @@ class Gadget:
             self._bind()
         except OSError as error:
             self.remove()
-            where = f" {error.filename}" if error.filename else ""
-            raise LinkError(f"cannot write{where}: {reason(error)}; {_advice(error)}") from None
+            advice = _ADVICE.get(error.errno or 0, f"the kernel needs usb_f_hid {_HELP}")
+            path = error.filename or self._folder
+            raise LinkError(f"cannot write {path}: {reason(error)}; {advice}") from None
 
     @property
     def configured(self) -> bool:
@@ -147,15 +149,7 @@ def _check(configfs: Path, udcs: Path, udc: str) -> None:
     found = sorted(path.name for path in udcs.glob("*"))
     if not found:
         raise LinkError(
-            "this computer has no USB port that can be a device; on a Raspberry Pi add "
-            f"dtoverlay=dwc2,dr_mode=peripheral to config.txt and reboot {_HELP}"
+            f"no USB port of this computer can be a device; enable one, or use --link hid: {_HELP}"
         )
     if udc and udc not in found:
         raise LinkError(f"there is no USB device controller {udc}; there is {', '.join(found)}")
-
-
-def _advice(error: OSError) -> str:
-    """Return what to do about a failed step."""
-    if error.errno == errno.EBUSY:
-        return "another gadget has this port; remove it, or name another: usb:NAME"
-    return f"the kernel needs libcomposite and usb_f_hid, of Linux 6.1 or later {_HELP}"
