@@ -73,7 +73,8 @@ def unplugged(guest: Guest) -> None:
     cable = next(USB.glob("*/usb*-port1/disable"))  # of the host's port
     cable.write_text("1")
     guest.measured("key up after the cable is pulled", [let_go(keyboard)])
-    guest.until(lambda: press(link, "left") or not polled(link), "the link to miss its host")
+    press(link, "left")
+    guest.until(lambda: not polled(link), "the link to miss its host")
     press(link, "left")  # without a host
     cable.write_text("0")
     keyboard = there(guest, link)["keyboard"]
