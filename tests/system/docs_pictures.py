@@ -305,7 +305,7 @@ def play(camera: Camera) -> None:
         camera.press()
         camera.run(seconds)
         if seconds == 0.5:
-            camera.save(ROOT / "docs" / "pictures" / "app-press.png")
+            camera.save(PICTURES / "app-press.png")
         camera.lift()
         camera.run(2.0)
     assert isinstance(camera.app.stage.screen, PlayScreen)
