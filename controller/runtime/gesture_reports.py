@@ -42,7 +42,7 @@ def reports(
     head = Vocabulary(
         loaded.labels,
         loaded.users.commands(mapping),
-        "" if path in _SHIPPED else fitted(path.stem, _TEXT),
+        "" if path in _SHIPPED else fitted(record.title(path.stem), _TEXT),
         installed and record.before is not None,
         len(taught),
         "" if objection else fitted(str(folder), _FOLDER),

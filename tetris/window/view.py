@@ -14,7 +14,7 @@ from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.window import theme
 from tetris.window.effects import Callouts, Effects
-from tetris.window.scenery import Layout, draw_scenery
+from tetris.window.scenery import PAD, Layout, draw_scenery
 from tetris.window.tiles import ThemeChoice
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
@@ -81,9 +81,13 @@ class GameView:
         *,
         hints: Mapping[Phase, str] = MappingProxyType({}),
         look: ThemeChoice | None = None,
+        figures: bool = True,
     ) -> None:
-        """Draw into an area; hints say what to do when the game pauses or is over."""
-        self._hints = hints
+        """Draw into an area; hints say what to do when the game pauses or is over.
+
+        Without `figures` there is no card for them.
+        """
+        self._hints, self._has_figures = hints, figures
         self._look = look or ThemeChoice()
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
@@ -94,7 +98,7 @@ class GameView:
         self.layout = layout
         self._effects.clear()  # their pictures have the old size
         self._callouts.clear()
-        self._scenery = draw_scenery(layout, self._look)
+        self._scenery = draw_scenery(layout, self._look, stats=self._has_figures)
         self._veil = pygame.Surface(layout.board.size)
         self._veil.fill(self._look.palette.background)
         self._veil.set_alpha(_VEIL_ALPHA)
@@ -249,7 +253,7 @@ class GameView:
         if self.layout.tall:
             return
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
-        left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
+        left, widest = card.left + round(PAD * cell), card.width - 2 * round(PAD * cell)
         chips = []
         if game.streak.b2b:
             chips.append((self._look.words("callout.b2b"), palette.warn))

@@ -103,7 +103,8 @@ class GamePage(OrbScreen):
     def _placed(self, area: pygame.Rect) -> GameView:
         """Return the game's picture, laid out in an area."""
         if self._game_view is None or self._game_area != area:
-            self._game_view, self._game_area = GameView(area, look=self._stage.look), area
+            look, figures = self._stage.look, bool(self.figures())
+            self._game_view, self._game_area = GameView(area, look=look, figures=figures), area
         return self._game_view
 
     def _draw_lines(

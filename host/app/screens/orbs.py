@@ -102,7 +102,7 @@ class PresentOrbScreen(OrbScreen):
     def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
         """Show it, and ask it what it knows."""
         self._orbs = orbs
-        self._bundle: str | None = None
+        self._bundle: Vocabulary | None = None
         super().__init__(stage, orb)
         orb.send(Describe())
 
@@ -130,16 +130,23 @@ class PresentOrbScreen(OrbScreen):
         if not state.ready:
             lines += rows(words("orb.resting"), marked=True)
         if self._bundle is not None:
-            lines.append(Row((words("orb.bundle"), self._bundle or words("orb.shipped"))))
+            lines.append(Row((words("orb.bundle"), self._named(self._bundle))))
         if state.sure:
             lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
         found = [row for one in state.health for row in rows(said(words, one))]
         return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 
+    def _named(self, bundle: Vocabulary) -> str:
+        words = self._stage.look.words
+        name = bundle.bundle or words("orb.shipped")
+        if bundle.taught:
+            return words("orb.and_taught", name=name, count=bundle.taught)
+        return name
+
     def report(self, message: Report, time_s: float) -> None:
         """Take what the orb says of its gestures."""
         if isinstance(message, Vocabulary):
-            self._bundle = message.bundle
+            self._bundle = message
 
 
 class InstallScreen(OrbScreen):

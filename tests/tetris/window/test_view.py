@@ -12,6 +12,7 @@ from tetris.engine.pieces import Piece
 from tetris.window import display, theme
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout
+from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------
@@ -96,6 +97,16 @@ def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
     parts = [layout.board, layout.hold, layout.stats, layout.next]
     assert all(area.contains(part) for part in parts)
     assert all(len(part.collidelistall(parts)) == 1 for part in parts)
+
+
+def test_a_page_without_figures_has_no_card_for_them() -> None:
+    area, look = pygame.Rect(0, 0, 640, 480), ThemeChoice()
+    for figures in (True, False):
+        view = GameView(area, look=look, figures=figures)
+        surface = drawn(Game(1), view, 0.0)
+        colour = surface.get_at(view.layout.stats.midbottom - pygame.Vector2(0, 4))[:3]
+        palette = look.palette
+        assert colour == (palette.surface if figures else palette.background)
 
 
 # -- display and the bot in the window -----------------------------------------------------
