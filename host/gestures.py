@@ -157,9 +157,13 @@ class Lessons:
         """Keep a copy of the bundle in use."""
         self._change(SaveAs(name))
 
-    def set_command(self, label: str, command: str) -> None:
-        """Set the command of a gesture, "" nothing."""
-        self._change(SetCommand(label, command))
+    def set_command(self, label: str, command: str, user: str = "") -> None:
+        """Set the command of a gesture, "" nothing, for a user or everybody."""
+        self._change(SetCommand(label, command, user))
+
+    def reset_command(self, label: str, user: str) -> None:
+        """Give a user everybody's command of a gesture again; "": of all."""
+        self._change(SetCommand(label, "", user, own=False))
 
     def delete_examples(self) -> None:
         """Delete all examples and recordings."""

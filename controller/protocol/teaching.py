@@ -1,4 +1,4 @@
-"""Messages for teaching gestures over the link: requests 51 to 65, reports 15 and 26 to 31.
+"""Messages for teaching gestures over the link: requests 51 to 65, reports 14, 15 and 26 to 31.
 
 Registered with those of `controller.protocol.messages`; docs/protocol.md is the specification.
 """
@@ -87,8 +87,10 @@ class SaveAs(Request):
 class SetCommand(Request):
     """Host to device: the command of a gesture, wherever it is made, from now on."""
 
-    label: codec.Text40
+    label: codec.Text40  # "": all gestures, where `own` is False
     command: codec.Text40  # "": nothing
+    user: codec.Text40 = ""  # an enrolled user, whose own command it is; "": everybody
+    own: codec.Bool = True  # False: the user's is that of everybody from now on
 
 
 @message(60)
@@ -167,6 +169,9 @@ class CommandRule:
     above: codec.Bound
 
 
+Rules = Annotated[tuple[CommandRule, ...], codec.many(codec.record(CommandRule), MOST_RULES)]
+
+
 @message(27)
 @dataclass(frozen=True, slots=True)
 class GestureInfo(Report):
@@ -177,7 +182,17 @@ class GestureInfo(Report):
     taught: codec.Bool  # whether `Forget` can remove it
     examples: codec.U16  # in the bundle
     image: Image  # mean of its examples or rehearsal data at their firmest; b"": unknown
-    rules: Annotated[tuple[CommandRule, ...], codec.many(codec.record(CommandRule), MOST_RULES)]
+    rules: Rules
+
+
+@message(14)
+@dataclass(frozen=True, slots=True)
+class UserRules(Report):
+    """Device to host, after the GestureInfos: an enrolled user, then each gesture of their own."""
+
+    user: codec.Text40
+    label: codec.Text40  # "": the user is enrolled
+    rules: Rules  # in place of the gesture's
 
 
 @message(28)
@@ -191,6 +206,8 @@ class ExampleTaken(Report):
     text: codec.Text500  # why not, a sentence; "" if it is
     seconds: codec.Deviation  # duration of its touch; 0 without one
     image: Image  # at its firmest; b"" without a touch
+    rotations: codec.Text40 = "none"  # as in Learn: guess from the examples of the label so far
+    mirrored: codec.Bool = False  # guess, too
 
 
 @message(29)

@@ -1,5 +1,6 @@
-"""Messages that describe the gestures in use: Vocabulary and a GestureInfo for each."""
+"""Messages that describe the gestures in use: Vocabulary, GestureInfos and UserRules."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -15,8 +16,15 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore
 from controller.protocol.codec import ProtocolError, fitted
 from controller.protocol.packets import encode
-from controller.protocol.teaching import MOST_RULES, CommandRule, GestureInfo, Vocabulary
+from controller.protocol.teaching import (
+    MOST_RULES,
+    CommandRule,
+    GestureInfo,
+    UserRules,
+    Vocabulary,
+)
 from controller.recognition.mapping import NONE, Mapping
+from controller.recognition.user_id import Users
 from controller.runtime.examples import firmest, image_bytes
 
 _TEXT: Final = 64  # bytes of names
@@ -27,9 +35,9 @@ _FEW: Final = 40  # bytes of it where labels and commands fill the packet
 
 
 def reports(
-    path: Path, mapping: Mapping, folder: Path, objection: str
-) -> tuple[Vocabulary | GestureInfo, ...]:
-    """Return the description of the bundle in a file with the mapping in use.
+    path: Path, mapping: Mapping, users: Users, folder: Path, objection: str
+) -> tuple[Vocabulary | GestureInfo | UserRules, ...]:
+    """Return the description of the bundle in a file with the mapping and the users in use.
 
     `folder` is that of the player's data, `objection` the reason that nothing can be changed.
     BundleError, OSError: The bundle cannot be read.
@@ -41,7 +49,7 @@ def reports(
     installed = path == store.path(record.current)
     head = Vocabulary(
         loaded.labels,
-        loaded.users.commands(mapping),
+        users.commands(mapping),
         "" if path in _SHIPPED else fitted(record.title(path.stem), _TEXT),
         installed and record.before is not None,
         len(taught),
@@ -53,7 +61,7 @@ def reports(
     except ProtocolError:  # so many labels that they fill the packet
         head = replace(head, folder="", objection=fitted(objection, _FEW))
     said = {one.label: one.say for one in vocabulary.of(loaded.labels).entries}
-    return head, *(
+    infos = (
         GestureInfo(
             label,
             fitted(said[label], _TEXT),
@@ -64,6 +72,15 @@ def reports(
         )
         for label in loaded.labels[1:]
     )
+    return head, *infos, *_people(users)
+
+
+def _people(users: Users) -> Iterator[UserRules]:
+    """Yield each user, and the gestures with rules of the user's own."""
+    for name in users.names:
+        yield UserRules(name, "", ())
+        own = users.mapping(name, Mapping())
+        yield from (UserRules(name, label, _rules(own, label)) for label in own.rules)
 
 
 def _rules(mapping: Mapping, label: str) -> tuple[CommandRule, ...]:

@@ -44,6 +44,7 @@ from controller.protocol.teaching import (
     SaveAs,
     SetCommand,
     Undo,
+    UserRules,
     Vocabulary,
 )
 from controller.runtime.assemble import Parts, bundle_path
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
 MOST_SAVED: Final = 100  # bundles kept by SaveAs
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_DESCRIPTION: Final = (Vocabulary, GestureInfo, UserRules)
 _BUSY: Final = "the orb is still busy with what came before; try again in a moment"
 
 Install = Callable[[Path, str | None], str]  # takes a file into use, a change of a named bundle
@@ -95,7 +97,8 @@ class Teacher:
     def describe(self, parts: Parts) -> tuple[Message, ...]:
         """Return the description of the parts; BundleError, OSError."""
         objection = self._updater.objection
-        return reports(bundle_path(parts.options), parts.mapping, self.folder, objection)
+        path, users = bundle_path(parts.options), parts.bundle.users
+        return reports(path, parts.mapping, users, self.folder, objection)
 
     def poll(self, device: Device) -> list[Message]:
         """Return new messages, without waiting."""
@@ -103,7 +106,7 @@ class Teacher:
         messages = self._worker.poll()
         if any(isinstance(m, Vocabulary) and m.labels != bundle.labels for m in messages):
             # The gestures have changed since.
-            messages = [m for m in messages if not isinstance(m, Vocabulary | GestureInfo)]
+            messages = [m for m in messages if not isinstance(m, _DESCRIPTION)]
             messages += self._begin(self._described)
         self._recording.poll(device, bundle.hash)
         messages += [*self._taker.poll(device), *self._check.poll()]
@@ -145,7 +148,7 @@ class Teacher:
         if self._updater.objection:
             return described
         pending = sorted(self._examples.pending.values(), key=lambda one: one.number)
-        return [*described, *(one.report() for one in pending)]
+        return [*described, *(self._examples.report(one) for one in pending)]
 
     def _delete(self) -> Iterable[Message]:
         """Delete all pending examples and recordings."""
@@ -201,21 +204,29 @@ class Teacher:
         if isinstance(message, Undo):
             return self._undo
         labels = parts.bundle.labels[1:]
-        if isinstance(message, Forget | SetCommand) and message.label not in labels:
+        every = isinstance(message, SetCommand) and not message.own and not message.label
+        if isinstance(message, Forget | SetCommand) and not every and message.label not in labels:
             raise BundleError(f"there is no gesture {message.label!r}")
         command = message.command if isinstance(message, SetCommand | Learn) else ""
         if command and not _COMMAND.fullmatch(command):
             raise BundleError(f"{command!r} is no command, such as {COMMANDS[0]}")
         if isinstance(message, SetCommand):
-            if parts.options.mapping is not None:
-                raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
-            job = Job("command", message.label, command)
-            return partial(self._alter, job, f"{message.label}: {command or 'nothing'}")
+            return self._commanding(message, parts)
         if isinstance(message, Forget):
             job = Job("forget", message.label)
             return partial(self._alter, job, f"{message.label} is forgotten")
         assert isinstance(message, Learn)
         return self._learning(message)
+
+    def _commanding(self, message: SetCommand, parts: Parts) -> Callable[[], str]:
+        """Return what sets a command; BundleError if it is not possible."""
+        if parts.options.mapping is not None:
+            raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
+        user, label, command = message.user, message.label, message.command
+        if (user or not message.own) and user not in parts.bundle.users.names:
+            raise BundleError(f"there is no user {user!r}")
+        job = Job("command" if message.own else "common", label, command, user=user)
+        return partial(self._alter, job, f"{label}: {command or 'nothing'}" if message.own else "")
 
     def _learning(self, message: Learn) -> Callable[[], str]:
         """Return what learns a gesture from its pending examples."""

@@ -18,7 +18,9 @@ from controller.protocol.teaching import (
     Learn,
     LearnStatus,
     SaveAs,
+    SetCommand,
     Undo,
+    UserRules,
     Vocabulary,
 )
 from host.app.application import SIZE, OrbApp
@@ -41,7 +43,9 @@ class FakeOrb:
     def __init__(self) -> None:
         self.heard: list[Message] = []
         self.taught: dict[str, str] = {}  # labels and their commands
+        self.users: dict[str, dict[str, str]] = {}  # their own commands, by label
         self.pending: dict[int, ExampleTaken] = {}
+        self.guess = ("none", False)  # symmetries
         self.weak = False  # whether the next example cannot be learned
         self.objects = False  # whether nothing can be learned
         self._started = ("", 0)
@@ -71,6 +75,13 @@ class FakeOrb:
             case Forget(label=label):
                 del self.taught[label]
                 return [*self.described(), LearnStatus(DONE, 1.0, "forgotten")]
+            case SetCommand(label=label, command=command, user=user, own=own):
+                rules_of = self.users[user] if user else self.taught
+                if own:
+                    rules_of[label] = command
+                else:
+                    self.users[user] = {k: v for k, v in rules_of.items() if label not in ("", k)}
+                return [*self.described(), LearnStatus(DONE, 1.0, "")]
             case Undo() | SaveAs():
                 return [LearnStatus(DONE, 1.0, "done")]
         return []
@@ -80,7 +91,7 @@ class FakeOrb:
         assert started == number
         if self.weak:
             return ExampleTaken(number, label, False, "that touch is too weak", 0.0, b"")
-        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT)
+        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT, *self.guess)
         return self.pending[number]
 
     def described(self) -> list[Message]:
@@ -89,7 +100,12 @@ class FakeOrb:
             GestureInfo(label, label, label in self.taught, 0, DENT, rules(command))
             for label, command in (OF | self.taught).items()
         ]
-        return [head, *infos]
+        people = [
+            UserRules(user, label, rules(command) if label else ())
+            for user, own in self.users.items()
+            for label, command in {"": "", **own}.items()
+        ]
+        return [head, *infos, *people]
 
 
 def rules(command: str) -> tuple[CommandRule, ...]:
