@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from models.cli import _options as options
-from models.data.recipe import STEPS
+from models.data.recipe import FOLD_STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
@@ -30,8 +30,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     by = ("user", "session")
     add("--by", choices=by, default="user", help="held out together (default: user)")
     add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
-    words = f"batches that each network learns from (default: the recipe's {STEPS:,})"
-    add("--steps", type=options.count, default=0, metavar="N", help=words)
+    words = f"batches that each network learns from, at most (default: {FOLD_STEPS:,})"
+    add("--steps", type=options.count, default=FOLD_STEPS, metavar="N", help=words)
     words = "images in a window, for both models (default: those of one second)"
     add("--window", type=options.whole(2, 250), default=0, metavar="N", help=words)
     options.take_labels(
@@ -47,6 +47,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--choose", action="store_true", help=words)
     words = "let no taxel or electrode die in training: for sensors that do not break"
     add("--sound", action="store_true", help=words)
+    words = "try no symmetries beside those in gestures.toml"
+    add("--declared", action="store_true", help=words)
     add("--no-plain", dest="plain", action="store_false", help="leave the plain models out")
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 

@@ -81,7 +81,7 @@ def read(
     """
     recordings = read_training(paths)
     origin = recordings.surveys[0].origin
-    vocabulary = vocabulary_of(paths, recordings.labels)
+    vocabulary = vocabulary_of(paths, recordings.labels, orb=origin.unit == PICOFARAD)
     length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * origin.rate_hz)))
     settings = recipe.settings(origin.rate_hz, length)
     if origin.unit != PICOFARAD:
@@ -213,12 +213,17 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
     return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
 
 
-def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return the vocabulary beside the recordings, or the shipped entries of their labels."""
+def vocabulary_of(
+    paths: Iterable[Path], labels: tuple[str, ...], *, orb: bool = True
+) -> Vocabulary:
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
+
+    The symmetries of shipped entries are for the orb only.
+    """
     folders = [path if path.is_dir() else path.parent for path in paths]
     files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:
-        return vocabularies.of(labels)
+        return vocabularies.of(labels, orb=orb)
     vocabulary = vocabularies.read(files[0])
     if vocabulary.labels != labels:
         raise ValueError(

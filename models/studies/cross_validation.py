@@ -1,14 +1,15 @@
 """Cross-validation over people or sessions: each window is named by networks that never saw them.
 
-In each fold CNN-3D is trained on all others by the default recipe, and the last step's network is
-kept, so nothing that is judged decides anything. With `choose`, each fold first chooses, by short
-trainings on part of its own people: how far examples are shifted, where gestures are declared to be
-the same anywhere (`shifts`), and the temperature of probabilities.
+In each fold CNN-3D is trained on the others by the default recipe, with fewer steps. Nothing that is
+judged decides anything: the scale of the signal, the symmetries of undeclared gestures and the
+epoch that is kept are chosen on the fold's own people. With `choose`, so are the distance by which
+examples are shifted, where gestures are the same anywhere (`shifts`), and the temperature of
+probabilities.
 """
 
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -18,18 +19,19 @@ import torch
 from numpy.typing import NDArray
 
 from controller.errors import count
-from controller.recordings.recording import software
+from controller.recordings.recording import PICOFARAD, software
 from models.data import load, splits
 from models.data.augment import Symmetry
-from models.data.examples import Choice, refuse_test_seed
-from models.data.load import Data
-from models.data.recipe import DEFAULT, NetworkRecipe
+from models.data.examples import Choice, Examples, refuse_test_seed
+from models.data.load import FIRM, Data
+from models.data.recipe import DEFAULT, FOLD_STEPS, NetworkRecipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores
 from models.results import storage
+from models.results.training import Epoch
 from models.studies import fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import TOUCHED, CrossValidation, Windows
-from models.training import checkpoint
+from models.training import checkpoint, symmetry_search
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
 
@@ -41,6 +43,12 @@ EDGES: Final = (1 / 1000, 1 / 2, 1.0)  # touched shares of a window: between two
 DISTANCES: Final = (0, 1, 2)  # taxels by which examples may be shifted, to choose from
 SHORT: Final = 3  # steps of a full training over those of one to choose by
 MOST_EPOCHS: Final = 1000  # no limit in practice
+# Passes over the examples from which on a network may learn people by heart: some are held out,
+# and the epoch that is best for them is kept.
+OFTEN: Final = 12
+FIRM_SHARE: Final = 0.75  # quantile of the strength of touched windows: a firm touch
+REPORT_S: Final = 30.0  # between two lines on progress, seconds
+PATIENCE: Final = 0.25  # epochs without a better one before training stops, share of all
 OURS: Final = "ours"
 NAMES: Final = {
     OURS: "CNN-3D", "plain": "trajectory trees", "mended": "trajectory trees, mended"
@@ -57,13 +65,14 @@ class Request:
     out: Path  # JSON file of the results; finished parts are kept beside it until all are
     by: str = "user"  # group that is held out together: "user" or "session"
     folds: int = 5  # number of folds
-    steps: int = 0  # training batches of each network; 0: the recipe's
+    steps: int = FOLD_STEPS  # training batches of each network
     window: int = 0  # images in a window; 0: those of a second
     labels: Choice = "auto"  # source of the labels
     all: bool = False  # take recordings that fail the check
     given: bool = False  # take labels as given; else they are moved to the touch
     choose: bool = False  # each fold chooses settings among its own people
     sound: bool = False  # no taxel or electrode dies in training
+    declared: bool = False  # try no symmetries that are not declared
     plain: bool = True  # judge trees on the touch's trajectory, too
     seed: int = 0  # of everything random
     command: str = ""  # command line
@@ -84,7 +93,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     study = _Study(request, data, _course(recipe.gesture, request), device, say)
     reading_s = time.process_time() - begun
     say(f"{study.describe()}; {len(study.folds)} folds by {request.by}")
-    done = [study.judge(number) for number in range(len(study.folds))]
+    done = [*study.judged()]
     how = replace(recipe, gesture=study.course).sentences(gesture=True, location=False)
     found = _results(study, done, tuple(how), reading_s)
     storage.write_json(request.out, found)
@@ -110,7 +119,7 @@ class _Study:
                 "one for each"
             )
         self.folds = splits.by_group(examples.ends, examples.window, self.group, request.folds)
-        self.symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
+        self.searched = symmetry_search.undeclared(data) and not request.declared
         self.rows = {
             name: trajectory_baseline.features(examples, mended=name == "mended")
             for name in NAMES if name != OURS and request.plain
@@ -130,6 +139,22 @@ class _Study:
             f"at {self.data.settings.rate_hz:g} Hz, in {int(windows.stretch[-1]) + 1} stretches, "
             f"of {count(len(windows.people), 'person', 'people')}"
         )
+
+    def sentences(self) -> list[str]:
+        """Return the declared symmetries in sentences; none if each fold finds its own."""
+        if self.searched:
+            return ["symmetries: found in each fold among its own people"]
+        vocabulary, grid = self.data.vocabulary, self.data.examples.images.shape[1:]
+        return Symmetry.of(vocabulary, *grid).sentences(vocabulary.labels)
+
+    def judged(self) -> Iterator[Done]:
+        """Yield the models' answers to each fold's test part; report the time that is left."""
+        begun = time.monotonic()
+        for number in range(len(self.folds)):
+            yield self.judge(number)
+            left = (time.monotonic() - begun) / (number + 1) * (len(self.folds) - number - 1)
+            if left:
+                self.say(f"about {_span(left)} left")
 
     def judge(self, number: int) -> Done:
         """Return the models' answers to a fold's test part, which are kept in a file."""
@@ -151,10 +176,12 @@ class _Study:
         """Train all models on a fold."""
         begun = time.process_time()
         label, seed = self.windows.label[fold.train], self.request.seed
-        course, temperature, chosen = self.course, 1.0, ""
+        own = self._own(fold)
+        course, temperature, chosen = self.course, 1.0, own.words
         if self.request.choose:
-            course, temperature, chosen = self._choose(number, fold)
-        logits, _ = self._train(f"fold-{number}-last", fold, course)
+            course, temperature, words = self._choose(number, fold, own)
+            chosen = f"{chosen} {words}".lstrip()
+        logits, _ = self._train(f"fold-{number}-last", fold, course, own, watched=True)
         answers = {OURS: scores.softmax(logits, temperature).astype(np.float32)}
         cpu_s = {OURS: time.process_time() - begun}
         for name, rows in self.rows.items():
@@ -165,19 +192,42 @@ class _Study:
             cpu_s[name] = time.process_time() - begun
         return answers, {"cpu_s": cpu_s, "chosen": chosen}
 
-    def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
+    def _own(self, fold: Fold) -> "_Own":
+        """Return what a fold's own people decide: the scale of the signal, and symmetries."""
+        data, inner = self.data, self._inner(fold)
+        if data.unit != PICOFARAD:
+            data = replace(data, examples=_scaled(data.examples, fold.train))
+        words = ""
+        if self.searched and inner is not None:
+            judge = symmetry_search.trial(
+                data, inner.train, inner.test, self.course, self.request.seed, self.device
+            )
+            found = symmetry_search.search(judge, data.vocabulary)
+            data, words = replace(data, vocabulary=found.vocabulary), f"({found.words})"
+            self.say(f"  among the people of fold {fold.name}: {found.words}")
+        symmetry = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
+        return _Own(data.examples, symmetry, inner, words)
+
+    def _inner(self, fold: Fold) -> Fold | None:
+        """Return a fold of a fold's own people, to choose on; None if it has only one."""
+        if len(np.unique(self.group[self.data.examples.ends[fold.train]])) < 2:
+            return None
+        examples = self.data.examples
+        return fold_statistics.within(fold, examples.ends, examples.window, self.group)
+
+    def _choose(self, number: int, fold: Fold, own: "_Own") -> tuple[NetworkRecipe, float, str]:
         """Return the recipe and temperature of a fold, and the choice in words."""
-        examples, shifts = self.data.examples, self.symmetry.shifts
+        examples, shifts = own.examples, own.symmetry.shifts
         inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
         least, most = self.course.limits
         steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
         tried = {}
         for distance in DISTANCES if shifts else (0,):
             brief = replace(_shifting(self.course, distance), steps=steps, limits=limits)
-            logits, label = self._train(f"fold-{number}-by-{distance}", inner, brief)
+            logits, label = self._train(f"fold-{number}-by-{distance}", inner, brief, own)
             temperature = scores.temperature(logits, label)
-            own = scores.softmax(logits, temperature)[np.arange(len(label)), label]
-            loss = float(-np.log(np.maximum(own, 1e-12)).mean())
+            true = scores.softmax(logits, temperature)[np.arange(len(label)), label]
+            loss = float(-np.log(np.maximum(true, 1e-12)).mean())
             tried[distance] = loss, temperature
             self.say(f"  within fold {number + 1}, shifted by {distance}: loss {loss:.4f}")
         best = min(tried, key=lambda distance: tried[distance][0])
@@ -186,27 +236,73 @@ class _Study:
         return _shifting(self.course, best), temperature, f"{words}temperature {temperature:.2f})"
 
     def _train(
-        self, name: str, fold: Fold, course: NetworkRecipe
+        self, name: str, fold: Fold, course: NetworkRecipe, own: "_Own", *, watched: bool = False
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Train on a fold; return logits (windows, classes) and classes of its test part."""
-        seed, examples = self.request.seed, self.data.examples
+        """Train on a fold; return logits (windows, classes) and classes of its test part.
+
+        If `watched`, and the examples come by often, some of the fold's own people stop it.
+        """
+        seed, examples = self.request.seed, own.examples
+        parts, classes = Parts(fold.train, NONE, NONE), len(self.windows.labels)
+        often = course.passes(len(fold.train)) > OFTEN
+        if watched and often and own.inner is not None:
+            parts = Parts(own.inner.train, own.inner.test, NONE)
         torch.manual_seed(seed)
-        parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
-        classes = len(self.windows.labels)
-        task = GestureTask(examples, parts, classes, self.symmetry, course, self.device)
-        fit(task, seed, self.folder / f"{name}.npz")
+        task = GestureTask(examples, parts, classes, own.symmetry, course, self.device)
+        fit(task, seed, self.folder / f"{name}.npz", self._watch(task))
         logits, label = task.answers(examples.ends[fold.test])
         return logits.cpu().numpy(), label.cpu().numpy()
 
+    def _watch(self, task: GestureTask) -> Callable[[Epoch], None]:
+        """Return what reports a training's progress, every `REPORT_S` seconds at most."""
+        begun = said = time.monotonic()
+        passes = task.recipe.passes(task.steps() * task.recipe.batch)
+
+        def watch(epoch: Epoch) -> None:
+            nonlocal said
+            now = time.monotonic()
+            if now - said >= REPORT_S:
+                said, left = now, (now - begun) / epoch.number * (passes - epoch.number)
+                self.say(f"  {epoch.number} of {passes} epochs, at most {_span(left)} to go")
+
+        return watch
+
+
+@dataclass(frozen=True, slots=True)
+class _Own:
+    """What a fold's own people decide."""
+
+    examples: Examples  # of all people, to the fold's scale
+    symmetry: Symmetry  # of the gestures
+    inner: Fold | None  # a fold of its own people; None if it has only one
+    words: str  # the symmetries found; "" if they are declared
+
+
+def _scaled(examples: Examples, train: NDArray[np.int64]) -> Examples:
+    """Return examples on the scale by which a training part's firm touches are as the orb's."""
+    ends = examples.ends[train]
+    ends = ends[examples.label[ends] > 0]
+    strength = np.abs(examples.images[ends] - 1.0).mean(axis=(1, 2))
+    session = examples.session[ends]
+    firm = [np.quantile(strength[session == one], FIRM_SHARE) for one in np.unique(session)]
+    usual = float(np.median(firm)) if firm else 0.0
+    if not usual > 0.0:
+        return examples
+    images = np.float32(1.0) + np.float32(FIRM / usual) * (examples.images - np.float32(1.0))
+    return replace(examples, images=images)
+
+
+def _span(seconds: float) -> str:
+    """Return a time in words."""
+    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
+
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
-    """Return the recipe of the folds: training to the last step, without held-out data."""
-    plain = replace(course, keep_best=False, patience=0.0)
+    """Return the recipe of the folds, with their number of batches."""
+    plain = replace(course, patience=PATIENCE)
     if request.sound:
         sound = replace(course.augmentation, dropout=0.0, electrode=0.0)
         plain = replace(plain, augmentation=sound)
-    if not request.steps:
-        return plain
     return replace(plain, epochs=0, steps=request.steps, limits=(1, MOST_EPOCHS))
 
 
@@ -251,18 +347,19 @@ def _results(
     ]
     people = (np.unique(windows.person[fold.test]).tolist() for fold in folds)
     classes = np.bincount(windows.label)
+    chosen = tuple(str(words["chosen"]) for _, words in done)
     return CrossValidation(
         command=request.command,
         software=software(),
         data=study.describe(),
-        how=(*how, *SOUND[: request.sound], *study.symmetry.sentences(windows.labels)),
+        how=(*how, *SOUND[: request.sound], *study.sentences()),
         labels=windows.labels,
         majority=float(classes.max() / classes.sum()),
         windows=len(windows.label),
         stretches=int(windows.stretch[-1]) + 1,
         people=windows.people,
         held=tuple(", ".join(windows.people[one] for one in some) for some in people),
-        chosen=tuple(str(words["chosen"]) for _, words in done) if request.choose else (),
+        chosen=chosen if any(chosen) else (),
         touched=tuple(np.bincount(windows.touched, minlength=len(TOUCHED)).tolist()),
         models=tuple(models),
         gains=tuple(gains),
