@@ -124,8 +124,10 @@ def of(labels: Sequence[str], *, orb: bool = True) -> Vocabulary:
     """
     known = {entry.label: entry for entry in shipped().entries}
     if not orb:
-        bare = {"rotations": ROTATIONS[0], "mirror": NO_MIRROR, "shifts": False}
-        known = {label: replace(entry, **bare) for label, entry in known.items()}
+        known = {
+            label: replace(entry, rotations=ROTATIONS[0], mirror=NO_MIRROR, shifts=False)
+            for label, entry in known.items()
+        }
     entries = tuple(known.get(label) or Entry(label) for label in labels[1:])
     mirrored = tuple(
         entry if entry.mirror in (SELF, NO_MIRROR, *labels) else Entry(entry.label, entry.say)

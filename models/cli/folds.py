@@ -27,6 +27,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
+    tasks = ("gesture", "location")
+    words = "judge gestures, or places of touches in millimetres, by people (default: gesture)"
+    add("--task", choices=tasks, default="gesture", help=words)
     by = ("user", "session")
     add("--by", choices=by, default="user", help="held out together (default: user)")
     add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
@@ -56,12 +59,14 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
     options.require("training in folds", "torch", "sklearn")
-    from models.studies import fold_statistics
-    from models.studies.cross_validation import Request, cross
+    from models.studies import cross_validation, fold_statistics, location_folds
+    from models.studies.cross_validation import Request
 
     chosen = options.chosen(arguments, Request)
     request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
-    found = cross(request, options.say)
-    print(fold_statistics.text(found))
+    if arguments.task == "location":
+        print(location_folds.text(location_folds.cross(request, options.say)))
+    else:
+        print(fold_statistics.text(cross_validation.cross(request, options.say)))
     options.say(f"wrote {request.out}")
     return 0

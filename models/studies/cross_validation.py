@@ -1,7 +1,7 @@
 """Cross-validation over people or sessions: each window is named by networks that never saw them.
 
-In each fold CNN-3D is trained on the others by the default recipe, with fewer steps. Nothing that is
-judged decides anything: the scale of the signal, the symmetries of undeclared gestures and the
+In each fold CNN-3D is trained on the others by the default recipe, with fewer steps. Nothing that
+is judged decides anything: the scale of the signal, the symmetries of undeclared gestures and the
 epoch that is kept are chosen on the fold's own people. With `choose`, so are the distance by which
 examples are shifted, where gestures are the same anywhere (`shifts`), and the temperature of
 probabilities.
@@ -19,17 +19,18 @@ import torch
 from numpy.typing import NDArray
 
 from controller.errors import count
-from controller.recordings.recording import PICOFARAD, software
+from controller.recordings.recording import software
 from models.data import load, splits
-from models.data.augment import Symmetry
-from models.data.examples import Choice, Examples, refuse_test_seed
-from models.data.load import FIRM, Data
+from models.data.augment import PLAIN, Symmetry
+from models.data.examples import Choice, refuse_test_seed
+from models.data.load import Data
 from models.data.recipe import DEFAULT, FOLD_STEPS, NetworkRecipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores
 from models.results import storage
 from models.results.training import Epoch
-from models.studies import fold_statistics, trajectory_baseline
+from models.studies import fold_choices, fold_statistics, trajectory_baseline
+from models.studies.fold_choices import Own
 from models.studies.fold_statistics import TOUCHED, CrossValidation, Windows
 from models.training import checkpoint, symmetry_search
 from models.training.gesture_task import GestureTask
@@ -46,7 +47,7 @@ MOST_EPOCHS: Final = 1000  # no limit in practice
 # Passes over the examples from which on a network may learn people by heart: some are held out,
 # and the epoch that is best for them is kept.
 OFTEN: Final = 12
-FIRM_SHARE: Final = 0.75  # quantile of the strength of touched windows: a firm touch
+MEASURED: Final = 3  # batches by which the time of a training is estimated
 REPORT_S: Final = 30.0  # between two lines on progress, seconds
 PATIENCE: Final = 0.25  # epochs without a better one before training stops, share of all
 OURS: Final = "ours"
@@ -93,6 +94,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     study = _Study(request, data, _course(recipe.gesture, request), device, say)
     reading_s = time.process_time() - begun
     say(f"{study.describe()}; {len(study.folds)} folds by {request.by}")
+    say(f"about {span(study.expected_s())} of training on this machine")
     done = [*study.judged()]
     how = replace(recipe, gesture=study.course).sentences(gesture=True, location=False)
     found = _results(study, done, tuple(how), reading_s)
@@ -147,6 +149,18 @@ class _Study:
         vocabulary, grid = self.data.vocabulary, self.data.examples.images.shape[1:]
         return Symmetry.of(vocabulary, *grid).sentences(vocabulary.labels)
 
+    def expected_s(self) -> float:
+        """Return the time of all trainings by that of a few batches, seconds; without trees."""
+        parts = Parts(self.folds[0].train[: 2 * self.course.batch], NONE, NONE)
+        classes, generator = len(self.windows.labels), torch.Generator(self.device)
+        task = GestureTask(self.data.examples, parts, classes, PLAIN, self.course, self.device)
+        batch, times = next(task.batches(np.random.default_rng(0))), [time.monotonic()]
+        for _ in range(MEASURED):
+            task.loss(batch, generator)[0].backward()  # type: ignore[no-untyped-call]
+            times.append(time.monotonic())
+        each = float(np.median(np.diff(times))) * self.course.batch / len(batch)
+        return each * self.course.steps * len(self.folds)
+
     def judged(self) -> Iterator[Done]:
         """Yield the models' answers to each fold's test part; report the time that is left."""
         begun = time.monotonic()
@@ -154,7 +168,7 @@ class _Study:
             yield self.judge(number)
             left = (time.monotonic() - begun) / (number + 1) * (len(self.folds) - number - 1)
             if left:
-                self.say(f"about {_span(left)} left")
+                self.say(f"about {span(left)} left")
 
     def judge(self, number: int) -> Done:
         """Return the models' answers to a fold's test part, which are kept in a file."""
@@ -177,7 +191,7 @@ class _Study:
         begun = time.process_time()
         label, seed = self.windows.label[fold.train], self.request.seed
         own = self._own(fold)
-        course, temperature, chosen = self.course, 1.0, own.words
+        course, temperature, chosen = self.course, 1.0, f"({own.words})" * bool(own.words)
         if self.request.choose:
             course, temperature, words = self._choose(number, fold, own)
             chosen = f"{chosen} {words}".lstrip()
@@ -192,32 +206,18 @@ class _Study:
             cpu_s[name] = time.process_time() - begun
         return answers, {"cpu_s": cpu_s, "chosen": chosen}
 
-    def _own(self, fold: Fold) -> "_Own":
-        """Return what a fold's own people decide: the scale of the signal, and symmetries."""
-        data, inner = self.data, self._inner(fold)
-        if data.unit != PICOFARAD:
-            data = replace(data, examples=_scaled(data.examples, fold.train))
-        words = ""
-        if self.searched and inner is not None:
-            judge = symmetry_search.trial(
-                data, inner.train, inner.test, self.course, self.request.seed, self.device
-            )
-            found = symmetry_search.search(judge, data.vocabulary)
-            data, words = replace(data, vocabulary=found.vocabulary), f"({found.words})"
-            self.say(f"  among the people of fold {fold.name}: {found.words}")
-        symmetry = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
-        return _Own(data.examples, symmetry, inner, words)
+    def _own(self, fold: Fold) -> Own:
+        """Return what a fold's own people decide."""
+        own = fold_choices.of(self.data, fold, self.group)
+        if not (self.searched and own.inner):
+            return own
+        own = fold_choices.searched(own, self.course, self.request.seed, self.device)
+        self.say(f"  among the people of fold {fold.name}: {own.words}")
+        return own
 
-    def _inner(self, fold: Fold) -> Fold | None:
-        """Return a fold of a fold's own people, to choose on; None if it has only one."""
-        if len(np.unique(self.group[self.data.examples.ends[fold.train]])) < 2:
-            return None
-        examples = self.data.examples
-        return fold_statistics.within(fold, examples.ends, examples.window, self.group)
-
-    def _choose(self, number: int, fold: Fold, own: "_Own") -> tuple[NetworkRecipe, float, str]:
+    def _choose(self, number: int, fold: Fold, own: Own) -> tuple[NetworkRecipe, float, str]:
         """Return the recipe and temperature of a fold, and the choice in words."""
-        examples, shifts = own.examples, own.symmetry.shifts
+        examples, shifts = own.data.examples, own.symmetry.shifts
         inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
         least, most = self.course.limits
         steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
@@ -236,13 +236,13 @@ class _Study:
         return _shifting(self.course, best), temperature, f"{words}temperature {temperature:.2f})"
 
     def _train(
-        self, name: str, fold: Fold, course: NetworkRecipe, own: "_Own", *, watched: bool = False
+        self, name: str, fold: Fold, course: NetworkRecipe, own: Own, *, watched: bool = False
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Train on a fold; return logits (windows, classes) and classes of its test part.
 
         If `watched`, and the examples come by often, some of the fold's own people stop it.
         """
-        seed, examples = self.request.seed, own.examples
+        seed, examples = self.request.seed, own.data.examples
         parts, classes = Parts(fold.train, NONE, NONE), len(self.windows.labels)
         often = course.passes(len(fold.train)) > OFTEN
         if watched and often and own.inner is not None:
@@ -263,36 +263,12 @@ class _Study:
             now = time.monotonic()
             if now - said >= REPORT_S:
                 said, left = now, (now - begun) / epoch.number * (passes - epoch.number)
-                self.say(f"  {epoch.number} of {passes} epochs, at most {_span(left)} to go")
+                self.say(f"  {epoch.number} of {passes} epochs, at most {span(left)} to go")
 
         return watch
 
 
-@dataclass(frozen=True, slots=True)
-class _Own:
-    """What a fold's own people decide."""
-
-    examples: Examples  # of all people, to the fold's scale
-    symmetry: Symmetry  # of the gestures
-    inner: Fold | None  # a fold of its own people; None if it has only one
-    words: str  # the symmetries found; "" if they are declared
-
-
-def _scaled(examples: Examples, train: NDArray[np.int64]) -> Examples:
-    """Return examples on the scale by which a training part's firm touches are as the orb's."""
-    ends = examples.ends[train]
-    ends = ends[examples.label[ends] > 0]
-    strength = np.abs(examples.images[ends] - 1.0).mean(axis=(1, 2))
-    session = examples.session[ends]
-    firm = [np.quantile(strength[session == one], FIRM_SHARE) for one in np.unique(session)]
-    usual = float(np.median(firm)) if firm else 0.0
-    if not usual > 0.0:
-        return examples
-    images = np.float32(1.0) + np.float32(FIRM / usual) * (examples.images - np.float32(1.0))
-    return replace(examples, images=images)
-
-
-def _span(seconds: float) -> str:
+def span(seconds: float) -> str:
     """Return a time in words."""
     return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 

@@ -56,7 +56,7 @@ def undeclared(data: Data) -> bool:
 
 
 def search(judge: Judge, vocabulary: Vocabulary) -> Proposal:
-    """Return the symmetries by which a judge finds more windows right, added one after the other."""
+    """Return the symmetries by which a judge finds more windows right, added one by one."""
     (loss, right), points = judge(vocabulary), {}
     for kind, fields in KINDS.items():
         entries = tuple(replace(entry, **fields) for entry in vocabulary.entries)

@@ -155,6 +155,16 @@ def test_the_plain_model_sees_where_a_touch_is_how_wide_and_how_strong() -> None
     assert trajectory_baseline.touched(windowed(moving())).tolist() == pytest.approx([2 / 3, 1.0])
 
 
+@pytest.mark.parametrize("mended", [False, True])
+def test_a_signal_that_falls_under_touch_is_seen_like_one_that_rises(*, mended: bool) -> None:
+    """A sensor whose counts fall gives the plain models the features of one whose counts rise."""
+    up, down = windowed(moving()), windowed(np.float32(2.0) - moving())
+    rising, falling = (trajectory_baseline.features(one, mended=mended) for one in (up, down))
+    np.testing.assert_array_equal(rising, falling)
+    assert (rising[1, TOTAL] > 0.0).all()
+    np.testing.assert_array_equal(trajectory_baseline.touched(down), [2 / 3, 1.0])
+
+
 def test_a_taxel_that_is_read_wrongly_moves_a_centroid_until_it_is_mended() -> None:
     images = moving()
     images[:, 5, 6] = 2.5  # alone in its corner, in every image
