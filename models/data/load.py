@@ -194,7 +194,8 @@ class _Reader:
     def _labels(self, recording: Recording, labeller: Labels) -> tuple[Column, Lateness | None]:
         """Return the labels to learn, (frames,), and the lateness of those that people gave."""
         labels = column(recording, labeller)
-        if labeller == "true":
+        # A recording without a frame of null, or unlabelled, has no edge that could be moved.
+        if labeller == "true" or (labels > 0).all():
             return labels, None
         repaired, lateness = label_repair.repair(recording, labeller)
         labels = repaired if self.recipe.repair else labels

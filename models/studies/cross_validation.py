@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from controller.errors import count
 from controller.recordings.recording import software
 from models.data import load, splits
-from models.data.augment import PLAIN, Symmetry
+from models.data.augment import Symmetry
 from models.data.examples import Choice, refuse_test_seed
 from models.data.load import Data
 from models.data.recipe import DEFAULT, FOLD_STEPS, NetworkRecipe
@@ -153,7 +153,10 @@ class _Study:
         """Return the time of all trainings by that of a few batches, seconds; without trees."""
         parts = Parts(self.folds[0].train[: 2 * self.course.batch], NONE, NONE)
         classes, generator = len(self.windows.labels), torch.Generator(self.device)
-        task = GestureTask(self.data.examples, parts, classes, PLAIN, self.course, self.device)
+        own = Own(self.data, None)
+        task = GestureTask(
+            self.data.examples, parts, classes, own.symmetry, self.course, self.device
+        )
         batch, times = next(task.batches(np.random.default_rng(0))), [time.monotonic()]
         for _ in range(MEASURED):
             task.loss(batch, generator)[0].backward()  # type: ignore[no-untyped-call]

@@ -193,7 +193,9 @@ def _dense(
     """Return places by a dense network on all taxels."""
     from sklearn.neural_network import MLPRegressor
 
-    net: Any = MLPRegressor(hidden_layer_sizes=DENSE, early_stopping=True, random_state=seed)
+    net: Any = MLPRegressor(
+        hidden_layer_sizes=DENSE, max_iter=MOST_EPOCHS, early_stopping=True, random_state=seed
+    )
     flat = (images - 1.0).reshape(len(images), -1)
     scale = max(float(flat.std()), 1e-9)
     net.fit(flat / scale, place)

@@ -23,8 +23,10 @@ from models.training.loop import fit
 
 STEPS: Final = 120  # batches of each trial
 BATCH: Final = 128  # windows
-LEARNED: Final = 20_000  # windows that a trial draws from, evenly spread; neighbours are alike
-JUDGED: Final = 4_000  # windows that it is judged on, evenly spread
+# Windows that a trial learns from, evenly spread. Of so few each comes by often, as all do in a
+# full training; of many, none would be learned by heart in a short one, and no symmetry needed.
+LEARNED: Final = 2_000
+JUDGED: Final = 3_000  # windows that it is judged on, evenly spread
 LESS: Final = 0.99  # highest loss of a kind that is kept, relative to the loss without it
 # entries of gestures.toml, in the order in which they are tried
 KINDS: Final[Mapping[str, dict[str, Any]]] = {

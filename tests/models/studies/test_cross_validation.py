@@ -2,9 +2,11 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.support import ROOT
@@ -16,7 +18,9 @@ pytest.importorskip("sklearn", reason="needs the [train] extra")
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller
 from models.__main__ import main as models
-from models.studies import cross_validation
+from models.data import load
+from models.data.recipe import DEFAULT
+from models.studies import cross_validation, fold_choices
 from models.studies.cross_validation import Request
 from tests.benchmarks.people import main as benchmark
 
@@ -69,11 +73,11 @@ def test_an_interrupted_run_goes_on(recordings: Path, tmp_path: Path, monkeypatc
     trained = cross_validation._Study._train
     calls: list[str] = []
 
-    def stop(study: Any, name: str, *rest: Any) -> Any:
+    def stop(study: Any, name: str, *rest: Any, **how: Any) -> Any:
         calls.append(name)
         if len(calls) == 6:  # in the second fold
             raise KeyboardInterrupt
-        return trained(study, name, *rest)
+        return trained(study, name, *rest, **how)
 
     monkeypatch.setattr(cross_validation._Study, "_train", stop)
     out = tmp_path / "again.json"
@@ -89,6 +93,32 @@ def test_an_interrupted_run_goes_on(recordings: Path, tmp_path: Path, monkeypatc
         cross_validation.cross(asked(recordings, out), print)
     with pytest.raises(ValueError, match="other data or options"):
         cross_validation.cross(asked(recordings, out, seed=1), print)
+
+
+def test_without_a_declaration_each_fold_finds_its_own(
+    recordings: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    bare = tmp_path / "bare"
+    shutil.copytree(recordings, bare, ignore=shutil.ignore_patterns("gestures.toml"))
+    line = f"folds {bare} --folds 2 --steps 12 --no-plain --out {tmp_path / 'out.json'}"
+    assert models(line.split()) == 0
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert len(found["chosen"]) == 2
+    assert all("points" in words or "no symmetry helps" in words for words in found["chosen"])
+    assert "about" in (told := capsys.readouterr().err)
+    assert "of training on this machine" in told
+    # The look-alike's labels are whole stretches, without null beside them: they are not moved.
+    assert all(sum(row) == 0 for model in found["models"] for row in model["confusion"][:1])
+    assert models([*line.split(), "--declared"]) == 0
+    assert json.loads((tmp_path / "out.json").read_text())["chosen"] == []
+
+
+def test_the_scale_of_a_fold_is_that_of_its_own_people(recordings: Path) -> None:
+    data = load.read([recordings], DEFAULT, "auto", print)
+    ends = data.examples.ends[data.user[data.examples.session[data.examples.ends]] < 8]
+    stronger = replace(data.examples, images=1.0 + 3.0 * (data.examples.images - 1.0))
+    one, other = (fold_choices.scaled(each, ends) for each in (data.examples, stronger))
+    np.testing.assert_allclose(one.images, other.images, atol=1e-4)
 
 
 @pytest.mark.parametrize("folds", [1, 5])
