@@ -194,11 +194,12 @@ class _Reader:
     def _labels(self, recording: Recording, labeller: Labels) -> tuple[Column, Lateness | None]:
         """Return the labels to learn, (frames,), and the lateness of those that people gave."""
         labels = column(recording, labeller)
-        # A recording without a frame of null, or unlabelled, has no edge that could be moved.
-        if labeller == "true" or (labels > 0).all():
+        if labeller == "true":
             return labels, None
         repaired, lateness = label_repair.repair(recording, labeller)
-        labels = repaired if self.recipe.repair else labels
+        # With a gesture in every frame there is no edge to null that could be moved.
+        whole = bool((labels > 0).all()) and bool((repaired != UNKNOWN).any())
+        labels = repaired if self.recipe.repair and not whole else labels
         if self.choice == "auto" and self.recipe.truth:  # the truth is better where it is known
             labels = np.where(recording.label != UNKNOWN, recording.label, labels)
         if (labels != UNKNOWN).any():

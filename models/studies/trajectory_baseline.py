@@ -101,4 +101,4 @@ def _signal(images: NDArray[np.float32]) -> NDArray[np.float32]:
     rise = images.max(axis=(1, 2)) - 1.0
     fall = 1.0 - images.min(axis=(1, 2))
     sign = 1.0 if np.quantile(rise, FIRM) >= np.quantile(fall, FIRM) else -1.0
-    return np.maximum(np.float32(sign) * (images - 1.0), np.float32(0.0))
+    return np.asarray(np.maximum(sign * (images - 1.0), 0.0), dtype=np.float32)

@@ -95,7 +95,7 @@ class NetworkPlan:
         seed = self.request.seed
         judge = symmetry_search.trial(data, windows.train, windows.check, recipe, seed, device)
         found = symmetry_search.search(judge, data.vocabulary)
-        say(f"on what is held out: {found.words}; to keep it, declare it in gestures.toml")
+        say(f"on what is held out: {found.words}; declare in gestures.toml what holds")
         return replace(self, data=replace(data, vocabulary=found.vocabulary))
 
     def _train(self, device: torch.device, folder: Path, say: Say) -> Training:
