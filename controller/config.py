@@ -9,7 +9,7 @@ import dataclasses
 import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Final, Literal, TypeVar, get_args, get_origin, get_type_hints
@@ -173,6 +173,32 @@ def _within(value: Any, limits: Mapping[str, Any], item: Any = None) -> bool:
         low, high = limits.get("range", _ANY_NUMBER)
         return bool(low <= value <= high)
     return True
+
+
+def checked(
+    source: Path | tuple[str, str],
+    make: Callable[[dict[str, Any]], _Settings],
+    error: type[UserError],
+    page: str,
+) -> _Settings:
+    """Return `make(table)` of a TOML file, or of (text, its name).
+
+    Trouble, and a ConfigError of `make`, become an `error` with file, line and the page to read.
+    """
+    text, name = source if isinstance(source, tuple) else ("", str(source))
+    try:
+        if isinstance(source, Path):
+            text = read_text(source, MAX_BYTES)
+        table = parse_toml(text)
+    except OSError as problem:
+        raise error(f"cannot read {name}: {reason(problem)}") from None
+    except ConfigError as problem:
+        raise error(f"{name}, {problem}") from None
+    try:
+        return make(table)
+    except ConfigError as problem:
+        line = line_of(text, problem.table, problem.key) or line_of(text, problem.key)
+        raise error(f"{name}{line} {problem} ({page})") from None
 
 
 def line_of(text: str, table: str, key: str = "", count: int = 1, *, near: bool = False) -> str:

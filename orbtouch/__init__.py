@@ -1,3 +1,65 @@
-"""The whole program under one name."""
+"""The public interface of OrbTouch: recordings, networks and orbs, in a few lines of Python.
 
-from controller import __version__ as __version__
+    import orbtouch
+
+    session = orbtouch.simulate(minutes=2)       # or orbtouch.load("session.npz")
+    network = orbtouch.network()                 # the one that ships, or network("my.orb")
+    print(network.evaluate([session]))           # figures with 95 % intervals
+    with orbtouch.connect() as orb:              # a virtual orb, or connect("/dev/rfcomm0")
+        for command in orb:
+            print(command.name, command.gesture)
+
+What is listed in `__all__` keeps its names and meanings; changes are announced in CHANGELOG.md one
+minor version ahead. The packages controller, host, models and tetris are the implementation, and
+may change at any time. Whatever a user can put right is raised as `Error`, in one sentence.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from controller import __version__ as __version__
+    from controller.errors import UserError as Error
+    from orbtouch.networks import Command, Evaluation, Network, network
+    from orbtouch.orbs import Orb, connect, record
+    from orbtouch.recordings import Recording, load, simulate
+    from orbtouch.training import train
+
+__all__ = [
+    "Command",
+    "Error",
+    "Evaluation",
+    "Network",
+    "Orb",
+    "Recording",
+    "connect",
+    "load",
+    "network",
+    "record",
+    "simulate",
+    "train",
+]
+
+# Modules of the names: each is imported at its first use: the command
+# needs none of them, and looks first whether our other packages are the ones that are found.
+_MODULES: Final = {
+    **dict.fromkeys(("Command", "Evaluation", "Network", "network"), "networks"),
+    **dict.fromkeys(("Orb", "connect", "record"), "orbs"),
+    **dict.fromkeys(("Recording", "load", "simulate"), "recordings"),
+    "train": "training",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name."""
+    if name == "Error":
+        return import_module("controller.errors").UserError
+    if name == "__version__":
+        return import_module("controller").__version__
+    if name not in _MODULES:
+        raise AttributeError(f"module 'orbtouch' has no attribute {name!r}")
+    return getattr(import_module(f"orbtouch.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

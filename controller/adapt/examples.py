@@ -4,6 +4,7 @@ Each example is varied in duration, strength, sampling instants and noise, and r
 by its symmetries.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -121,8 +122,8 @@ def vary(
     before = np.repeat(example.images[:1], window - 1, axis=0)  # rest before the example
     images = np.concatenate([before, example.images]).astype(np.float32)
     span = (example.span[0] + window - 1, example.span[1] + window - 1)
-    square, vague = images.shape[1] == images.shape[2], VAGUE if window >= SLOW else 0.0
-    turns = [k for k in TURNS[example.rotations] if square or k % 2 == 0]
+    vague = VAGUE if window >= SLOW else 0.0
+    turns = _turns(example)
     for number in range(copies):
         seen, (begin, end) = (images, span)
         if number:
@@ -146,6 +147,20 @@ def thinned(
     """Return some of the last frames of windows, (n,), of a copy's from a random one on."""
     every = max(1, window // WINDOWS)
     return last[rng.integers(every) if copy and every > 1 else 0 :: every]
+
+
+def varied(example: Example, copies: int, rng: np.random.Generator) -> Iterator[Images]:
+    """Yield variations of a whole example: other speed, strength, place on the grid and noise."""
+    for _ in range(copies):
+        seen, _ = paced(example.images, rng)
+        seen = _turned(seen, _turns(example), rng, mirrored=example.mirrored)
+        yield vary_images(seen, rng)
+
+
+def _turns(example: Example) -> list[int]:
+    """Return the quarter turns under which an example is the same gesture; 0 is among them."""
+    square = example.images.shape[1] == example.images.shape[2]
+    return [k for k in TURNS[example.rotations] if square or k % 2 == 0]
 
 
 def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.float64]]:

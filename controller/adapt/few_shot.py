@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller import errors
 from controller.adapt import head, patience, rehearsal
-from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
+from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, varied, vary
 from controller.adapt.head import FormError
 from controller.adapt.rehearsal import Origin, Rehearsal, RehearsalError
 from controller.bundles import bundle as bundles
@@ -25,6 +25,7 @@ from controller.recognition.debounce import DebounceSettings
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
+UNSEEN: Final = 8  # variations of each new example that tell which older gestures fire early
 REHEARSED: Final = 3  # variations of the rehearsal data
 SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
 NOISY: Final = 0.03  # noise that halves this weight at 10 Hz, z: it makes gestures more alike
@@ -107,10 +108,10 @@ def teach(
             recognised = recognised or extended.recognised
         content[part] = model
         outputs[user] = run_network(model, inputs)
-    streams: dict[str, list[NDArray[np.float32]]] = {label: [] for label in new}
-    for one in fresh:
-        if one.label in streams:
-            streams[one.label].append(_stream(content[GESTURE], one, loaded.window))
+    streams = {
+        label: _streams(content[GESTURE], [o for o in fresh if o.label == label], loaded.window)
+        for label in new
+    }
     idle = float(np.mean([one.noise() for one in fresh])) / math.sqrt(2.0)  # it is of two frames
     debounce = loaded.debounce
     for label, seen in streams.items():
@@ -296,12 +297,20 @@ def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
     return found
 
 
-def _stream(model: bytes, one: Example, window: int) -> NDArray[np.float32]:
-    """Return a network's probabilities for each frame of an example, (frames, classes)."""
-    before = np.repeat(one.images[:1], window - 1, axis=0)
-    images = np.concatenate([before, one.images]).astype(np.float32)
-    ends = np.arange(window - 1, len(images))
-    return run_network(model, images[ends[:, None] + np.arange(1 - window, 1)])
+def _streams(model: bytes, examples: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
+    """Return a network's probabilities for each frame of examples and of their variations.
+
+    Each is (frames, classes). What was learned is answered better than what will come: the
+    variations are new to the network.
+    """
+    rng = np.random.default_rng(_SEED + 1)  # other variations than those learned
+    seen = [images for one in examples for images in (one.images, *varied(one, UNSEEN, rng))]
+    cut = []
+    for images in seen:
+        whole = np.concatenate([np.repeat(images[:1], window - 1, axis=0), images])
+        cut.append(whole[np.arange(len(images))[:, None] + np.arange(window)].astype(np.float32))
+    answers = run_network(model, np.concatenate(cut))
+    return np.split(answers, np.cumsum([len(images) for images in seen])[:-1])
 
 
 def run_network(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:

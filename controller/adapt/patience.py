@@ -1,8 +1,9 @@
 """Which older gestures wait for a taught one that begins like them, and how long.
 
 A double tap begins like a press: a network that answers early would answer its first tap. So the
-taught network is run over the examples. Where an older gesture fires in them before the taught one
-is sure, the older one becomes patient (`controller.recognition.debounce`), in this bundle only.
+taught network is run over the examples and variations of them. Where an older gesture fires in
+these before the taught one is sure, the older one becomes patient
+(`controller.recognition.debounce`), in this bundle only.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 
 from controller.recognition.debounce import DebounceSettings, fire, smooth
 
-SHARE: Final = 1 / 3  # of a gesture's examples in which an older one fires first
+SHARE: Final = 0.2  # of a gesture's streams in which an older one fires first
+NEAR: Final = 0.97  # of the bounds: what comes so near fires on another day or orb
 MARGIN: Final = 1.2  # of the longest time in the examples: people vary
 LONGEST_S: Final = 0.6  # a command that comes later feels lost
 
@@ -35,12 +37,14 @@ def patient(
     Args:
         settings: As they are; what waits already goes on waiting.
         labels: All labels, "null" first.
-        taught: The taught network's probabilities for the examples of each new label.
+        taught: The taught network's probabilities for the examples of each new label, and for
+            variations that it has not learned.
         rate_hz: Frames per second.
         idle: Mean of |z - 1| of the examples where nothing touches.
     """
     weight = settings.weight(idle)
-    eager = replace(settings, patient=(), awaited=(), patience_s=0.0)
+    on, late = NEAR * settings.on, NEAR * settings.late
+    eager = replace(settings, on=on, late=late, patient=(), awaited=(), patience_s=0.0)
     waiting, awaited = list(settings.patient), list(settings.awaited)
     longest_s = settings.patience_s
     for label, streams in taught.items():

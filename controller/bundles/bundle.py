@@ -50,6 +50,7 @@ _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own
 _MAX_PARTS = 64
 _UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2
 _FILE = (stat.S_IFREG | 0o644) << 16
+LABEL = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
 
 
@@ -63,7 +64,7 @@ class BundleSettings:
 
     labels: tuple[str, ...] = field(
         metadata={
-            "pattern": r"[a-z][a-z0-9_]{0,39}",  # 40 characters fit in a packet
+            "pattern": LABEL,
             "count": (2, 64),
             "expected": '2 to 64 different names in small letters, "null" first',
         }

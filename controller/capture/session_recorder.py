@@ -224,4 +224,6 @@ def provenance(
         seed=sensor.seed,
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
         hardware=sensor.hardware,
+        unit=sensor.signal.unit,
+        sign=sensor.signal.sign,
     )

@@ -12,6 +12,7 @@ COMMANDS: Final = {  # name: function that runs it, and purpose
     "models": ("bundles:models", "list the bundles of this device"),
     "rollback": ("bundles:rollback", "take the previous bundle into use"),
     "calibrate": ("calibrate:main", "measure the untouched sensor and keep the result"),
+    "sensors": ("sensors:main", "list the sensors, or try one"),
     "doctor": ("doctor:main", "check computer, wiring, sensor and link"),
     "key": ("pair:key", "make a key that this orb and its host share"),
     "pair": ("pair:main", "pair with a host over Bluetooth"),

@@ -8,19 +8,19 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 
-from controller.cli.sensor_options import add_sensor, load
+from controller.cli.sensor_options import add_sensor, load_skin
+from controller.diagnostics.calibration import keep
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
-from controller.diagnostics.skin_checks import CALIBRATION_S, calibrate
+from controller.diagnostics.skin_checks import CALIBRATION_S
 from controller.sensors import calibration_store
-from controller.sensors.calibration_store import Calibration
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    sensor = load(options)
+    sensor = load_skin(options)
     try:
         if options.forget:
             there = calibration_store.forget(sensor.device_id)
@@ -29,17 +29,11 @@ def main(argv: Sequence[str]) -> int:
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)
-        last = calibration_store.load(sensor.device_id)
-        before = None if last is None else last.rest
-        rows, rest, idle = calibrate(frames, sensor.rate_hz, before, anyway=options.anyway)
-        verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
-        made = datetime.now(UTC).isoformat(timespec="seconds")
-        kept = None if rest is None else calibration_store.save(
-            Calibration(sensor.device_id, rest, idle, made, verdict, sensor.rate_hz)
-        )  # fmt: skip
+        rows, kept = keep(sensor, frames, datetime.now(UTC), anyway=options.anyway)
     finally:
         sensor.close()
-    verdict = "failed" if kept is None else verdict
+    sound = all(row.verdict is Verdict.GOOD for row in rows)
+    verdict = "failed" if kept is None else "good" if sound else "doubtful"
     if options.json:
         plain = {"verdict": verdict, "kept": kept and str(kept), "rows": [*map(asdict, rows)]}
         print(json.dumps(plain, ensure_ascii=False))

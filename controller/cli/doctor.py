@@ -12,17 +12,11 @@ import numpy as np
 
 from controller import files
 from controller.bundles import bundle as bundles
-from controller.cli.sensor_options import add_sensor, load
-from controller.diagnostics import (
-    measurements,
-    skin_checks,
-    system_checks,
-    touch_checks,
-    wiring_checks,
-)
+from controller.cli.sensor_options import add_sensor, load_skin
+from controller.diagnostics import measurements, skin_checks, system_checks, wiring_checks
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
+from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
 from controller.sensors.base import RATE_HZ, Sensor, SensorError
 
@@ -32,7 +26,7 @@ REAL: Final = "orb"  # the sensor whose board can be measured although it gives 
 def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
     options = parser().parse_args(argv)
-    sensors.name_of(options.sensor)  # a wrong name is refused before anything is measured
+    sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
     rows = list(examine(options))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
@@ -65,7 +59,7 @@ def parser() -> argparse.ArgumentParser:
 
 def examine(options: argparse.Namespace) -> Iterator[Row]:
     """Yield all rows; SensorError if the command line asks for what does not exist."""
-    real = sensors.name_of(options.sensor) == REAL
+    real = options.sensor.partition(":")[0] == REAL
     yield system_checks.runtime(options.bundle)
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
@@ -76,7 +70,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
 
         yield from bluetooth.rows()
     try:
-        sensor = load(options)
+        sensor = load_skin(options)
     except SensorError as error:
         if not real:
             raise
@@ -135,57 +129,8 @@ def sensor_rows(
         bad |= found.bad
     watch = FrameReader(sensor)
     try:
-        yield from _skin(watch, bad, find)
+        yield from skin_rows(watch, bad, find)
         if driver is not None and driver.pump is not None and watch.air:
             yield skin_checks.air(watch.air, driver.pump.problem)
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
-
-
-def _skin(
-    watch: FrameReader,
-    bad: "touch_checks.Mask",
-    find: Callable[[FrameReader], Finger | None] | None,
-) -> Iterator[Row]:
-    """Yield what the skin says, at rest and under presses."""
-    sensor = watch.sensor
-    idle = watch.frames(skin_checks.IDLE_S)
-    rest = skin_checks.rest(idle, sensor.rate_hz)
-    yield from rest
-    if any(row.code == "touched" for row in rest):
-        return
-    hand = None if find is None else find(watch)
-    pressed = (
-        [] if hand is None else _pressed(watch, hand, skin_checks.hold_s(idle, sensor.rate_hz))
-    )
-    grid = sensor.geometry
-    touched = np.concatenate(pressed) if pressed else np.empty((0, grid.rows, grid.columns))
-    yield from skin_checks.examine(idle, touched.astype(np.float32), bad)
-    if not pressed:
-        yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
-        return
-    level = idle.mean(axis=0).astype(np.float64)
-    bad |= without_lead(level)
-    means = np.array([frames.mean(axis=0) for frames in pressed])
-    changes = means / np.where(level > 0.0, level, 1.0) - 1.0
-    if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):
-        yield Row(
-            "touches", Verdict.DOUBTFUL, "some presses were hardly felt",
-            "Press firmly, a centimetre deep, and start again.", "unfelt",
-        )  # fmt: skip
-    told = touch_checks.judge(changes, grid.pitch_mm, bad)
-    yield from told
-    if not faulty(told):
-        yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
-
-
-def _pressed(watch: FrameReader, hand: Finger, seconds: float) -> list["skin_checks.Frames"]:
-    """Return so many seconds of each press; [] if a press is missing."""
-    grid = watch.sensor.geometry
-    taken = []
-    for place in touch_checks.places(grid.rows, grid.columns):
-        if not hand.press(place):
-            return []
-        taken.append(watch.frames(seconds))
-        hand.lift()
-    return taken

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from controller.errors import TROUBLE, complain, count, printable, reason
 from controller.recordings import csv_export, edit, importer, journal_file, reader, summary, writer
+from controller.recordings.description import Description, described
 from controller.recordings.quality import check as quality
 from controller.recordings.quality.check import Finding, FrameIndex, Level, Report
 from controller.recordings.recording import LABELLERS, Recording, RecordingError
@@ -85,10 +86,8 @@ def _add_conversion(group: Any) -> None:
         "and session, as a short TOML file describes them (docs/recording.md). Existing files are "
         "kept, so an interrupted import continues where it was.",
     )  # fmt: skip
-    importing.add_argument("source", metavar="SOURCE", type=Path, help="a file of arrays")
-    importing.add_argument(
-        "description", metavar="DESCRIPTION", type=Path, help="TOML that describes the arrays"
-    )
+    importing.add_argument("sources", metavar="SOURCE", nargs="+", type=Path, help="arrays")
+    importing.add_argument("description", metavar="DESCRIPTION", type=Path, help="TOML about them")
     importing.add_argument(
         "--out", metavar="DIR", type=Path, default=Path(),
         help="the folder to write into (default: this one)",
@@ -236,21 +235,33 @@ def _export(options: Namespace) -> int:
 
 
 def _import_arrays(options: Namespace) -> int:
-    """Import another sensor's arrays; print the new files."""
-    description = importer.described(options.description)
-    arrays = importer.read(options.source, description)
+    """Import another sensor's arrays; print the new files, and the sources that cannot be read."""
+    description = described(options.description)
     folder = _folder(options.out)
-    known = _ids(folder)
-    for recording in importer.recordings(arrays, description):
+    known, status = _ids(folder), 0
+    for source in options.sources:
+        try:
+            _import_one(source, description, folder, known)
+        except RecordingError as error:
+            if len(options.sources) == 1:
+                raise
+            status = complain("controller", f"{source} is left out: {error}", TROUBLE)
+    return status
+
+
+def _import_one(
+    source: Path, description: Description, folder: Path, known: dict[str, Path]
+) -> None:
+    """Import one file of arrays, without recordings that are `known` by their ids."""
+    for recording in importer.recordings(importer.read(source, description), description):
         origin = recording.origin
         if (there := known.get(origin.id)) is not None:
             print(f"{there} is there already")
             continue
         target = writer.next_free(folder, origin.user, origin.session)
         _write(target, edit.sealed(recording))
-        length = summary.duration(len(recording.t) / origin.rate_hz)
-        print(f"{target}: {count(len(recording.t), 'frame')}, {length}")
-    return 0
+        frames = len(recording.t)
+        print(f"{target}: {count(frames, 'frame')}, {summary.duration(frames / origin.rate_hz)}")
 
 
 def _trim(options: Namespace) -> int:

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor
+from controller.sensors.base import Sensor, SensorError
 
 PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes longer than a start
 
@@ -18,8 +18,8 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
     add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual",
         help=f"{sensor}: {', '.join(sensors.names())}, with options of its own (default: virtual)")
     add("--wiring", metavar="FILE", type=Path,
-        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
-        "draws it)")
+        help="description of the sensor: docs/sensors.md; of a real or emulated orb what hangs on "
+        "which pin (default: as docs/hardware.md draws it)")
     add("--seed", metavar="N", type=seed, default=1,
         help="which orb and hand are simulated, 0 or more (default: 1)")
     add("--preset", metavar="NAME", default="nominal",
@@ -28,6 +28,18 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
         help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
         "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md")
     # fmt: on
+
+
+def load_skin(options: argparse.Namespace) -> Sensor:
+    """Return the sensor as `load` does; SensorError if it does not read as the orb's skin does."""
+    sensor = load(options)
+    if not sensor.signal.ratio:
+        sensor.close()
+        raise SensorError(
+            f"{sensor.device_id} is no skin in pF that a touch lowers, and needs no calibration; "
+            "run: controller sensors try"
+        )
+    return sensor
 
 
 def load(options: argparse.Namespace) -> Sensor:

@@ -7,6 +7,7 @@ import importlib.util
 import re
 from typing import Any, Final
 
+from controller import plugins
 from controller.links.base import Access, Link, LinkAwayError, LinkError
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
@@ -22,6 +23,8 @@ __all__ = [
     "split",
 ]
 
+# Schemes of pyserial's URLs, and names of ports without one.
+_SERIAL: Final = ("", "socket", "rfc2217", "loop", "spy", "alt", "hwgrep", "cp2110")
 PRINT: Final = "-"  # the link that prints commands
 _JOINT: Final = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere is part of the URL
 
@@ -50,7 +53,7 @@ def open_link(
 
 
 def module_of(url: str) -> Any:
-    """Return the module that opens a URL: the one with its scheme's name, or `serial_port`."""
+    """Return the module that opens a URL: that of its scheme, or `serial_port`."""
     scheme = "stdout" if url == PRINT else url.partition(":")[0] if ":" in url else ""
     if len(split(url)) > 1:
         scheme = "multi"
@@ -58,6 +61,8 @@ def module_of(url: str) -> Any:
         module = importlib.import_module(f"{__name__}.{scheme}")
         if hasattr(module, "create"):
             return module
+    elif scheme not in _SERIAL and (found := plugins.find("links", scheme)) is not None:
+        return found
     return importlib.import_module(f"{__name__}.serial_port")
 
 

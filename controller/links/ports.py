@@ -43,14 +43,14 @@ class SerialStream:
         self.recv, self.send = partial(os.read, number), partial(os.write, number)
 
 
-def open_port(url: str) -> Any:
+def open_port(url: str, baud: int = BAUD) -> Any:
     """Return a socket for socket://ADDRESS:PORT, else pyserial's port of a name or URL.
 
     It raises errors of many kinds, such as termios.error; `why` has words for all of them.
     """
     if url.startswith("socket:"):
         return _connect(url)
-    return serial.serial_for_url(url, baudrate=BAUD, timeout=0, write_timeout=0, exclusive=True)
+    return serial.serial_for_url(url, baudrate=baud, timeout=0, write_timeout=0, exclusive=True)
 
 
 def _connect(url: str) -> socket.socket:

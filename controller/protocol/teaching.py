@@ -1,4 +1,4 @@
-"""Messages for teaching gestures over the link: requests 51 to 64, reports 26 to 30.
+"""Messages for teaching gestures over the link: requests 51 to 65, reports 15 and 26 to 31.
 
 Registered with those of `controller.protocol.messages`; docs/protocol.md is the specification.
 """
@@ -129,6 +129,14 @@ class Recalibrate(Request):
     """Host to device: measure the untouched sensor again; not ready until that is done."""
 
 
+@message(65)
+@dataclass(frozen=True, slots=True)
+class Check(Request):
+    """Host to device: calibrate and check the sensor, or stop that; CheckStep, CheckRow follow."""
+
+    on: codec.Bool
+
+
 @message(26)
 @dataclass(frozen=True, slots=True)
 class Vocabulary(Report):
@@ -206,7 +214,30 @@ class RecordingStatus(Report):
     text: codec.Text500  # where it lies, or why there is none
 
 
+@message(31)
+@dataclass(frozen=True, slots=True)
+class CheckStep(Report):
+    """Device to host: what is to be done now: "rest", "press", "lift", or "over": nothing more."""
+
+    step: codec.Text40
+    row: codec.U8  # of the taxel to press; else ignored
+    column: codec.U8
+    progress: codec.Share  # of the whole check
+
+
+@message(15)
+@dataclass(frozen=True, slots=True)
+class CheckRow(Report):
+    """Device to host: one row of the doctor's table, as `controller.diagnostics.report.Row`."""
+
+    name: codec.Text64
+    verdict: codec.Text40
+    found: Annotated[str, codec.text(250)]
+    advice: Annotated[str, codec.text(250)]
+    code: codec.Text40
+
+
 TEACHING: Final = (  # the requests
     *(Describe, ExampleStart, ExampleEnd, ExampleDrop, Learn, Forget, Undo, SaveAs, SetCommand),
-    *(DeleteExamples, Record, RecordLabel, InjectFault, Recalibrate),
+    *(DeleteExamples, Record, RecordLabel, InjectFault, Recalibrate, Check),
 )

@@ -100,6 +100,13 @@ class BaselineTracker:
         """Deviation below which nothing touches."""
         return self.settings.gate + self.settings.gate_noise * self.idle
 
+    def rescale(self, settings: PreprocessSettings) -> None:
+        """Take settings of another scale; what is known in the old one is converted."""
+        factor = abs(self.settings.scale / settings.scale)
+        self.idle *= factor
+        self._returns.peak *= factor
+        self.settings = self._returns.settings = settings
+
     def begin(self, values: Reading) -> NDArray[np.float64]:
         """Collect the first quiet second; a touch or a motion restarts it.
 
@@ -261,6 +268,7 @@ class Rebaseline:
     """Re-baselining: levels to which a busy sensor settled since it was last quiet.
 
     Attributes:
+        settings: Time constants, gate and scale.
         spell: The latest frames.
         places: Mean frames of these levels, oldest first.
         peak: Greatest deviation since the latest level.
@@ -269,7 +277,7 @@ class Rebaseline:
 
     def __init__(self, settings: PreprocessSettings) -> None:
         """Begin with a quiet sensor."""
-        self._settings = settings
+        self.settings = settings
         self._soft = settings.normalise == "ratio"
         self._busy = round(_BUSY * round(settings.adopt_s * settings.rate_hz))
         self.spell: deque[Reading] = deque(maxlen=_still_frames(settings))
@@ -313,7 +321,7 @@ class Rebaseline:
         if len(self.spell) < (self.spell.maxlen or 0):
             return None
         here = np.mean(self.spell, axis=0)
-        if self.peak < _PEAK * _difference(here, rest, self._settings):
+        if self.peak < _PEAK * _difference(here, rest, self.settings):
             return None
         if not self._steady(self.spell, here, gate):
             return None
@@ -325,12 +333,12 @@ class Rebaseline:
         if not self._steady(self.places, here, gate):
             return None
         found = np.mean(self.places, axis=0)
-        change = z_image(found, rest, self._settings) - 1.0
+        change = z_image(found, rest, self.settings) - 1.0
         return found if not self._soft or drift.unevenness(change) < _LOCAL else None
 
     def _steady(self, frames: Iterable[Reading], here: Reading, gate: float) -> bool:
         """Return whether frames differ from a level, (rows, columns), only by noise."""
-        return all(_difference(frame, here, self._settings) < gate for frame in frames)
+        return all(_difference(frame, here, self.settings) < gate for frame in frames)
 
 
 def _difference(one: Reading, other: Reading, settings: PreprocessSettings) -> float:

@@ -12,6 +12,11 @@ from typing import Final
 
 TAIL_S: Final = 0.5  # a command may come until this time after the release
 
+# Why an event has no answer, in this order; else it is unclear.
+LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
+RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
+SHORT_S: Final = 0.3
+
 
 @dataclass(frozen=True, slots=True)
 class Event:

@@ -25,7 +25,7 @@ class PreprocessSettings:
         normalise: "ratio": z = C / C0, for capacitances; "difference": z = 1 + (C - C0) / scale,
             for sensors that read about 0 untouched.
         scale: Unit of "difference", in the frame's unit: a firm touch shall be as strong as on
-            the orb (mean |z - 1| about .08).
+            the orb (mean |z - 1| about .08). Below zero a touch that raises the readings lowers z.
         rate_hz: Frames per second.
         window: Images in a window; paper, section 4.1: 10 at 10 Hz.
         start_s: Quiet time for the first rest image.
@@ -49,10 +49,10 @@ class PreprocessSettings:
     adopt_s: float = 30.0
 
     def __post_init__(self) -> None:
-        if self.normalise not in get_args(Normalise) or not self.scale > 0.0:
+        if self.normalise not in get_args(Normalise) or not abs(self.scale) > 0.0:
             raise ValueError(
                 f"normalise {self.normalise!r} with scale {self.scale!r}; it is "
-                f"{' or '.join(get_args(Normalise))}, with a scale above 0"
+                f"{' or '.join(get_args(Normalise))}, with a scale other than 0"
             )
 
 

@@ -12,6 +12,7 @@ from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
 from controller.recognition.frames import Frame, Image, PreprocessSettings, State, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.preprocess import Prepared, Preprocessor
+from controller.recognition.scale import SKIN, Signal
 from controller.recognition.sensor_health import HealthMonitor
 from controller.recognition.touch_position import PositionSpread, TouchImage
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
@@ -142,6 +143,7 @@ class Pipeline:
         mapping: Mapping,
         known: StoredBaseline | None = None,
         player: str = "",
+        signal: Signal = SKIN,
     ) -> None:
         """Join the stages.
 
@@ -151,14 +153,15 @@ class Pipeline:
             mapping: The bundle's, or an override of it.
             known: An earlier calibration of the sensor.
             player: The user, named by the options; "" or not enrolled: to be identified.
+            signal: Unit and sign of the sensor.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
         """
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
-        self._preprocessor = Preprocessor(settings.preprocess, *grid, known)
+        self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
         self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
-        self._ratio = settings.preprocess.normalise == "ratio"
+        self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)
         self._player = player
@@ -230,8 +233,7 @@ class Pipeline:
 
     def recalibrate(self) -> None:
         """Find the rest image again; no window is ready until then."""
-        before = self._preprocessor
-        self._preprocessor = Preprocessor(before.settings, *before.shape)
+        self._preprocessor = self._preprocessor.anew()
 
     @property
     def rest(self) -> Frame | None:

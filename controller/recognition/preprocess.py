@@ -5,7 +5,7 @@ interpolated, and the latest images form the window of the network.
 """
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from controller.recognition.frames import (
     Window,
     z_image,
 )
+from controller.recognition.scale import SKIN, ScaleEstimator, Signal
 
 Reading = NDArray[np.float64]  # (rows, columns), picofarads, or relative to rest
 
@@ -73,6 +74,7 @@ class Preprocessor:
         known: StoredBaseline | None = None,
         *,
         mend: bool = True,
+        signal: Signal = SKIN,
     ) -> None:
         """Begin before the first frame.
 
@@ -84,17 +86,25 @@ class Preprocessor:
                 from the start is detected.
             mend: Interpolate dead taxels; else the image shows them as measured, and those
                 with an open lead as untouched.
+            signal: Unit and sign of the sensor; one that is not divided by rest begins without
+                its calibration, which is for quotients.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
         """
-        self.settings = settings
         self.shape = (rows, columns)
         if known is not None and known.rest.shape != self.shape:
             raise ValueError(
                 f"the calibration is of a sensor of {known.rest.shape} taxels, this one has "
                 f"{self.shape}; calibrate it again"
             )
+        self.settings = signal.fit(settings)
+        self._scale: ScaleEstimator | None = None
+        if self.settings is not settings:
+            known = None
+            if not signal.scale:
+                self._scale = ScaleEstimator(settings.rate_hz, self.shape)
+        settings = self.settings
         self._images: deque[Image] = deque(maxlen=settings.window)
         self._rest = BaselineTracker(settings, self.shape, known)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
@@ -119,6 +129,8 @@ class Preprocessor:
             raise ValueError(f"the frame is {frame.shape}, the sensor {self.shape}; check --sensor")
         values = frame.astype(np.float64)
         if self._rest.image is None:
+            if self._scale is not None:
+                self._rescale(self._scale.begin(values))
             return self._begin(values)
         if self._rest.seen == 0:
             return self._try(values, self._rest.image)
@@ -134,6 +146,14 @@ class Preprocessor:
         if prepared.lost is not None:
             values = self._rest.without(prepared.lost, values)
         self._rest.step(values, prepared.image, prepared.deviation, gate)
+        if self._scale is not None and not prepared.quiet:
+            self._rescale(self._scale.learn(prepared.deviation))
+
+    def anew(self) -> "Preprocessor":
+        """Return the stage before its first frame, with the scale that was learned."""
+        stage = Preprocessor(self.settings, *self.shape)
+        stage._scale = self._scale
+        return stage
 
     @property
     def rest(self) -> Frame | None:
@@ -159,6 +179,7 @@ class Preprocessor:
             "images": images,
             "answers": self._responses.evidence.copy(),
             "answered": self._responses.counts.copy(),
+            **({} if self._scale is None else self._scale.state()),
         }
 
     def restore(self, state: State) -> None:
@@ -170,10 +191,20 @@ class Preprocessor:
         if state["recent"].shape != self.shape:
             raise ValueError(f"the state is for {state['recent'].shape}, the sensor {self.shape}")
         self._measured = None
+        if self._scale is not None:
+            self._scale.restore(state)
+            self._rescale(self._scale.scale)
         self._rest.restore(state)
         images = (image.astype(np.float32) for image in state["images"])
         self._images = deque(images, maxlen=self.settings.window)
         self._responses.restore(state["answers"], state["answered"])
+
+    def _rescale(self, scale: float) -> None:
+        """Divide by another scale from the next frame on."""
+        if scale != abs(self.settings.scale):
+            sign = float(np.sign(self.settings.scale))
+            self.settings = replace(self.settings, scale=sign * scale)
+            self._rest.rescale(self.settings)
 
     def _begin(self, values: Reading) -> Prepared:
         """Process a frame, (rows, columns), before there is a baseline."""

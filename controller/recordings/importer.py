@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,80 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.config import ConfigError, read_toml, settings
 from controller.errors import reason
+from controller.recordings.description import ALONE, Description
 from controller.recordings.recording import (
-    LABELLERS,
-    PICOFARAD,
     UNKNOWN,
+    Mark,
     Provenance,
     Recording,
     RecordingError,
+    mean_rate,
     software,
     unlabelled,
 )
 
 NULL: Final = "null"
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
-ALONE: Final = "01"  # user and session if the description names none
 _DIGITS: Final = 2  # of a user's or session's number
 
 Arrays = dict[str, NDArray[Any]]
-
-
-@dataclass(frozen=True, slots=True)
-class Description:
-    """Meaning of the arrays of a file; the names of the attributes are the keys of the TOML."""
-
-    frames: str  # array of frames, (n, rows, columns), or (n, taxels) with the next two
-    pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})  # distance between adjacent taxels
-    unit: str = PICOFARAD  # of the frames
-    rows: int = 0  # taxel rows; 0: as in the array
-    columns: int = 0  # taxel columns; 0: as in the array
-    rate_hz: float = 0.0  # frames per second; 0: from the median interval
-    time: str = ""  # array of times in seconds, (n,); "": uniform intervals at `rate_hz`
-    # a longer interval begins a new stretch, as time that goes back does; 0: none
-    gap_s: float = 0.0
-    drop_repeated: bool = False  # leave out frames that have the time of the frame before
-    label: str = ""  # array of class numbers, (n,); "": no labels
-    # names of the classes, counted from 0, or the array that holds them
-    label_names: str | tuple[str, ...] = ()
-    null: str = ""  # name of the class without a gesture; "": there is none
-    # label column of the labels
-    labeller: str = field(default="label", metadata={"choices": LABELLERS})
-    subject: str = ""  # array of the user of each frame, (n,); "": all frames are of one user
-    session: tuple[str, ...] = ()  # arrays that distinguish sessions of one user, each (n,)
-    device: str = "imported"  # serial number of the sensor, or of its kind
-    hardware: str = ""  # kind of sensor, as text
-    protocol: str = ""  # name of the task
-
-    def __post_init__(self) -> None:
-        if not self.time and not self.rate_hz:
-            raise ValueError("neither 'time' nor 'rate_hz', so the rate is unknown")
-        if self.label and not self.label_names:
-            raise ValueError("'label', but no 'label_names' for its numbers")
-        if isinstance(self.label_names, list):
-            object.__setattr__(self, "label_names", tuple(self.label_names))
-        names = self.label_names
-        if not isinstance(names, str | tuple) or not all(isinstance(name, str) for name in names):
-            raise ValueError(f"label_names = {names!r}; expected is a text or a list of texts")
-
-    @property
-    def arrays(self) -> set[str]:
-        """Names of all arrays that it mentions."""
-        grouping = {self.subject, *self.session} - {""}
-        names = {self.frames, self.time, self.label, *grouping, *(f"{n}_names" for n in grouping)}
-        names |= {self.label_names} if isinstance(self.label_names, str) else set()
-        return names - {""}
-
-
-def described(path: Path) -> Description:
-    """Return the description in a file; UserError if it cannot be read, or is impossible."""
-    table = read_toml(path)
-    try:
-        return settings(Description, table)
-    except ConfigError as error:
-        raise RecordingError(f"the description {path} {error}; see docs/recording.md") from None
 
 
 def read(path: Path, description: Description) -> Arrays:
@@ -111,10 +55,13 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     count = len(frames)
     times = _times(arrays, description, count)
     labels, column = _labels(arrays, description, count)
-    rate_hz = description.rate_hz or _rate(times)
-    for user, session, chosen in _groups(arrays, description, count):
+    rest, marks = _rest(arrays, description, frames), _marks(arrays, description, labels, column)
+    groups = list(_groups(arrays, description, count))
+    rate_hz = description.rate_hz or _rate(times, [rows for _, _, rows in groups], description)
+    for user, session, chosen in groups:
         rows, t, sequence = _stretches(chosen, times, rate_hz, description)
         taken = frames[rows].astype(np.float32)
+        own_rest = taken[0] if description.rest == description.frames else rest
         given: dict[str, Any] = {**unlabelled(len(rows)), description.labeller: column[rows]}
         origin = Provenance(
             device_id=description.device,
@@ -131,7 +78,7 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
             protocol=description.protocol,
             hardware=description.hardware,
             unit=description.unit,
-            id=_id(description, user, session, (taken, t, sequence, column[rows])),
+            id=_id(description, user, session, (taken, t, sequence, column[rows]), own_rest),
         )
         yield Recording(
             origin,
@@ -140,6 +87,12 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
             sequence=sequence,
             excluded=np.zeros(len(rows), dtype=np.bool_),
             touch=np.full((len(rows), 2), np.nan),
+            rest=own_rest,
+            marks=tuple(
+                Mark(float(at), *text)
+                for at, row in zip(t, rows.tolist(), strict=True)
+                for text in marks.get(row, ())
+            ),
             **given,
         )
 
@@ -165,6 +118,8 @@ def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
 def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArray[Any]:
     """Return an array with one value for each frame, (count,)."""
     array = arrays[name]
+    if array.shape in ((), (1,)):  # one for all frames
+        array = np.repeat(array.reshape(1), count)
     if array.shape != (count,) or array.dtype.kind not in kinds:
         raise RecordingError(
             f"the array {name!r} is {array.dtype} {array.shape}, not one "
@@ -217,14 +172,63 @@ def _labels(
     return labels, index[number]
 
 
-def _rate(times: NDArray[np.float64] | None) -> float:
-    """Return the frames per second by the median interval of times, (n,), to three digits."""
+def _rest(
+    arrays: Arrays, description: Description, frames: NDArray[Any]
+) -> NDArray[np.float32] | None:
+    """Return the untouched sensor, (rows, columns); None if it is unknown."""
+    if not description.rest:
+        return None
+    given, shape = arrays[description.rest], frames.shape[1:]
+    if given.dtype.kind not in "iuf" or given.size % max(1, frames[0].size) or not given.size:
+        raise RecordingError(
+            f"the array {description.rest!r} is {given.dtype} {given.shape}, not a frame of {shape}"
+        )
+    first: NDArray[np.float32] = given.reshape(-1, *shape)[0].astype(np.float32)
+    if not np.isfinite(first).all():
+        raise RecordingError(f"the array {description.rest!r} has readings that are no numbers")
+    return first
+
+
+def _marks(
+    arrays: Arrays, description: Description, labels: Sequence[str], column: NDArray[np.int16]
+) -> dict[int, list[tuple[str, str]]]:
+    """Return the kinds and texts of the marks at each frame that has one, by its index.
+
+    Places are cues, as `teach` records them; `column` is the label of each frame, (n,).
+    """
+    found: dict[int, list[tuple[str, str]]] = {}
+    if description.place:
+        place = arrays[description.place]
+        if place.shape != (len(column), 2) or place.dtype.kind not in "iuf":
+            raise RecordingError(
+                f"the array {description.place!r} is {place.dtype} {place.shape}, not x and y for "
+                f"each of the {len(column)} frames"
+            )
+        known = np.flatnonzero(np.isfinite(place).all(axis=1) & (column > 0))
+        asked = np.column_stack([place[known], column[known]])
+        new = (np.diff(asked, axis=0, prepend=np.nan) != 0.0).any(axis=1)
+        for row, (x, y, label) in zip(known[new].tolist(), asked[new].tolist(), strict=True):
+            found[row] = [("cue", f"go {labels[int(label)]} at {x:.3f},{y:.3f}")]
+    if description.marks:
+        texts = _column(arrays, description.marks, len(column), "U")
+        for row in np.flatnonzero((texts != np.roll(texts, 1)) | (np.arange(len(texts)) == 0)):
+            if text := str(texts[row]):
+                found.setdefault(int(row), []).append(("note", text))
+    return found
+
+
+def _rate(
+    times: NDArray[np.float64] | None, groups: Sequence[NDArray[np.int64]], description: Description
+) -> float:
+    """Return the frames per second: frames over time in stretches of times, (n,), three digits."""
     assert times is not None  # a description has one or the other
-    steps = np.diff(times)
-    steps = steps[steps > 0]
-    if not len(steps):
+    steps = np.concatenate([np.diff(times[rows]) for rows in groups])
+    steps = steps[(steps > 0.0) if description.drop_repeated else (steps >= 0.0)]
+    if description.gap_s and (steps <= description.gap_s).any():
+        steps = steps[steps <= description.gap_s]
+    if not (steps > 0.0).any():
         raise RecordingError("the times do not rise, so the rate is unknown; give rate_hz")
-    return float(f"{1.0 / float(np.median(steps)):.3g}")
+    return float(f"{mean_rate(steps):.3g}")
 
 
 def _groups(
@@ -234,7 +238,7 @@ def _groups(
     names = [name for name in (description.subject, *description.session) if name]
     columns = [_column(arrays, name, count, "iuU") for name in names]
     if not columns:
-        yield ALONE, ALONE, np.arange(count)
+        yield description.user, ALONE, np.arange(count)
         return
     codes = [np.unique(column, return_inverse=True) for column in columns]
     _, group = np.unique(np.stack([code for _, code in codes], axis=1), axis=0, return_inverse=True)
@@ -244,7 +248,7 @@ def _groups(
     for chosen in np.split(order, edges):
         words = [_word(arrays, name, column[chosen[0]])
                  for name, column in zip(names, columns, strict=True)]  # fmt: skip
-        user = words.pop(0) if description.subject else ALONE
+        user = words.pop(0) if description.subject else description.user
         yield user, "".join(words) or ALONE, chosen
 
 
@@ -271,26 +275,35 @@ def _stretches(
         return chosen, number / rate_hz, number
     own = times[chosen]
     new = np.diff(own, prepend=-np.inf) != 0.0
-    if not new.all():
-        if not description.drop_repeated:
-            raise RecordingError(
-                f"the array {description.time!r} has the time {own[~new][0]:g} twice in a row; say "
-                "drop_repeated = true to keep the first frame of each time"
-            )
+    if description.drop_repeated:
         chosen, own = chosen[new], own[new]
+    elif not (new.all() or description.even_times):
+        raise RecordingError(
+            f"the array {description.time!r} has the time {own[~new][0]:g} twice in a row; say "
+            "drop_repeated = true to keep the first frame of each time, or even_times = true"
+        )
     step = np.diff(own, prepend=own[0])
     back = step < 0.0
     pause_s = max(description.gap_s, 2.0 / rate_hz)
-    shift = np.cumsum(np.where(back, pause_s - step, 0.0))
     begins = back | ((step > description.gap_s) if description.gap_s else back)
-    return chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64))
+    step[back] = pause_s
+    if description.even_times:
+        step[~begins] = 1.0 / rate_hz
+        step[begins] = np.maximum(step[begins], pause_s)
+    return chosen, np.cumsum(step) - step[0], np.cumsum(1 + begins.astype(np.int64))
 
 
-def _id(description: Description, user: str, session: str, arrays: Sequence[NDArray[Any]]) -> str:
+def _id(
+    description: Description,
+    user: str,
+    session: str,
+    arrays: Sequence[NDArray[Any]],
+    rest: NDArray[np.float32] | None,
+) -> str:
     """Return a hash of the arrays, of which frames, (n, rows, columns), are the first, as id."""
     digest = hashlib.blake2b(digest_size=16)
     context = [asdict(description), user, session, arrays[0].shape]
     digest.update(json.dumps(context).encode())
-    for array in arrays:
+    for array in (*arrays, *([] if rest is None else [rest])):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

@@ -18,13 +18,16 @@ from controller.errors import UserError
 from controller.recognition.event_metric import Event
 from controller.recognition.frames import State, same_rate
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
+from controller.recognition.scale import PICOFARAD as PICOFARAD
+from controller.recognition.scale import Signal
 
 SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
 # Form 1 had no truth and no user; form 2 had no keys, cues, marks and rest.
 READABLE: Final = (1, 2, SCHEMA)
-PICOFARAD: Final = "pF"
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
+OFTEN: Final = 0.95  # quantile of the intervals ...
+PAUSE: Final = 2.0  # ... and so many times it is the longest that is no pause
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: three times that of the longest labels
 TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
@@ -60,7 +63,13 @@ class Provenance:
     hardware: str = ""  # kind of sensor, as text
     # of the frames; "pF" is capacitance, anything else is specific to the sensor
     unit: str = PICOFARAD
+    sign: int = -1  # -1: a touch lowers the frames' values, 1: it raises them
     schema: int = SCHEMA  # version of the file's form
+
+    @property
+    def signal(self) -> Signal:
+        """What the frames' values are."""
+        return Signal(self.unit, self.sign)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +114,20 @@ class Recording:
 
     @property
     def rate_hz(self) -> float:
-        """Measured frames per second, from the median interval."""
-        if len(self.t) < 2:
-            return self.origin.rate_hz
-        return 1.0 / float(np.median(np.diff(self.t)))
+        """Measured frames per second: frames over time, without pauses."""
+        return mean_rate(np.diff(self.t)[np.diff(self.sequence) == 1]) or self.origin.rate_hz
+
+
+def mean_rate(steps_s: NDArray[np.float64]) -> float:
+    """Return the frames per second by the mean interval, (n,) seconds; 0 if there is none.
+
+    A computer's clock may count in 16 ms, and frames may arrive in bursts: the mean is right where
+    a median is not. Rare intervals far above all others are pauses.
+    """
+    if not len(steps_s):
+        return 0.0
+    usual = steps_s[steps_s <= PAUSE * np.quantile(steps_s, OFTEN)]
+    return float(1.0 / usual.mean())
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
@@ -117,7 +136,10 @@ def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
 
 
 def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
-    """Raise RecordingError if sensor, unit or rate (by 2 %) are not those of a bundle."""
+    """Raise RecordingError if sensor or rate (by 2 %) are not those of a bundle.
+
+    Any unit fits, as live: `controller.recognition.scale` has what a bundle in picofarads gets.
+    """
     shape, expected = recording.frames.shape[1:], (bundle.rows, bundle.columns)
     if shape != expected:
         raise RecordingError(
@@ -129,11 +151,6 @@ def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
             f"the recording runs at {recording.rate_hz:.2f} Hz, the bundle at "
             f"{bundle.preprocess.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
         )
-    if recording.origin.unit != PICOFARAD:
-        raise RecordingError(
-            f"the recording is in {recording.origin.unit}, the bundle wants {PICOFARAD}; "
-            "choose another with --bundle"
-        )
 
 
 def software() -> str:
@@ -142,8 +159,11 @@ def software() -> str:
 
 
 def format_provenance(origin: Provenance) -> str:
-    """Return a provenance as JSON."""
-    return json.dumps(dataclasses.asdict(origin))
+    """Return a provenance as JSON; without the usual sign, as before there was one."""
+    fields = dataclasses.asdict(origin)
+    if origin.sign == -1:
+        del fields["sign"]
+    return json.dumps(fields)
 
 
 def parse_provenance(text: str) -> Provenance:
@@ -187,5 +207,7 @@ def _possible(origin: Provenance) -> bool:
         and origin.rows * origin.columns <= MAX_TAXELS
         and 0 < len(set(origin.labels)) == len(origin.labels) <= MAX_LABELS
         and all(type(scale) in (int, float) and 0.0 < scale < 1e6 for scale in scales)
+        and type(origin.sign) is int
+        and origin.sign in (-1, 1)
         and (origin.seed is None or (type(origin.seed) is int and 0 <= origin.seed < 1 << 64))
     )

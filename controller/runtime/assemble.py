@@ -290,15 +290,15 @@ def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    settings, source = bundle.settings, sensor.source
+    settings, source, signal = bundle.settings, sensor.source, sensor.signal
     if source is None:
         kept = calibration_store.load(sensor.device_id)
         fits = kept is not None and kept.rest.shape == (bundle.rows, bundle.columns)
         known = kept.known(bundle.rate_hz) if kept is not None and fits else None
-        return Pipeline(settings, recognizer, mapping, known, user)
+        return Pipeline(settings, recognizer, mapping, known, user, signal)
     if source.origin.bundle != bundle.hash:
-        return Pipeline(settings, recognizer, mapping, None, user)
-    pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user)
+        return Pipeline(settings, recognizer, mapping, None, user, signal)
+    pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user, signal)
     if set(source.state) | set(LATER) != set(pipeline.state()):
         _log.warning(
             "another program version made this recording: it is replayed without its initial state"

@@ -98,6 +98,7 @@ class Device:
         due: The next frame, (number, seconds); None: the schedule has ended.
         now_s: The latest time of the sensor.
         image_count: Number of images since the rest image was found first; the latest are kept.
+        watch: Takes each frame as scanned, if there is one.
         log_limit: Limits log lines about a peer's requests; the loop's devices share one.
     """
 
@@ -130,6 +131,7 @@ class Device:
         self._faults: tuple[str, ...] = ()  # of the sensor, as last sent
         self._user: UserIdentified | None = None  # as last sent
         self._away_s: float | None = None  # time since which the sensor gives no frames
+        self.watch: Callable[[Frame], None] | None = None
         self.image_count = 0
         self._recent: deque[Image] = deque(maxlen=max(3, round(KEPT_S * sensor.rate_hz)))
 
@@ -179,6 +181,8 @@ class Device:
             return None
         if self.latency is not None:
             self.latency.mark()
+        if self.watch is not None:
+            self.watch(frame)
         step = self.pipeline.step(frame, t_s, number)
         if step.ready:
             self._recent.append(step.image)

@@ -27,6 +27,7 @@ from controller.protocol.teaching import (
     DONE,
     FAILED,
     LEARNING,
+    Check,
     DeleteExamples,
     Describe,
     ExampleDrop,
@@ -48,6 +49,7 @@ from controller.protocol.teaching import (
 from controller.runtime.assemble import Parts, bundle_path
 from controller.runtime.examples import ExampleStore, ExampleTaker, untaken
 from controller.runtime.gesture_reports import reports
+from controller.runtime.link_check import LinkCheck
 from controller.runtime.link_recording import LinkRecording
 from controller.runtime.worker import Worker
 from controller.sensors.base import SensorError
@@ -88,6 +90,7 @@ class Teacher:
         self._changing = False
         self._recognised: dict[str, float] = {}  # of its outcome, by label
         self._recording = LinkRecording(self.folder / "recordings", self._worker)
+        self._check = LinkCheck()
 
     def describe(self, parts: Parts) -> tuple[Message, ...]:
         """Return the description of the parts; BundleError, OSError."""
@@ -103,7 +106,7 @@ class Teacher:
             messages = [m for m in messages if not isinstance(m, Vocabulary | GestureInfo)]
             messages += self._begin(self._described)
         self._recording.poll(device, bundle.hash)
-        messages += self._taker.poll(device)
+        messages += [*self._taker.poll(device), *self._check.poll()]
         if self._progress != self._told:
             self._told = self._progress
             messages.append(LearnStatus(LEARNING, self._told, "learning"))
@@ -117,6 +120,8 @@ class Teacher:
             return [_refusal(message, self._updater.objection)]
         if isinstance(message, ExampleStart | ExampleEnd | ExampleDrop):
             return self._taker.take(message, device)
+        if isinstance(message, Check):
+            return self._check.take(message, device, bundle_path(self._current().options))
         if isinstance(message, Record | RecordLabel):
             return self._recording.take(message, device, self._current())
         if self._changing:

@@ -33,6 +33,10 @@ class Worker:
             self._thread.start()
         return True
 
+    def tell(self, message: Message) -> None:
+        """Add a message before those that a work returns later; for works."""
+        self._done.put(message)
+
     def poll(self) -> list[Message]:
         """Return new messages, oldest first, without waiting."""
         return [self._done.get_nowait() for _ in range(self._done.qsize())]

@@ -13,13 +13,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_hints
 
+from controller import plugins
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.frames import Frame
+from controller.recognition.scale import SKIN, Signal
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
     from controller.recordings.recording import Recording
+    from controller.sensors.hardware.description import Description
     from controller.sensors.hardware.driver import Driver
 
 
@@ -60,10 +63,12 @@ class Sensor:
         device_id: Serial number.
         virtual: Whether it is simulated, so that a host may touch it.
         hardware: Description for recordings, such as "orb".
+        signal: Unit and sign of its readings.
         preset: Quality of a simulated sensor; "" for a real one.
         seed: Seed of a simulated sensor.
         driver: The driver of a sensor on a board, real or emulated.
         source: The recording that is read again.
+        description: The description of a sensor that has one.
     """
 
     geometry: Geometry
@@ -71,13 +76,15 @@ class Sensor:
     device_id: str
     virtual: bool = False
     hardware: str = ""
+    signal: Signal = SKIN
     preset: str = ""
     seed: int | None = None
     driver: Driver | None = None
     source: Recording | None = None
+    description: Description | None = None
 
     def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads; times never decrease.
+        """Return the scan that ends at `t_s`, (rows, columns), in its unit; times never decrease.
 
         Raises SensorAwayError if there is none now, SensorError if there will be none any more.
         """
@@ -131,12 +138,16 @@ def names() -> list[str]:
     return sorted(found - {REPLAY, *_NO_SENSORS})
 
 
-def name_of(spec: str) -> str:
-    """Return NAME of NAME:KEY=VALUE,..., or raise SensorError."""
+def module_of(spec: str) -> Any:
+    """Return the module of NAME:KEY=VALUE,..., of this or another package, or raise SensorError."""
     name = spec.partition(":")[0]
-    if name not in (*names(), REPLAY):
-        raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
-    return name
+    if name in (*names(), REPLAY):
+        return import_module(f"{__package__}.{name}")
+    found = plugins.find("sensors", name)
+    if found is None:
+        known = ", ".join((*names(), *plugins.names("sensors")))
+        raise SensorError(f"there is no sensor {name!r}; there are {known}")
+    return found
 
 
 def options(spec: str, **given: object) -> SensorOptions:
@@ -147,8 +158,7 @@ def options(spec: str, **given: object) -> SensorOptions:
     Raises:
         SensorError: There is no such sensor, or an option cannot be used.
     """
-    name = name_of(spec)
-    kind: type[SensorOptions] = import_module(f"{__package__}.{name}").Options
+    name, kind = spec.partition(":")[0], module_of(spec).Options
     hints = {key: hint for key, hint in get_type_hints(kind).items() if key != "simulated"}
     values: dict[str, Any] = {}
     for pair in re.split(r",(?=\w+=)", spec.partition(":")[2]):
@@ -159,13 +169,14 @@ def options(spec: str, **given: object) -> SensorOptions:
         if pair:
             values[key] = _converted(hints[key], text, values.get(key, ()), f"{name}:{pair}")
     left = {key: value for key, value in given.items() if key in hints and value is not None}
-    return kind(**{**left, **values})
+    made: SensorOptions = kind(**{**left, **values})
+    return made
 
 
 def load(spec: str, rate_hz: float | None = None, **given: object) -> Sensor:
     """Return a sensor, ready to be read, at a rate or its own; the rest is as of `options`."""
     chosen = options(spec, **given)
-    sensor: Sensor = import_module(f"{__package__}.{name_of(spec)}").create(chosen, rate_hz)
+    sensor: Sensor = module_of(spec).create(chosen, rate_hz)
     return sensor
 
 

@@ -38,13 +38,14 @@ class Replay(Sensor):
         self.geometry = Geometry(origin.rows, origin.columns, origin.pitch_mm)
         self.rate_hz = source.rate_hz
         self.device_id = origin.device_id
+        self.signal = origin.signal
 
     def schedule(self) -> Iterator[tuple[int, float]]:
         """Yield (number, seconds) of every frame."""
         yield from zip(self.source.sequence.tolist(), self.source.t.tolist(), strict=True)
 
     def refuse_misfit(self, bundle: Bundle) -> None:
-        """Raise RecordingError for a bundle of another grid, rate or unit than the recording's."""
+        """Raise RecordingError for a bundle of another grid or rate than the recording's."""
         recording.refuse_misfit(self.source, bundle.settings)
 
     def read(self, t_s: float) -> Frame:

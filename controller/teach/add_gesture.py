@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 import tomli_w
+from numpy.typing import NDArray
 
 from controller import adapt
 from controller.adapt import Example
@@ -111,21 +112,32 @@ def learn(
 
 def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]:
     """Yield the examples that a recording's cues asked for and got."""
-    stage = Preprocessor(loaded.preprocess, loaded.rows, loaded.columns)
-    steps = [stage.step(frame) for frame in recording.frames]
-    images = np.array([step.image for step in steps], dtype=np.float32)
-    ready = np.array([step.ready for step in steps])
     own = recording.origin.labels.index(entry.label)
-    asked = (recording.cue == own) & ready & ~recording.excluded
-    edges = np.flatnonzero(np.diff(asked.astype(np.int8), prepend=0, append=0))
-    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        lead = max(first - round(LEAD_S * loaded.rate_hz), int(ready.argmax()))
-        tail = min(end + round(TAIL_S * loaded.rate_hz), len(images))
+    asked = (recording.cue == own) & ~recording.excluded
+    for images in around(loaded, recording, asked):
         example = Example(
-            entry.label, images[lead:tail], rotations=entry.rotations, mirrored=entry.mirror == SELF
+            entry.label, images, rotations=entry.rotations, mirrored=entry.mirror == SELF
         )
         if example.found(loaded.rate_hz) is not None:
             yield example
+
+
+def around(
+    loaded: Bundle, recording: Recording, asked: NDArray[np.bool_]
+) -> Iterator[NDArray[np.float32]]:
+    """Yield the z images of each run of `asked` frames, (n,), with some before and after.
+
+    Frames before the rest image is known do not count.
+    """
+    grid, signal = (loaded.rows, loaded.columns), recording.origin.signal
+    stage = Preprocessor(loaded.preprocess, *grid, signal=signal)
+    steps = [stage.step(frame) for frame in recording.frames]
+    images = np.array([step.image for step in steps], dtype=np.float32)
+    ready = np.array([step.ready for step in steps])
+    edges = np.flatnonzero(np.diff((asked & ready).astype(np.int8), prepend=0, append=0))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        lead = max(first - round(LEAD_S * loaded.rate_hz), int(ready.argmax()))
+        yield images[lead : end + round(TAIL_S * loaded.rate_hz)]
 
 
 def _free(out: Path, name: str) -> Path:

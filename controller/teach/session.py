@@ -208,12 +208,13 @@ def _pipeline(session: Session) -> Pipeline:
     """Return a pipeline before its first frame; without a model it only finds touches."""
     model = session.model
     if model is not None:
-        return Pipeline(model.settings, session.lesson.recognizer, model.mapping)
+        mapping, recognizer = model.mapping, session.lesson.recognizer
+        return Pipeline(model.settings, recognizer, mapping, signal=session.sensor.signal)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
     preprocess = PreprocessSettings(rate_hz=sensor.rate_hz, window=max(1, round(sensor.rate_hz)))
     grid = sensor.geometry
     settings = PipelineSettings(labels, grid.rows, grid.columns, preprocess, DebounceSettings())
-    return Pipeline(settings, _NullModel(len(labels)), Mapping())
+    return Pipeline(settings, _NullModel(len(labels)), Mapping(), signal=sensor.signal)
 
 
 def _screen(session: Session, keyboard: Keyboard | None) -> Display:

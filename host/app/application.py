@@ -19,14 +19,17 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.protocol.teaching import Vocabulary
-from host.actions import ACTIONS, HELD, HeldGestures
+from host.actions import ACTIONS, HeldGestures
+from host.app.ctrl_key import CtrlKey
 from host.app.guides import Guides
 from host.app.lab_data import LabData
+from host.app.link_pause import LinkPause
 from host.app.orbs import Orbs
 from host.app.programs import Programs
 from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.orbs import OrbsScreen
+from host.app.screens.phone import PhoneScreen
 from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
@@ -40,9 +43,9 @@ from host.ui.panel import Panel
 from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder
-from tetris.window import bindings
 from tetris.window.app import App, HostWindow, Start
-from tetris.window.menu import Item, MenuStep
+from tetris.window.language import Words
+from tetris.window.menu import Item
 from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
@@ -56,7 +59,6 @@ _MOUSE: Final = (
 )
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
-_CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
 _IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 
@@ -106,14 +108,13 @@ class OrbApp(Target):
         self._gestures = HeldGestures(self.stage.settings)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
         self._due: list[Message] = []  # for the orb
-        self._paused: Screen | None = None  # the menu of a pause that the link made
-        self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
+        self._pause, self._ctrl = LinkPause(), CtrlKey()
         self._now_s = 0.0
         self._deaf_until_s = 0.0  # no command is taken before
         self._long_s = math.inf  # when a held pinch leaves the page
         self._taken = False  # whether the page took the last gesture for itself
         self._surface: pygame.Surface | None = None
-        self._size, self._panel_side = SIZE, pygame.Rect(0, 0, 0, 0)
+        self._size = SIZE
         if config is not None and start == Start():
             self._guides.offer(self.stage)
 
@@ -126,6 +127,11 @@ class OrbApp(Target):
     def state(self) -> OrbState:
         """The orb as it is drawn."""
         return self.orb
+
+    @property
+    def words(self) -> Words:
+        """The language of the window."""
+        return self.stage.look.words
 
     @property
     def virtual(self) -> bool:
@@ -160,13 +166,21 @@ class OrbApp(Target):
 
     def _show_lab(self) -> None:
         """Show the lab over a paused game, or leave it."""
-        stage, screen = self.stage, self.stage.screen
+        screen = self.stage.screen
         if isinstance(screen, LabScreen):
             screen.leave()
             return
-        if isinstance(screen, PlayScreen):
-            screen.pause()
-        stage.push(LabScreen(stage, self, self.lab))
+        self._over_game(LabScreen(self.stage, self, self.lab))
+
+    def show_phone(self) -> None:
+        """Show the code for a phone."""
+        self._over_game(PhoneScreen(self.stage, self))
+
+    def _over_game(self, page: Screen) -> None:
+        """Show a page, over a paused game."""
+        if isinstance(self.stage.screen, PlayScreen):
+            self.stage.screen.pause()
+        self.stage.push(page)
 
     @property
     def frames_hz(self) -> int:
@@ -210,12 +224,12 @@ class OrbApp(Target):
                 self.correcting.labels = welcome.labels
                 self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
-                self._go_on(now_s)
+                self._pause.end(self.stage, now_s)
             case Stale() | Lost() | Refused():
                 self._gestures.hold((), now_s)
-                self._stop(isinstance(item, Stale))
+                self._pause.begin(self.stage, silent=isinstance(item, Stale))
             case Delivered(message=message):
-                self._go_on(now_s)
+                self._pause.end(self.stage, now_s)
                 self._deliver(message, now_s)
 
     def _deliver(self, message: Message, now_s: float) -> None:
@@ -245,21 +259,6 @@ class OrbApp(Target):
         if isinstance(screen, OrbScreen) and isinstance(message, Report):
             screen.report(message, now_s)
 
-    def _stop(self, silent: bool) -> None:
-        """Pause a game that is being played while the orb is away."""
-        screen = self.stage.screen
-        if self._paused is None and isinstance(screen, PlayScreen) and screen.by_hand:
-            words = self.stage.look.words
-            screen.pause(words("orb.silent") if silent else words("orb.lost"))
-            if self.stage.screen is not screen:
-                self._paused = self.stage.screen
-
-    def _go_on(self, now_s: float) -> None:
-        """End the pause that the link made; one that the player made stays."""
-        paused, self._paused = self._paused, None
-        if paused is not None and self.stage.screen is paused:
-            paused.nav(MenuStep.BACK, now_s)
-
     def outgoing(self, now_s: float) -> list[Message]:
         """Return the messages for the device: wishes, corrections, contacts on a virtual orb."""
         due, self._due = self._due, []
@@ -272,9 +271,11 @@ class OrbApp(Target):
         """Process an event of the window: a key, the mouse, a finger, the focus."""
         match event.type:
             case pygame.KEYDOWN if self.correcting.key(event.key, getattr(event, "mod", 0), now_s):
-                self._waiting = 0
-            case pygame.KEYDOWN if event.key in _CTRL and self._waits(event.key):
-                self._waiting = event.key
+                self._ctrl.forget()
+            case pygame.KEYDOWN if self._ctrl.waits(
+                event.key, self.correcting, self.stage.settings
+            ):
+                pass
             case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
                 self.touch.hold_two(event.type == pygame.KEYDOWN)
             case pygame.KEYDOWN if event.key == pygame.K_F2:
@@ -282,12 +283,9 @@ class OrbApp(Target):
             case pygame.KEYDOWN if self.programs.hot_key(pygame.key.name(event.key)):
                 pass
             case pygame.KEYDOWN:
-                self._act()
-                self._events.append(event)
+                self._events += [*self._ctrl.act(), event]
             case pygame.KEYUP:
-                if event.key == self._waiting:
-                    self._act()
-                self._events.append(event)
+                self._events += [*self._ctrl.act(event.key), event]
             case kind if kind in _MOUSE:
                 self._mouse(event, now_s)
             case kind if kind in _FINGERS:
@@ -298,7 +296,7 @@ class OrbApp(Target):
                 if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
                     self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
-                    self._waiting = 0
+                    self._ctrl.forget()
                     self.touch.lift_all()
                 self._events.append(event)
 
@@ -316,26 +314,13 @@ class OrbApp(Target):
             moved = {**event.dict, "pos": (place[0] - left, place[1] - top)}
             self._events.append(pygame.event.Event(event.type, moved))
 
-    def _waits(self, code: int) -> bool:
-        """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
-        action = bindings.table(self.stage.settings.keys).get(code)
-        return bool(self.correcting.labels) and action not in HELD.values()
-
-    def _act(self) -> None:
-        """Press the Ctrl that waits: it was no part of a correction."""
-        code, self._waiting = self._waiting, 0
-        if code:
-            self._events += [
-                pygame.event.Event(kind, key=code) for kind in (pygame.KEYDOWN, pygame.KEYUP)
-            ]
-
     def draw(self, surface: pygame.Surface) -> None:
         """Draw the game's screen and the orb as they were at the last tick."""
         self._place(surface)
         if self.closed:
             return
         self.game.draw(self._now_s)
-        surface.fill(self.stage.look.palette.background, self._panel_side)
+        surface.fill(self.stage.look.palette.background, self.dock.side(self._size))
         look, settings = self.stage.look, self.stage.settings
         self.orb.note = self.note or self.correcting.told(self._now_s, look.words)
         self.orb.hint, self.orb.ghost = self._hint(), self.ghost
@@ -351,14 +336,8 @@ class OrbApp(Target):
         if surface is self._surface and surface.get_size() == self._size:
             return
         self._surface, self._size = surface, surface.get_size()
-        self.dock = dock = Dock.of(self._size)
-        self.game.place(surface.subsurface(dock.game))
-        beside = dock.game.left > 0
-        self._panel_side = (
-            pygame.Rect(0, 0, dock.game.left, self._size[1])
-            if beside
-            else pygame.Rect(0, dock.game.bottom, self._size[0], self._size[1] - dock.game.bottom)
-        )
+        self.dock = Dock.of(self._size)
+        self.game.place(surface.subsurface(self.dock.game))
 
     def _hint(self) -> str:
         words = self.stage.look.words
@@ -372,10 +351,7 @@ class OrbApp(Target):
 
     def paced(self, hops: EndToEndLatency) -> None:
         """Show the latency of frames, about once a second."""
-        pace = hops.pace
-        if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
-            self.orb.hops, self.orb.period_ms = tuple(hops.digest()), pace.period_ms
-            self.orb.missed = pace.missed
+        self.orb.paced(hops)
 
     def close(self) -> None:
         """Let go of the devices."""

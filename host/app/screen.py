@@ -1,7 +1,9 @@
 """Base class of the screens about the orb."""
 
+from __future__ import annotations
+
 from textwrap import wrap
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from controller.protocol.messages import Command, Contact, Message, Report
 from host.gestures import Lessons
@@ -9,6 +11,9 @@ from host.ui.orb_state import OrbState
 from tetris.window.menu import Menu, Row
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
+
+if TYPE_CHECKING:
+    from host.phone.server import PhoneServer
 
 _LETTERS: Final = 46  # of a sentence in a line of a table
 
@@ -21,12 +26,14 @@ class Orb(Protocol):
         zones: Whether the dome shows which command a press gives where.
         note: A sentence under the dome; "": the usual ones.
         lessons: What it reported about teaching, and the requests about that.
+        phone: Server of the phone that touches a virtual orb; None without one.
     """
 
     ghost: tuple[Contact, ...]
     zones: bool
     note: str
     lessons: Lessons
+    phone: PhoneServer | None
 
     @property
     def state(self) -> OrbState:

@@ -18,7 +18,7 @@ from host import taps, targets
 from host import window_loop as loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
-from host.cli import VERBS, install
+from host.cli import VERBS, _phone, install
 from host.cli import _device_defaults as remembering
 from host.connection.bundle_upload import load
 from host.connection.device_store import DeviceStore
@@ -84,6 +84,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         for worker in workers:
             receiver.subscribe(worker.hear)
         target, surface = _open(options, wish)
+        _phone.begin(options.phone, target, stack)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
         noted = remembering.DeviceDefaults(memory, options, target, seeker)
         stack.callback(noted.close)
@@ -182,8 +183,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
     """Refuse combinations that make no sense, with what would."""
     if options.device is not None and (options.demo or options.link is not None or options.orb):
         parser.error("--device names an orb that is there; leave out --link, --demo and --")
-    if options.demo and options.tap:
-        parser.error("--tap reads along while you play; leave out --demo")
+    if options.demo and (options.tap or options.phone is not None):
+        parser.error("--tap and --phone are for games by hand; leave out --demo")
     if options.orb and options.link is not None:
         parser.error("what follows -- is for a virtual orb of our own; leave out --link")
     if options.demo and options.target not in (None, "tetris"):
@@ -276,6 +277,7 @@ def _parser() -> argparse.ArgumentParser:
         help=f"let other programs read along: {', '.join(taps.names())}, or "
         "osc://HOST:PORT (docs/taps.md); may be given several times",
     )
+    _phone.add(parser)
     add(
         "--seed",
         metavar="N",

@@ -18,6 +18,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Final, cast
 
+from controller import plugins
 from controller.errors import TroubleError, UserError, count
 from controller.protocol.messages import Command, Telemetry, Welcome
 from controller.protocol.teaching import Vocabulary
@@ -169,7 +170,10 @@ def open_tap(words: str) -> Tap:
     """
     name, _, address = words.partition("://")
     if name not in names():
-        raise TapError(f"there is no tap {name!r}; there are: {', '.join(names())} (docs/taps.md)")
+        if (found := plugins.find("taps", name)) is not None:
+            return cast(Tap, found.create(address))
+        known = ", ".join((*names(), *plugins.names("taps")))
+        raise TapError(f"there is no tap {name!r}; there are: {known} (docs/taps.md)")
     return cast(Tap, importlib.import_module(f"{__name__}.{name}").create(address))
 
 

@@ -3,23 +3,31 @@
 Their base class holds the orb's state, and the contacts on a virtual orb.
 """
 
+from __future__ import annotations
+
 import importlib
 import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 import pygame
 
+from controller import plugins
 from controller.errors import UserError
 from controller.protocol.messages import Message
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Lost, Received, Refused, Stale
+from host.phone import page
 from host.ui.orb_state import OrbState
 from host.ui.panel import Projection
 from host.ui.pointer_input import DomeArea, PointerInput
+from tetris.window import language
+
+if TYPE_CHECKING:
+    from host.phone.server import PhoneServer
 
 # Modules of the targets that have no module of their own name here.
 _KEYS: Final = ("keyboard", "gamepad")
@@ -51,6 +59,7 @@ class Target(ABC):
         size: Initial size of its window, pixels.
         orb: State of the orb, updated by `tick`.
         touch: Contacts on a virtual orb.
+        phone: Server of the phone that touches it, too; None without one.
         closed: Whether the player has left it, so that the program ends.
         fullscreen: Whether its window fills the screen.
     """
@@ -67,6 +76,7 @@ class Target(ABC):
         """Begin without an orb."""
         self.orb = OrbState()
         self.touch = PointerInput()
+        self.phone: PhoneServer | None = None
         self._button = 0  # mouse button held on the dome
         self._ends: list[Message] = []  # where fingers were when they left the dome
         self.closed = False
@@ -84,12 +94,20 @@ class Target(ABC):
         """Draw the state of the last tick."""
 
     @property
+    def words(self) -> language.Words:
+        """The language of its texts."""
+        return language.load(language.FALLBACK)
+
+    @property
     def profile(self) -> str:
         """The active profile of the key mapping; "" without a mapping."""
         return ""
 
     def outgoing(self, now_s: float) -> list[Message]:
         """Return the messages for the device: the contacts on a virtual orb, if they changed."""
+        if self.phone is not None:
+            self.touch.phone, pad = self.phone.contacts, self.touch.pad
+            self.phone.pad, self.phone.view = pad, page.view(self.orb, self.words, pad, now_s)
         self.orb.contacts = self.touch.contacts(now_s) if self._touchable else ()
         contacts = self.touch.update(now_s) if self._touchable else None
         ends, self._ends = self._ends, []
@@ -161,7 +179,10 @@ def load(name: str, options: TargetOptions | None = None) -> Target:
     TargetError, another UserError of an option, or BackendError if it cannot press keys here.
     """
     if name not in names():
-        raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")
+        if (found := plugins.find("targets", name)) is not None:
+            return cast(Target, found.create(options or TargetOptions()))
+        known = ", ".join((*names(), *plugins.names("targets")))
+        raise TargetError(f"there is no target {name!r}; there are: {known}")
     module = importlib.import_module(_MODULES.get(name, f"{__name__}.{name}"))
     kind = (name,) if name in _KEYS else ()
     return cast(Target, module.create(*kind, options or TargetOptions()))

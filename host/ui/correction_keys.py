@@ -9,6 +9,7 @@ from typing import Final
 import pygame
 
 from controller.protocol.messages import Correction, UploadStatus
+from host.ui.naming import said
 from tetris.window.language import Words
 
 SHOWN_S: Final = 6.0  # how long its answer stands below the dome
@@ -63,11 +64,11 @@ class CorrectionKeys:
             self._say(message.text, now_s, PATIENCE_S if busy else SHOWN_S)
 
     def told(self, now_s: float, words: Words) -> str:
-        """Return what is to be shown now, the orb's own sentences as they are; "" nothing."""
+        """Return what is to be shown now, also sentences of the orb; "" nothing."""
         told, number = self._told
         if now_s >= self._until_s or not told:
             return ""
-        return words(told, number=number) if number else words(told)
+        return words(told, number=number) if number else said(words, words(told))
 
     def _say(self, told: str, now_s: float, seconds: float, number: int = 0) -> None:
         """Show a key of the language files, or a sentence of the orb."""

@@ -32,3 +32,10 @@ class Dock:
         panel = pygame.Rect(gap, gap, max(1, wide), max(1, height - 2 * gap))
         left = min(panel.right + gap, width - 1)
         return cls(pygame.Rect(left, 0, max(1, width - left), height), panel)
+
+    def side(self, size: tuple[int, int]) -> pygame.Rect:
+        """Return the part of a window of `size` that is not the game's."""
+        left, bottom = self.game.left, self.game.bottom
+        if left:
+            return pygame.Rect(0, 0, left, size[1])
+        return pygame.Rect(0, bottom, size[0], size[1] - bottom)

@@ -1,23 +1,13 @@
 """Names of gestures and commands, and other words about the orb, in the language in use."""
 
 import re
+from functools import cache
 from typing import Final
 
 from host.ui.unanswered import Reason
-from tetris.window.language import Words
+from tetris.window.language import FALLBACK, Words, table
 
-# Sentences of `Health` and the keys of their words; groups are set into them.
-_HEALTH: Final = (
-    ("no_signal", r"(?P<where>.+): no signal"),
-    ("crackles", r"a lead crackles"),
-    ("dead", r"(?P<where>.+): no answer to touch"),
-    ("busy", r"no quiet second"),
-    ("touched", r"something has touched the orb for (?P<minutes>\d+) min"),
-    ("pressure_down", r"pressure down (?P<percent>\d+) %"),
-    ("pressure_up", r"pressure up (?P<percent>\d+) %"),
-    ("lead", r"(?P<where>.+) has drifted by (?P<percent>[+-]\d+) %; look at its lead"),
-    ("film", r"(?P<where>.+): drifted by (?P<percent>[+-]\d+) %; the film"),
-)
+_FIGURES: Final = ("count", "minutes", "number", "percent", "seconds")
 _PLACES: Final = re.compile(r"\b(taxels?|rows?|columns?|all|and|of)\b")
 
 
@@ -37,16 +27,46 @@ def unanswered(words: Words, reason: Reason) -> str:
     return words(f"dome.unanswered.{reason.key}").format(*names)
 
 
-def health(words: Words, sentence: str) -> str:
-    """Return a sentence of `Health` in the language in use; an unknown one as it is."""
-    for key, pattern in _HEALTH:
-        if found := re.match(pattern, sentence):
+def place(words: Words, name: str) -> str:
+    """Return a place such as "row 2" in the language in use."""
+    return _PLACES.sub(lambda one: words(f"dome.place.{one[0]}"), name)
+
+
+def said(words: Words, sentence: str) -> str:
+    """Return a sentence of the orb or the trainer in the language in use.
+
+    The English words below `said` and `dome.health` are its templates; else it stays as it is.
+    """
+    for key, pattern in _templates():
+        if found := pattern.fullmatch(sentence):
             parts = found.groupdict()
-            if "where" in parts:
-                place = _PLACES.sub(lambda one: words(f"dome.place.{one[0]}"), parts["where"])
-                parts["where"] = place
-            return words(f"dome.health.{key}", **parts)
+            return words(key, **{name: _part(words, name, part) for name, part in parts.items()})
     return sentence
+
+
+def _part(words: Words, name: str, part: str) -> str:
+    """Return what is set into a template: a place, a gesture, a sentence, or as it is."""
+    if name == "where":
+        return place(words, part)
+    if name in ("gesture", "gestures"):
+        both = words("dome.place.and")
+        return f" {both} ".join(gesture(words, label) for label in part.split(" and "))
+    return said(words, part) if name in ("first", "then") else part
+
+
+def _group(name: re.Match[str]) -> str:
+    """Return the pattern of what is set into a template."""
+    return f"(?P<{name[1]}>{r'[-+.0-9]+' if name[1] in _FIGURES else '.+?'})"
+
+
+@cache
+def _templates() -> tuple[tuple[str, re.Pattern[str]], ...]:
+    """Return the keys and patterns of the sentences, in order."""
+    return tuple(
+        (key, re.compile(re.sub(r"\\{(\w+)\\}", _group, re.escape(english))))
+        for key, english in table(FALLBACK).items()
+        if key.startswith(("said.", "dome.health."))
+    )
 
 
 def _known(words: Words, key: str, name: str) -> str:

@@ -23,6 +23,7 @@ from controller.protocol.messages import (
     Welcome,
 )
 from controller.protocol.teaching import GestureInfo, Vocabulary
+from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.rim import Rim
 from host.ui.unanswered import Reason, UnansweredTouches
@@ -185,6 +186,14 @@ class OrbState:
         self.felt = np.zeros_like(self.felt)
         self._target = np.zeros_like(self._target)
         self.contacts = ()
+
+    def paced(self, hops: EndToEndLatency) -> None:
+        """Take the latency of frames, about once a second."""
+        pace = hops.pace
+        if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
+            self.hops, self.period_ms, self.missed = (
+                tuple(hops.digest()), pace.period_ms, pace.missed
+            )  # fmt: skip
 
     def advance(self, now_s: float) -> None:
         """Ease what is shown towards what was felt, as far as the time has come."""

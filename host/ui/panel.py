@@ -310,7 +310,7 @@ class Panel:
         if reason := view.reason_unanswered(now_s):
             return naming.unanswered(words, reason), palette.warn
         if view.health:
-            return naming.health(words, view.health[0]), palette.warn
+            return naming.said(words, view.health[0]), palette.warn
         return view.hint, palette.dim
 
     def _say(self, picture: "_Shifted", caption: str, colour: Colour) -> None:

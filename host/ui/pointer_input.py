@@ -9,7 +9,7 @@ A mouse has three ways to touch:
 - **twist**: a press that starts on the rim, outside the taxels, lays thumb and fingers on the
   dome, and they turn as the pointer goes round.
 
-The fingers of a touch screen pass through as they are, several at once.
+The fingers of a touch screen and of a phone pass through as they are, several at once.
 """
 
 import math
@@ -41,6 +41,7 @@ SEND_EVERY_S: Final = 1 / 60  # a moving finger is sent at most this often
 KEEP_ALIVE_S: Final = 0.1  # a resting finger is repeated, so that silence means loss
 MOUSE_FINGERS: Final = 8  # contact numbers below this are the mouse's
 MAX_SCREEN_FINGERS: Final = 10
+MAX_CONTACTS: Final = 16  # in a message
 
 _EPSILON_S = 1e-6  # ticks are sums of 1/60 s in floating point
 
@@ -99,11 +100,13 @@ class PointerInput:
 
     Positions are in grid units, times in seconds of any clock that never turns back.
     `two_fingers` makes the left button pinch; see `hold_two` for the key that switches it.
+    `phone` holds the fingers on a phone's page.
     """
 
     pad: DomeArea = field(default_factory=DomeArea)
     two_fingers: bool = False
     mode: Mode | None = None
+    phone: tuple[Contact, ...] = ()
     _pointer: tuple[float, float] = (0.0, 0.0)
     _since_s: float = 0.0
     _angle: float = 0.0
@@ -159,6 +162,7 @@ class PointerInput:
         """Lift everything, as when the window loses the focus."""
         self.mode = None
         self.two_fingers = False
+        self.phone = ()
         self._screen.clear()
 
     def contacts(self, now_s: float) -> tuple[Contact, ...]:
@@ -170,7 +174,7 @@ class PointerInput:
             mouse = self._pinch(now_s - self._since_s)
         elif self.mode is Mode.TWIST:
             mouse = self._twist()
-        return (*mouse, *self._screen.values())
+        return (*mouse, *self._screen.values(), *self.phone)[:MAX_CONTACTS]
 
     def update(self, now_s: float) -> Contacts | None:
         """Return what is to be sent now, if anything: changes at 60 Hz, repeats at 10 Hz."""

@@ -11,14 +11,13 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.event_metric import LIGHT, RIVAL, SHORT_S
+
 _RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
 _FALL: Final = (1.3, 0.010)  # and ends below this
 _REST_S: Final = 1.0  # time constant of the level at rest
 _ANSWER_S: Final = 0.2  # after its end, in which a touch may still be answered
-_LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
-_SHORT_S: Final = 0.3
 _RECOVER_S: Final = 1.0  # in which the dome springs back after an answered touch, like a light one
-_RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +89,10 @@ class UnansweredTouches:
     def _reason(self, begun_s: float, ended_s: float) -> Reason | None:
         """Return why a touch was not answered; None if it may be none."""
         first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])
-        if 1.0 - self._null < _LIGHT:
+        if 1.0 - self._null < LIGHT:
             return Reason("light") if begun_s >= self._recovered_s else None
-        if others and self._peaks[others[0]] > _RIVAL * self._peaks[first]:
+        if others and self._peaks[others[0]] > RIVAL * self._peaks[first]:
             return Reason("undecided", (self._labels[first], self._labels[others[0]]))
-        if ended_s - begun_s < _SHORT_S:
+        if ended_s - begun_s < SHORT_S:
             return Reason("short")
         return Reason("unclear", (self._labels[first],))

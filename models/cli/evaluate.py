@@ -67,14 +67,16 @@ def run(arguments: argparse.Namespace) -> int:
         page.read(arguments.html)  # a file that is no report is refused before the work begins
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
-    sets, faults, note = (_recorded if arguments.data else _simulated)(loaded, arguments)
+    left_out: list[str] = []
+    found_sets = _recorded(loaded, arguments, left_out) if arguments.data else None
+    sets, faults, note = found_sets or _simulated(loaded, arguments)
     results, broken = [], []
     for name, played in sets.items():
         options.say(f"{name}:")
-        tallies = evaluate(loaded, played(()), options.say, arguments.labels)
+        tallies = evaluate(loaded, played(()), options.say, arguments.labels, left_out)
         results.append(summarise(name, loaded.labels, tallies))
         for fault in faults if arguments.broken else ():
-            tallies = evaluate(loaded, played((fault,)), _quiet, arguments.labels)
+            tallies = evaluate(loaded, played((fault,)), _quiet, arguments.labels, [])
             broken.append(summarise_broken(name, fault, loaded.labels, tallies))
             options.say(f"{fault}: event accuracy {broken[-1].event_accuracy}")
     found = Evaluation(
@@ -86,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
         debounce=numbers(loaded.debounce),
         results=tuple(results),
         broken=tuple(broken),
-        notes=(note,),
+        notes=(note, *dict.fromkeys(left_out)),
         rows=loaded.rows,
         columns=loaded.columns,
     )
@@ -104,16 +106,20 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _recorded(
-    loaded: "Bundle", arguments: argparse.Namespace
+    loaded: "Bundle", arguments: argparse.Namespace, left_out: list[str]
 ) -> tuple[dict[str, Played], list[str], str]:
-    """Return each folder as a set and all files as one, what can be broken in them, and a note."""
+    """Return each folder as a set and all files as one, what can be broken in them, and a note.
+
+    Files that cannot be read are `left_out`, each with a sentence.
+    """
     from models.data import examples, test_sessions
 
     grid = loaded.rows, loaded.columns
     sets: dict[str, Played] = {
         name: partial(test_sessions.named, files, grid)
-        for name, files in examples.recording_sets(arguments.data).items()
+        for name, files in examples.recording_sets(arguments.data, left_out).items()
     }
+    options.say_each(left_out)
     note = (
         "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
         "react."

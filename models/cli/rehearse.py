@@ -43,6 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     options.require("writing a bundle", "tomli_w")
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
+    options.say_each(recordings.notes)
     chosen = rehearsal.choose(loaded, recordings, arguments.frames)
     made = rehearsal.write(arguments.out, arguments.bundle, chosen)
     options.say(

@@ -75,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
         page.read(page_of)  # a file that is no report is refused before the work begins
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
+    options.say_each(recordings.notes)
     networks, streams = Batched(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         truth = GroundTruth.of(recording, loaded.labels, survey.path.stem, arguments.labels)

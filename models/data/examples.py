@@ -4,6 +4,7 @@ Recordings are surveyed first and loaded one at a time: a data set may be larger
 """
 
 import hashlib
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -22,6 +23,7 @@ from controller.simulator.session import TEST_SEEDS
 
 Labels = Literal["true", "button", "key", "cue"]  # the simulator's truth, or a labeller's
 Choice = Literal["auto", "true", "button", "key", "cue"]
+SAID: Final = 3  # recordings left out that an error names
 COLUMNS: Final[dict[Labels, str]] = {
     "true": "label", "button": "button", "key": "key", "cue": "cue"
 }  # fmt: skip
@@ -145,11 +147,19 @@ class Recordings:
     """Recordings of one kind, in files; each is loaded on access, and not kept."""
 
     surveys: tuple[Survey, ...]  # header of each
+    notes: tuple[str, ...] = ()  # files left out, in sentences
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The labels of the recording that has most, "null" first."""
-        return max((survey.origin.labels for survey in self.surveys), key=len)
+        """All labels, "null" first: in order of the recording that has most, then of others."""
+        given = sorted((survey.origin.labels for survey in self.surveys), key=len, reverse=True)
+        return tuple(dict.fromkeys(label for labels in given for label in labels))
+
+    @property
+    def rate_hz(self) -> float:
+        """The median of the intended rates."""
+        rates = sorted(survey.origin.rate_hz for survey in self.surveys)
+        return rates[len(rates) // 2]
 
     def __len__(self) -> int:
         return len(self.surveys)
@@ -182,8 +192,13 @@ def recording_files(paths: Iterable[Path]) -> list[Path]:
     return found
 
 
-def recording_sets(paths: Iterable[Path]) -> dict[str, list[Path]]:
-    """Return the recordings of each folder by its name, and all single files as "recordings"."""
+def recording_sets(
+    paths: Iterable[Path], left_out: list[str] | None = None
+) -> dict[str, list[Path]]:
+    """Return the recordings of each folder by its name, and all single files as "recordings".
+
+    A file that is none raises RecordingError, or is added to `left_out`, with the reason.
+    """
     named = list(paths)
     folders = [path for path in named if path.is_dir()]
     names = [path.name or str(path) for path in folders]
@@ -192,9 +207,23 @@ def recording_sets(paths: Iterable[Path]) -> dict[str, list[Path]]:
     sets = {name: recording_files([path]) for name, path in zip(names, folders, strict=True)}
     if single := [path for path in named if not path.is_dir()]:
         sets["recordings"] = single
-    for file in (file for files_of in sets.values() for file in files_of):
-        reader.survey(file)
-    return sets
+    for name, found in sets.items():
+        sets[name] = [file for file in found if _readable(file, left_out)]
+    if not any(sets.values()):
+        raise ValueError("; ".join(["no recording can be read", *(left_out or ())[:SAID]]))
+    return {name: found for name, found in sets.items() if found}
+
+
+def _readable(file: Path, left_out: list[str] | None) -> bool:
+    """Return whether a file is a recording; see `recording_sets`."""
+    try:
+        reader.load(file) if left_out is not None else reader.survey(file)
+    except RecordingError as error:
+        if left_out is None:
+            raise
+        left_out.append(f"{file} is left out: {error}")
+        return False
+    return True
 
 
 def digest(recordings: Iterable[Path]) -> str:
@@ -208,31 +237,34 @@ def digest(recordings: Iterable[Path]) -> str:
 def read_training(paths: Iterable[Path]) -> Recordings:
     """Return recordings to train or tune on: files, and all in folders, in order of their names.
 
-    One may know fewer labels than another, as where places only were recorded. ValueError if there
-    are none, one is for tests only, or they are not of one kind.
+    One may know fewer labels than another, as where places only were recorded. A file that cannot
+    be read, or is not of the kind of most, is left out with a note. ValueError if none is left, or
+    one is for tests only.
     """
-    found = recording_files(paths)
     surveys: list[Survey] = []
-    for file in found:
-        surveys.append(reader.survey(file))
+    notes: list[str] = []
+    for file in recording_files(paths):
+        try:
+            surveys.append(reader.survey(file))
+        except RecordingError as error:
+            notes.append(f"{file} is left out: {error}")
+            continue
         refuse_test_seed(surveys[-1].origin.seed, f"the recording {file}")
-        first, this = _kind(surveys[0].origin), _kind(surveys[-1].origin)
-        if first != this:
-            raise ValueError(f"{found[0]} has {first}, {file} has {this}; train on one kind")
-    recordings = Recordings(tuple(surveys))
-    most = recordings.labels
+    if not surveys:
+        raise ValueError("; ".join(["no recording can be read", *notes[:SAID]]))
+    (usual, _), *_ = Counter(_kind(survey.origin) for survey in surveys).most_common()
+    kept = []
     for survey in surveys:
-        own = survey.origin.labels
-        if own[0] != most[0] or not set(own) <= set(most):
-            raise ValueError(
-                f"{survey.path} has the labels {', '.join(own)}, another has {', '.join(most)}; "
-                "train on one kind"
-            )
-    return recordings
+        if (kind := _kind(survey.origin)) == usual:
+            kept.append(survey)
+        else:
+            notes.append(f"{survey.path} is left out: it has {kind}, others {usual}")
+    return Recordings(tuple(kept), tuple(notes))
 
 
 def _kind(origin: Provenance) -> str:
-    return f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz in {origin.unit}"
+    """Return what all recordings of a training have in common, in words."""
+    return f"{origin.rows}×{origin.columns} taxels in {origin.unit}"
 
 
 def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import Vocabulary
 from controller.recognition.event_metric import Event
-from controller.recordings.recording import UNKNOWN, Recording
+from controller.recordings.recording import UNKNOWN, Recording, mean_rate
 from models.data import label_repair
 from models.data.examples import COLUMNS, Choice, Labels, labellers, renumbered
 
@@ -36,7 +36,7 @@ class GroundTruth:
     @property
     def rate_hz(self) -> float:
         """Frames per second, as they came."""
-        return 1.0 / float(np.median(np.diff(self.t))) if len(self.t) > 1 else 10.0
+        return mean_rate(np.diff(self.t)) or 10.0
 
     @classmethod
     def of(

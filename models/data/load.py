@@ -16,12 +16,13 @@ from controller.errors import count
 from controller.recognition.frames import PreprocessSettings, same_rate
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
-from controller.recordings.quality.taxels import respond
+from controller.recordings.quality.taxels import FIRM, respond
 from controller.recordings.reader import Survey
-from controller.recordings.recording import PICOFARAD, UNKNOWN, Recording
+from controller.recordings.recording import UNKNOWN, Recording, RecordingError
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
+    SAID,
     Choice,
     Column,
     Examples,
@@ -42,12 +43,9 @@ Say = Callable[[str], None]
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
 WINDOWS: Final = (4, 250)  # images; a bundle holds no more
-# What a firm touch is on the orb, mean of |z - 1|; other sensors are scaled to it, because the
-# device's gate and the networks' first layer are made for it. Measured on simulated presses.
-FIRM: Final = 0.08
 KNOWN: Final = 0.5  # share of frames from which on the truth counts as known
 SAMPLED: Final = 8  # recordings from which a scale is taken
-SAID: Final = 3  # recordings left out that an error names
+WINDOWLESS: Final = "it has no quiet second, or no whole labelled window after it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,17 +78,21 @@ def read(
     A window of 0 images is that of a second; `every` takes recordings that fail the check.
     """
     recordings = read_training(paths)
-    origin = recordings.surveys[0].origin
-    vocabulary = vocabulary_of(paths, recordings.labels, orb=origin.unit == PICOFARAD)
-    length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * origin.rate_hz)))
-    settings = recipe.settings(origin.rate_hz, length)
-    if origin.unit != PICOFARAD:
+    origin, rate_hz = recordings.surveys[0].origin, recordings.rate_hz
+    vocabulary = vocabulary_of(paths, recordings.labels, orb=origin.signal.ratio)
+    length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * rate_hz)))
+    settings = recipe.settings(rate_hz, length)
+    if not origin.signal.ratio:
         settings = replace(settings, normalise="difference", scale=_scale(recordings))
-    reader = _Reader(recordings, recipe, choice, vocabulary, every)
+    reader = _Reader(recordings, recipe, choice, vocabulary, every, notes=list(recordings.notes))
     try:
         examples = prepare(reader.sources(say), settings)
     except ValueError as error:
         raise ValueError(reader.nothing(str(error))) from None
+    with_window = np.isin(np.arange(len(reader.rows)), examples.session[examples.ends])
+    for row, used in zip(reader.rows, with_window, strict=True):
+        if not used:
+            reader.notes.append(f"{row.path} is not learned from: {WINDOWLESS}")
     shared = reader.copies.shared()
     return Data(
         examples,
@@ -130,7 +132,7 @@ class _Reader:
         for number, survey in enumerate(self.recordings.surveys, 1):
             try:
                 source = self._source(survey, self.recordings[number - 1])
-            except _LeftOutError as why:
+            except (_LeftOutError, RecordingError) as why:
                 self.notes.append(f"{survey.path} is left out: {why}")
                 continue
             if number % 20 == 0:
@@ -149,9 +151,9 @@ class _Reader:
         """Return a recording as training uses it, and note the facts on it; or _LeftOutError."""
         report = check.examine(survey.path, recording)
         labeller = self._labeller(recording)
-        if why := _failed(report, recording):
+        if why := _failed(report, recording, self.recordings.rate_hz):
             if not self.every:
-                raise _LeftOutError(why)
+                raise _LeftOutError(f"{why} (--all takes it; in a sweep: all = true)")
             self.notes.append(f"{survey.path} is taken although it failed the check: {why}")
         labels, lateness = self._labels(recording, labeller)
         source = Source.of(recording, labeller, self.vocabulary.labels, labels)
@@ -227,7 +229,7 @@ def vocabulary_of(
     if not files:
         return vocabularies.of(labels, orb=orb)
     vocabulary = vocabularies.read(files[0])
-    if vocabulary.labels != labels:
+    if sorted(vocabulary.labels) != sorted(labels):
         raise ValueError(
             f"{files[0]} names {', '.join(vocabulary.labels)}, the recordings "
             f"{', '.join(labels)}; lay the file beside its own recordings"
@@ -238,8 +240,10 @@ def vocabulary_of(
     return vocabulary
 
 
-def _failed(report: check.Report, recording: Recording) -> str:
+def _failed(report: check.Report, recording: Recording, usual_hz: float) -> str:
     """Return why a recording should not be learned from; "": it may."""
+    if not same_rate(recording.origin.rate_hz, usual_hz):
+        return f"it is meant for {recording.origin.rate_hz:g} Hz, others for {usual_hz:g} Hz"
     if not same_rate(recording.rate_hz, recording.origin.rate_hz):
         return (
             f"it runs at {recording.rate_hz:.2f} Hz, more than 2 % off the "
@@ -252,7 +256,10 @@ def _scale(recordings: Recordings) -> float:
     """Return the scale that makes a firm touch as strong as the orb's, in the frames' unit."""
     firm = []
     for number in range(min(SAMPLED, len(recordings))):
-        recording = recordings[number]
+        try:
+            recording = recordings[number]
+        except RecordingError:  # noted when it is read
+            continue
         response = respond(recording)
         named = np.any([column(recording, name) > 0 for name in COLUMNS], axis=0) & response.known
         energy = response.energy[named if named.any() else response.touched]

@@ -14,7 +14,7 @@ from controller.recognition.debounce import NULL
 from controller.recordings import reader
 from controller.recordings.recording import Recording
 from models.data import test_sessions
-from models.data.examples import Choice
+from models.data.examples import SAID, Choice
 from models.data.ground_truth import GroundTruth
 from models.data.load import Data
 from models.data.splits import Split
@@ -40,22 +40,34 @@ def evaluate(
     recordings: Iterable[tuple[str, Recording]],
     say: Say,
     choice: Choice = "auto",
+    left_out: list[str] | None = None,
 ) -> list[Tally]:
     """Replay named recordings through a bundle, one after the other, and count.
 
     Args:
         bundle: The bundle.
-        recordings: Of its sensor, with labels; else a ValueError is raised.
+        recordings: Of its sensor, with labels; else a ValueError is raised, or the recording is
+            added to `left_out`, with the reason.
         say: Takes a line for each.
         choice: Source of the labels that count.
+        left_out: Takes a sentence for each recording that cannot be judged; None: none may be.
     """
     networks, labels = Batched(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
-        truth = GroundTruth.of(recording, labels, name, choice)
-        stream = run(bundle, networks, recording, truth)
+        try:
+            truth = GroundTruth.of(recording, labels, name, choice)
+            stream = run(bundle, networks, recording, truth)
+        except ValueError as error:
+            if left_out is None:
+                raise
+            left_out.append(f"{name} is left out: {error}")
+            say(left_out[-1])
+            continue
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
+    if left_out and not tallies:
+        raise ValueError("; ".join(["there is nothing to judge", *left_out[:SAID]]))
     return tallies
 
 

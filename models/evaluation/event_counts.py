@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.debounce import NULL
-from controller.recognition.event_metric import TAIL_S, Answer, Event, attach
+from controller.recognition.event_metric import LIGHT, RIVAL, SHORT_S, TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
 from models.data.ground_truth import GroundTruth
 from models.evaluation.replay import Stream
@@ -16,9 +16,6 @@ from models.results.verdict import REASONS
 
 TURNS: Final = ("twist_cw", "twist_ccw")
 INSIDE_S: Final = 0.2  # from an event's edges: what comes closer may be either
-LIGHT: Final = 0.5  # probability of all gestures together that a firm touch reaches
-RIVAL: Final = 0.5  # probability of the second gesture, as a share of the first one's
-SHORT_S: Final = 0.3
 
 Counts = NDArray[np.int64]  # (classes, classes)
 Index = NDArray[np.int64]  # (n,)
@@ -85,7 +82,7 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
     use = (truth.label != UNKNOWN) & ~truth.excluded
     right = stream.probabilities.argmax(axis=1) == truth.label
     inside = use & _inside_turns(truth)
-    step_min = float(np.median(np.diff(truth.t))) / 60.0 if len(truth.t) > 1 else 0.0
+    step_min = 1.0 / truth.rate_hz / 60.0 if len(truth.t) > 1 else 0.0
     idle = stream.ready & ~truth.excluded & ~_attached(truth)
     sure = use & stream.ready
     return Tally(

@@ -5,7 +5,7 @@ first; then the device's `Pipeline` runs with these outputs in place of the netw
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +18,7 @@ from controller.recognition.event_metric import Answer
 from controller.recognition.frames import Image, PreprocessSettings, Window
 from controller.recognition.pipeline import Networks, Pipeline, Touch
 from controller.recognition.preprocess import Preprocessor
-from controller.recordings.recording import PICOFARAD, Recording, refuse_misfit
+from controller.recordings.recording import PICOFARAD, Recording, RecordingError, refuse_misfit
 from models.data.ground_truth import GroundTruth
 
 BATCH: Final = 64  # windows in a run of a network: more are no faster
@@ -153,9 +153,13 @@ def spread(
 
 def refuse(recording: Recording, bundle: Bundle) -> None:
     """Raise RecordingError for a recording of another sensor or rate than the bundle's."""
-    if bundle.preprocess.normalise != "ratio":  # then the unit is the sensor's own
-        recording = replace(recording, origin=replace(recording.origin, unit=PICOFARAD))
     refuse_misfit(recording, bundle.settings)
+    origin = recording.origin
+    if bundle.preprocess.normalise == "ratio" and not origin.signal.ratio:
+        raise RecordingError(
+            f"the recording is in {origin.unit}, the bundle wants {PICOFARAD} lowered by touch; "
+            "choose another with --bundle"
+        )
 
 
 class _ComputedOutputs(Networks):

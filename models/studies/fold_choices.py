@@ -7,7 +7,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.recordings.recording import PICOFARAD
 from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.load import FIRM, Data
@@ -38,7 +37,7 @@ def of(data: Data, fold: Fold, group: NDArray[np.int64]) -> Own:
     examples, inner = data.examples, None
     if len(np.unique(group[examples.ends[fold.train]])) > 1:
         inner = fold_statistics.within(fold, examples.ends, examples.window, group)
-    if data.unit != PICOFARAD:
+    if data.settings.normalise == "difference":
         data = replace(data, examples=scaled(examples, examples.ends[fold.train]))
     return Own(data, inner)
 

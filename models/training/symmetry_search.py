@@ -13,7 +13,6 @@ import torch
 from torch.nn import functional
 
 from controller.bundles.vocabulary import SELF, Vocabulary
-from controller.recordings.recording import PICOFARAD
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe
@@ -54,7 +53,7 @@ class Proposal:
 
 def undeclared(data: Data) -> bool:
     """Whether nothing is known of the gestures' symmetries: no vocabulary, and not the orb."""
-    return not data.vocabulary.text and data.unit != PICOFARAD
+    return not data.vocabulary.text and data.settings.normalise == "difference"
 
 
 def search(judge: Judge, vocabulary: Vocabulary) -> Proposal:

@@ -3,6 +3,7 @@
 The command line of `models train` is made from `Request`, so PyTorch is imported by `train` only.
 """
 
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -150,7 +151,7 @@ def train(request: Request, say: Say) -> Training | UserResult:
     storage.bundle_target(request.out)
     users = request.task == "user"
     paths = (*request.paths, *request.auxiliary, *request.others)
-    rate_hz = read_training(paths).surveys[0].origin.rate_hz
+    rate_hz = read_training(paths).rate_hz
     shipped = bundle.default_path(rate_hz)
     base = bundle.read(request.base or shipped)  # before anything that takes long
     if users:
@@ -164,6 +165,7 @@ def train(request: Request, say: Say) -> Training | UserResult:
         window=base.window if users else request.window,
         every=request.every,
     )
+    _refuse_labels(data.vocabulary.labels)
     plan: UserPlan | NetworkPlan
     if users:
         plan = UserPlan.of(request, data, base, say)
@@ -176,3 +178,12 @@ def train(request: Request, say: Say) -> Training | UserResult:
     result = plan.train(device, folder, say)
     shutil.rmtree(folder)
     return result
+
+
+def _refuse_labels(labels: tuple[str, ...]) -> None:
+    """Raise ValueError, before anything is learned, for labels that no bundle can hold."""
+    if odd := [label for label in labels if not re.fullmatch(bundle.LABEL, label)]:
+        raise ValueError(
+            f"no bundle can have the label {odd[0]!r}; import the recordings again, with names of "
+            "small letters, digits and _ (label_names in docs/recording.md)"
+        )

@@ -3,8 +3,8 @@
     python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
 
 PATH is the `frames.npz` of docs/people.md; it is imported, and its people are judged in five folds
-by `models folds` as it is by default, nothing declared: CNN-3D, trees on the touch's trajectory, and
-the same trees where taxels that are read wrongly are left out (`@mended`). `--why` adds
+by `models folds` as it is by default, nothing declared: CNN-3D, trees on the touch's trajectory,
+and the same trees where taxels that are read wrongly are left out (`@mended`). `--why` adds
 what CNN-3D gets right of the first fold's people, after a quarter of the steps, where it sees:
 
     whole       everything

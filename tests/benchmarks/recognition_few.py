@@ -4,7 +4,8 @@
 
 Four gestures that the network never saw, each taught by several people in a short session and
 judged on another of the same person's, on another orb, together with the old ones. What is taught
-is cut as a cue cuts it. `few_shot_K` is the event accuracy of the new gesture, `..._old_loss` what
+is cut as a cue cuts it. `few_shot_K` is the event accuracy of the new gesture, `..._answered` the
+share that was answered rightly, as a player meets it, `..._old_loss` what
 the old ones lose on the same streams, in points; F1 is that of all five together, false alarms are
 beside those of the untaught bundle. Intervals are 95 %, by resampling sessions. A double tap is
 answered as a press by its first tap; that is why F1 is below event accuracy.
@@ -48,6 +49,7 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     for k in EXAMPLES
     for name, row in {
         f"few_shot_{k}": ("1", (GOALS[k], GOALS[k])),
+        f"few_shot_{k}_answered": ("1", None),
         f"few_shot_{k}_old_loss": ("points", (0.5, 0.5)),
         f"few_shot_{k}_f1": ("1", None),
         f"few_shot_{k}_false_alarms_per_min": ("1/min", None),
@@ -164,6 +166,9 @@ def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
     loss = bootstrap.rate(100.0 * lost, old)
     return {
         f"few_shot_{k}": bootstrap.share([n for n, _ in new], [of for _, of in new]),
+        f"few_shot_{k}_answered": bootstrap.share(
+            [int(t.answered[-1, -1]) for t in after], [int(t.answered[-1].sum()) for t in after]
+        ),
         f"few_shot_{k}_old_loss": loss,
         f"few_shot_{k}_f1": f1(after),
         f"few_shot_{k}_false_alarms_per_min": alarms(after),

@@ -107,7 +107,9 @@ class Process(LineProcess):
 class Guest:
     """What a case works with."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+        self._start_s = time.monotonic()
         self.addresses: list[str] = []  # of the two adapters, hci0 and hci1, once the radio is on
         self.found: list[str] = []  # what was seen, for the table
         self.rows: list[dict[str, Any]] = []  # what was measured, likewise
@@ -208,6 +210,7 @@ class Guest:
     def saw(self, what: str) -> None:
         print(f"*** {what}", flush=True)
         self.found.append(what)
+        self.write(ok=False)
 
     def measured(self, what: str, seconds: Iterable[float]) -> None:
         """Take down how long something took, time after time."""
@@ -221,6 +224,13 @@ class Guest:
         }
         print(f"*** {row}", flush=True)
         self.rows.append(row)
+        self.write(ok=False)
+
+    def write(self, *, ok: bool) -> None:
+        """Write what is known so far, so that a case which is ended leaves that."""
+        seconds = round(time.monotonic() - self._start_s, 1)
+        said = {"ok": ok, "seconds": seconds, "found": self.found, "rows": self.rows}
+        (OUT / f"{self.name}.json").write_text(json.dumps(said))
 
     def close(self) -> None:
         """Kill what the case has started, the newest first."""
@@ -244,7 +254,7 @@ def _uptime() -> float:
 
 def _one(name: str) -> int:
     """Run a case here, and write what came of it."""
-    guest, start_s, ok = Guest(), time.monotonic(), False
+    guest, ok = Guest(name), False
     try:
         importlib.import_module(f"{__package__}.cases.{name}").run(guest)
         ok = True
@@ -253,9 +263,7 @@ def _one(name: str) -> int:
         guest.found.append(f"{type(error).__name__}: {error}")
     finally:
         guest.close()
-    seconds = round(time.monotonic() - start_s, 1)
-    said = {"ok": ok, "seconds": seconds, "found": guest.found, "rows": guest.rows}
-    (OUT / f"{name}.json").write_text(json.dumps(said))
+    guest.write(ok=ok)
     return 0 if ok else 1
 
 

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from controller.links import LinkError, open_link
+from controller.links import Link, LinkError, open_link
 from controller.links.hid import HidLink
 from controller.protocol.messages import COMMANDS, Command, State
 from tests.support.fake_device import welcome
@@ -43,7 +43,7 @@ def orb(url: str) -> HidLink:
             return link
 
 
-def press(link: HidLink, name: str) -> None:
+def press(link: Link, name: str) -> None:
     """Say that the player makes a gesture, and holds it."""
     link.send(Command(name, "press", 1.0, None, 1), 0)
     link.send(State((name,)), 0)
@@ -90,7 +90,7 @@ def pair(guest: Guest, link: HidLink, desktop: Desktop) -> None:
     )
 
 
-def tap(link: HidLink, pad: Any) -> None:
+def tap(link: Link, pad: Any) -> None:
     """Tap the hat to the left, and see it in the kernel's device."""
     drain(pad)
     press(link, "left")
@@ -98,7 +98,7 @@ def tap(link: HidLink, pad: Any) -> None:
     assert told == [("ABS_HAT0X", -1), ("ABS_HAT0X", 0)], told
 
 
-def measure(guest: Guest, link: HidLink, pad: Any, what: str) -> None:
+def measure(guest: Guest, link: Link, pad: Any, what: str) -> None:
     """Take down how long commands need to the kernel's device."""
     waits = []
     for number in range(PRESSES):
@@ -123,7 +123,7 @@ def come_back(guest: Guest, link: HidLink, desktop: Desktop, what: str) -> None:
     guest.measured(f"back after a lost link, {what}", waits)
 
 
-def game(guest: Guest, link: HidLink) -> None:
+def game(guest: Guest, link: Link) -> None:
     """See the pad with pygame, as a game does."""
     player = guest.python(f"{__package__}.joystick", name="joystick")
     guest.saw(player.expect("pad '"))

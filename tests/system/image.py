@@ -45,7 +45,7 @@ PACKAGES: Final = """
     procps busybox-static
 """
 # Bumble by hand: its own list draws in USB libraries that nothing here needs.
-WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial tomli-w dbus-fast"
+WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial smbus2 tomli-w dbus-fast"
 BARE_WHEELS: Final = "bumble cryptography cffi pycparser pyee typing_extensions"
 # linux-image-cloud-amd64 has no Bluetooth at all; this kernel has everything as modules. The
 # kernel asks for the ciphers when a controller appears, and would give up while they load.
@@ -53,6 +53,7 @@ MODULES: Final = """
     virtio_pci virtio_blk virtio_rng squashfs overlay 9p 9pnet_virtio af_alg algif_hash
     algif_skcipher cmac ecb aes_generic ecdh_generic drbg ctr hmac sha256_generic sha512_generic
     ccm bluetooth rfcomm hidp bnep hci_vhci uinput uhid evdev joydev hid_generic
+    dummy_hcd libcomposite usb_f_hid usbhid i2c_stub i2c_dev
 """
 EARLY: Final = "virtio_pci virtio_blk squashfs overlay"  # what the root itself needs
 TOOLS: Final = {

@@ -24,7 +24,7 @@ TAKING: Final = frozenset(
         "LabScreen",
         "LearnScreen",
         "RecordPage",
-        "SkinScreen",
+        "CheckScreen",
         "TryPage",
         "WatchScreen",
     }

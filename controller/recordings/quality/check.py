@@ -46,7 +46,7 @@ class Report:
 
     path: Path
     findings: tuple[Finding, ...]
-    seconds: float = 0.0  # from its first frame to its last
+    seconds: float = 0.0  # from its first frame to its last, without pauses
     cadence: FrameTiming | None = None  # None if the file cannot be read
     said: tuple[SourceLabels, ...] = ()
     useless: tuple[tuple[int, int], ...] = ()  # taxels, (row, column)
@@ -94,7 +94,7 @@ def examine(path: Path, recording: Recording) -> Report:
     return Report(
         path,
         tuple(findings),
-        float(recording.t[-1] - recording.t[0]),
+        float(np.diff(recording.t)[~labels.pauses(recording)[1:]].sum()),
         cadence,
         sources,
         tuple((int(row), int(column)) for row, column in np.argwhere(useless)),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.frames import same_rate
 from controller.recordings.quality.taxels import Response
-from controller.recordings.recording import LABELLERS, UNKNOWN, Recording
+from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 
 MISSING: Final = 0.02  # beyond this share a window of ten frames usually has a gap
 USELESS: Final = 0.2  # beyond this share nearly every window has one
@@ -32,7 +32,7 @@ class FrameTiming:
     """Rate and missing frames of a recording."""
 
     intended_hz: float
-    measured_hz: float  # from the median interval
+    measured_hz: float  # frames over time, without pauses
     worst_ms: float  # the longest interval between consecutive numbers
     missing: int  # without those in pauses
     stretches: int  # segments between pauses
@@ -71,12 +71,10 @@ def measure(recording: Recording) -> FrameTiming:
     intended_hz = float(recording.origin.rate_hz)
     steps, paused = np.diff(recording.sequence), pauses(recording)[1:]
     spent_s = np.diff(recording.t)[steps == 1]
-    if not len(spent_s):
-        spent_s = np.array([1.0 / intended_hz])
     return FrameTiming(
         intended_hz,
-        1.0 / float(np.median(spent_s)),
-        1000.0 * float(spent_s.max()),
+        recording.rate_hz,
+        1000.0 * float(spent_s.max(initial=0.0)),
         missing=int((steps - 1)[~paused].sum()),
         stretches=1 + int(paused.sum()),
         frames=len(recording.t),
@@ -137,16 +135,18 @@ def _one(name: str, recording: Recording, response: Response) -> SourceLabels:
         {label: sum(f[0] == i for f in found) for i, label in enumerate(labels) if i},
         {label: each_s * int((used & (column == i)).sum()) for i, label in enumerate(labels)},
         unknown=float((column == UNKNOWN).mean()),
-        empty=_empty(found, response),
+        empty=_empty(found, response, local=recording.origin.unit != PICOFARAD),
         idle=float((named & ~response.touched).sum() / max(1, named.sum())),
     )
 
 
-def _empty(found: list[tuple[int, int, int]], response: Response) -> int:
-    """Return how many labels hold no touch."""
+def _empty(found: list[tuple[int, int, int]], response: Response, *, local: bool) -> int:
+    """Return how many labels hold no touch; a `local` one may be far weaker than a flat hand."""
     known = [slice(first, end) for _, first, end in found if response.known[first]]
     if not known or not response.idle.any():
         return 0
+    if local:
+        return sum(not response.touched[span].any() for span in known)
     idle = np.median(response.energy[response.idle])
     peaks = np.array([response.energy[span].max() for span in known]) - idle
     # The upper quartile: as many as three in four may be empty.

@@ -15,6 +15,7 @@ from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
 from controller.recognition.sensor_health import taxel_names
+from controller.recordings.quality.rest import rest_frames
 from controller.recordings.recording import PICOFARAD, Recording
 
 Frames = NDArray[np.float32]  # (n, rows, columns)
@@ -35,6 +36,7 @@ LIVELY_SHARE: Final = 0.5  # ... where so few of the middle taxel's do
 # All taxels of a soft dome respond to a touch; on a telephone's screen 3 % of them do.
 SOFT: Final = 0.2  # least share of responding taxels ...
 STRONG: Final = 0.2  # ... whose response has this share of the strongest one
+PLACES: Final = 3  # neighbours at which touches are strongest, to call a taxel dead in other units
 TOUCHES: Final = 30  # least number of touched frames to detect dead taxels
 IDLES: Final = 20  # least number of pairs of untouched frames to detect noise
 LEAST_PF: Final = 0.01  # least valid reading; a loose lead still couples 1 pF
@@ -43,6 +45,15 @@ FASTEST_HZ: Final = 200.0  # limit of the device's stages; bounds the work
 TOUCHED: Final = 0.2
 IDLE_SHARE: Final = 0.05  # quantile of the energy that counts as idle
 FIRM_SHARE: Final = 0.95  # and as a firm touch
+# What a firm touch is on the orb, mean of |z - 1|; other sensors are scaled to it, because the
+# device's gate and the networks' first layer are made for it. Measured on simulated presses.
+FIRM: Final = 0.08
+LEAST_FRAMES: Final = 6  # of the untouched sensor, for the device's stage to begin with
+RARE: Final = 0.995  # quantile of the strength that is a firm touch even where touches are rare
+# A light touch of few taxels: so much stronger than noise, and than a firm touch's share.
+LOCAL_SHARE: Final = 0.04
+NOISE: Final = 2.5
+LIGHT: Final = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,10 +72,10 @@ class Response:
 
 
 def respond(recording: Recording) -> Response:
-    """Return the response: in picofarads by the device's own stage, else by a fixed rest."""
+    """Return the response by the device's own stage; else, if it finds no rest, by a fixed one."""
+    if not recording.origin.signal.ratio:
+        return _counted(recording)
     rest = recording.rest if recording.rest is not None else _middle(recording)
-    if recording.origin.unit != PICOFARAD:
-        return _fixed((recording.frames - rest).astype(np.float32))
     followed = _followed(recording)
     if followed.known.any():
         return followed
@@ -93,6 +104,61 @@ def _followed(recording: Recording) -> Response:
         known=np.array([step.ready for step in steps]),
         touched=np.array([step.ready and not step.quiet for step in steps]),
     )
+
+
+def _counted(recording: Recording) -> Response:
+    """Return the response in another unit, by the device's stage, which begins at rest."""
+    frames = recording.frames
+    rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
+    still = rest_frames(frames, rate_hz) if recording.rest is None else recording.rest[None]
+    rest = np.median(still, axis=0).astype(np.float32)
+    first = _fixed(frames - rest)
+    firm = _firm(first.energy)
+    if not firm > 0.0:
+        return first
+    settings = PreprocessSettings("difference", firm / FIRM, rate_hz)
+    stage = Preprocessor(settings, *rest.shape)
+    before = max(LEAST_FRAMES, round(settings.start_s * rate_hz))
+    for number in range(before):
+        stage.step(still[number % len(still)])
+    if stage.resting is None:
+        return first
+    light = _light(frames, first.change)
+    steps, touched = [], []
+    for frame in frames:
+        step = stage.measure(frame)
+        local = float(_strongest(step.image[None] - 1.0)[0]) * settings.scale > light
+        touched.append(local or not step.quiet)
+        if not (step.quiet and local):  # the baseline does not follow what the mean hides
+            stage.learn()
+        steps.append(step)
+    change = np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0)
+    return Response(
+        change * np.float32(settings.scale),
+        np.array([step.deviation for step in steps]) * settings.scale,
+        known=np.ones(len(frames), dtype=np.bool_),
+        touched=np.array(touched),
+    )
+
+
+def _light(frames: Frames, change: Frames) -> float:
+    """Return the strength above which the strongest taxels show a light touch of few of them."""
+    noise = _strongest(np.diff(frames, axis=0))
+    usual = float(np.quantile(noise, 0.25)) if len(noise) else 0.0
+    return max(NOISE * usual, LIGHT * _firm(_strongest(change)))
+
+
+def _strongest(change: Frames) -> NDArray[np.float32]:
+    """Return the mean size of the strongest taxels of each change, (n,)."""
+    size = np.abs(change).reshape(len(change), -1)
+    count = max(1, round(LOCAL_SHARE * size.shape[1]))
+    return np.asarray(np.partition(size, -count, axis=1)[:, -count:].mean(axis=1))
+
+
+def _firm(strength: NDArray[np.floating]) -> float:
+    """Return the strength, (n,), of a firm touch, however rare touches are."""
+    top = float(np.quantile(strength, RARE))
+    return float(np.median(strength[strength >= top / 2.0]))
 
 
 def _fixed(change: NDArray[np.float32]) -> Response:
@@ -149,6 +215,8 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]
         return found
     slope = _slope(response, useless(found, response))
     dead = slope < DEAD
+    if unit != PICOFARAD:
+        dead &= _surrounded(response)
     add("dead", dead, f"dead (follows its neighbours with {100 * np.nanmedian(slope[dead]):.0f} %)"
         if dead.any() else "")  # fmt: skip
     noisy = _noisy(response) & ~useless(found, response)
@@ -193,6 +261,22 @@ def _slope(response: Response, useless: Mask) -> Map:
     around = np.array([interpolator.around(change) for change in changes])
     slope = response_slope((changes * around).sum(axis=0), np.square(around).sum(axis=0))
     return np.where(useless, np.nan, slope)
+
+
+def _surrounded(response: Response) -> Mask:
+    """Return the taxels beside which touches were strongest at several places, (rows, columns).
+
+    Beyond the rim of a local touch, or of one that is always held in one place, taxels are sound.
+    """
+    size = np.abs(response.change[response.known & response.touched])
+    rows, columns = size.shape[1:]
+    peaks = np.bincount(size.reshape(len(size), -1).argmax(axis=1), minlength=rows * columns)
+    place = np.pad(peaks.reshape(rows, columns) > 0, 1)
+    around = sum(
+        place[y : y + rows, x : x + columns].astype(np.int64)
+        for y in range(3) for x in range(3) if (y, x) != (1, 1)
+    )  # fmt: skip
+    return np.asarray(around >= PLACES)
 
 
 def _noisy(response: Response) -> Mask:

@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 from controller import config
-from controller.config import MAX_BYTES, ConfigError, line_of, parse_toml
-from controller.errors import reason
-from controller.files import read_text
+from controller.config import ConfigError
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.converters import CHANNELS, CHIPS
 
@@ -22,12 +20,12 @@ SCHEMES: Final[tuple[Scheme, ...]] = get_args(Scheme)
 MAX_ELECTRODES: Final = 32  # of one kind
 
 
-def _number(default: Any, low: float, high: float, **limits: Any) -> Any:
+def number(default: Any, low: float, high: float, **limits: Any) -> Any:
     """Return a field for a number within limits."""
     return field(default=default, metadata={"range": (low, high), **limits})
 
 
-def _numbers(default: tuple[int, ...], high: int, most: int = MAX_ELECTRODES) -> Any:
+def numbers(default: tuple[int, ...], high: int, most: int = MAX_ELECTRODES) -> Any:
     """Return a field for a list of different whole numbers from 0."""
     expected = f"a list of 1 to {most} different whole numbers from 0 to {high}"
     limits = {"range": (0, high), "count": (1, most), "expected": expected}
@@ -36,7 +34,7 @@ def _numbers(default: tuple[int, ...], high: int, most: int = MAX_ELECTRODES) ->
 
 def _pin(default: int | None) -> Any:
     """Return a field for the number of a GPIO pin."""
-    return _number(default, 0, 27)
+    return number(default, 0, 27)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +42,10 @@ class Electrodes:
     """Pins by their GPIO (BCM) numbers, and converter channels."""
 
     # pins of the columns, left to right
-    columns: tuple[int, ...] = _numbers((5, 6, 13, 19, 26), 27)
-    rows: tuple[int, ...] = _numbers((17, 27, 22, 23, 24), 27)  # pins of the rows, top to bottom
+    columns: tuple[int, ...] = numbers((5, 6, 13, 19, 26), 27)
+    rows: tuple[int, ...] = numbers((17, 27, 22, 23, 24), 27)  # pins of the rows, top to bottom
     # the converter's channel of each row; a second converter's begin where the first one's end
-    channels: tuple[int, ...] = _numbers((0, 1, 2, 3, 4), 63)
+    channels: tuple[int, ...] = numbers((0, 1, 2, 3, 4), 63)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +53,13 @@ class ConverterWiring:
     """The converters, all of one type."""
 
     type: str = field(default="mcp3208", metadata={"choices": tuple(CHIPS)})  # a key of `CHIPS`
-    bus: int = _number(0, 0, 6)  # the SPI bus
-    devices: tuple[int, ...] = _numbers((0,), 3, 4)  # its chip selects, one a converter
-    clock_hz: int = _number(1_000_000, 10_000, 10_000_000)  # SPI clock
+    bus: int = number(0, 0, 6)  # the SPI bus
+    devices: tuple[int, ...] = numbers((0,), 3, 4)  # its chip selects, one a converter
+    clock_hz: int = number(1_000_000, 10_000, 10_000_000)  # SPI clock
     # the input of each converter that is tied to ground: reading it empties the sampling capacitor
     # of what the last reading left there. None: there is none, and each row is read once while it
     # is grounded, which only the scheme "taxel" can do
-    ground: int | None = _number(6, 0, 7)
+    ground: int | None = number(6, 0, 7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,14 +67,14 @@ class CircuitWiring:
     """The analogue parts, as they were soldered in."""
 
     # capacitance of a row to ground: its capacitor, converter input, pin and lead
-    row_pf: float = _number(150.0, 1.0, 10_000.0)
+    row_pf: float = number(150.0, 1.0, 10_000.0)
     # R_m of the paper (section 3.2), from each row to ground
-    bleed_mohm: float = _number(50.0, 0.1, 10_000.0)
+    bleed_mohm: float = number(50.0, 0.1, 10_000.0)
     # share of a row's voltage that comes to the converter: below 1 with C_m in series
-    reach: float = _number(1.0, 0.01, 1.0)
+    reach: float = number(1.0, 0.01, 1.0)
     # share of its row's other taxels that is left in a taxel's reading. By default as much as in
     # the virtual orb's, on which the bundle that ships was trained
-    ghosting: float = _number(0.15, 0.0, 1.0)
+    ghosting: float = number(0.15, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +82,10 @@ class Times:
     """The slots of a scan."""
 
     # all electrodes grounded before each slot
-    discharge_s: float = _number(100e-6, 1.0, 100_000.0, divisor=1e6, key="discharge_us")
+    discharge_s: float = number(100e-6, 1.0, 100_000.0, divisor=1e6, key="discharge_us")
     # from the column's rise to the first conversion
-    settle_s: float = _number(100e-6, 1.0, 100_000.0, divisor=1e6, key="settle_us")
-    samples: int = _number(4, 1, 256)  # conversions of one reading, which are averaged
+    settle_s: float = number(100e-6, 1.0, 100_000.0, divisor=1e6, key="settle_us")
+    samples: int = number(4, 1, 256)  # conversions of one reading, which are averaged
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +93,14 @@ class PumpWiring:
     """The pump and its pressure sensor."""
 
     pin: int = _pin(12)  # switches the pump; high is on
-    channel: int = _number(7, 0, 63)  # the converter's channel of the pressure sensor
-    zero_v: float = _number(0.2, 0.0, 5.0)  # its output without pressure
-    v_per_kpa: float = _number(0.27, 0.001, 10.0)  # its slope
-    target_kpa: float = _number(2.2, 0.05, 20.0)  # what the orb is inflated to
+    channel: int = number(7, 0, 63)  # the converter's channel of the pressure sensor
+    zero_v: float = number(0.2, 0.0, 5.0)  # its output without pressure
+    v_per_kpa: float = number(0.27, 0.001, 10.0)  # its slope
+    target_kpa: float = number(2.2, 0.05, 20.0)  # what the orb is inflated to
     # pressure at which the pump is refused until the next start
-    limit_kpa: float = _number(2.4, 0.05, 20.0)
-    longest_s: float = _number(20.0, 0.5, 120.0)  # how long the pump may run without a rest
-    rest_s: float = _number(20.0, 0.5, 600.0)  # how long it then rests
+    limit_kpa: float = number(2.4, 0.05, 20.0)
+    longest_s: float = number(20.0, 0.5, 120.0)  # how long the pump may run without a rest
+    rest_s: float = number(20.0, 0.5, 600.0)  # how long it then rests
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +115,7 @@ class Wiring:
             "expected": "1 to 24 letters, digits, - and _",
         },
     )
-    pitch_mm: float = _number(10.0, 0.1, 1000.0)  # distance of two taxels
+    pitch_mm: float = number(10.0, 0.1, 1000.0)  # distance of two taxels
     electrodes: Electrodes = field(default_factory=Electrodes)  # pins and channels
     converter: ConverterWiring = field(default_factory=ConverterWiring)  # which, and where
     circuit: CircuitWiring = field(default_factory=CircuitWiring)  # the analogue parts
@@ -126,8 +124,8 @@ class Wiring:
     # together
     scheme: Scheme = "column"
     # the columns in the order of scanning; (): left to right
-    order: tuple[int, ...] = _numbers((), MAX_ELECTRODES - 1)
-    supply_v: float = _number(3.3, 1.0, 5.5)  # of the pins; also the converter's reference
+    order: tuple[int, ...] = numbers((), MAX_ELECTRODES - 1)
+    supply_v: float = number(3.3, 1.0, 5.5)  # of the pins; also the converter's reference
     button: int | None = _pin(16)  # the label button's pin, to ground; None: there is none
     led: int | None = _pin(20)  # the status LED's pin; None: there is none
     # the pump; None: the orb is inflated by hand
@@ -163,26 +161,20 @@ def read(path: Path | None) -> Wiring:
     """Return the wiring in a file, or the default; HardwareError says what is wrong where."""
     if path is None:
         return Wiring()
-    try:
-        return parse(read_text(path, MAX_BYTES), str(path))
-    except OSError as error:
-        raise HardwareError(f"cannot read {path}: {reason(error)}") from None
+    return config.checked(path, _checked, HardwareError, "docs/hardware.md")
 
 
 def parse(text: str, source: str) -> Wiring:
     """Return the wiring in a text of TOML; HardwareError messages begin with its `source`."""
-    try:
-        table = parse_toml(text)
-    except ConfigError as error:
-        raise HardwareError(f"{source}, {error}") from None
-    try:
-        wiring = _wiring(table)
-        _check_pins(wiring)
-        _check_channels(wiring)
-        _check_scan(wiring)
-    except ConfigError as error:
-        line = line_of(text, error.table, error.key) or line_of(text, error.key)
-        raise HardwareError(f"{source}{line} {error} (docs/hardware.md)") from None
+    return config.checked((text, source), _checked, HardwareError, "docs/hardware.md")
+
+
+def _checked(table: dict[str, Any]) -> Wiring:
+    """Return the wiring of a table, or raise ConfigError."""
+    wiring = _wiring(table)
+    _check_pins(wiring)
+    _check_channels(wiring)
+    _check_scan(wiring)
     return wiring
 
 

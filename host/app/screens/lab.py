@@ -44,7 +44,7 @@ class LabScreen(OrbScreen):
             Item(
                 words("lab.stop" if on else "lab.record"),
                 lambda: self.orb.send(Record(not on)),
-                hint=self._recording.text or words("lab.record_hint"),
+                hint=naming.said(words, self._recording.text) or words("lab.record_hint"),
             )
         ]
         if self.orb.virtual:

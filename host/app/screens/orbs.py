@@ -11,11 +11,12 @@ from controller.protocol.teaching import Describe, Recalibrate, Vocabulary
 from host.app.orbs import OrbEntry, Orbs
 from host.app.programs import Programs, folder
 from host.app.screen import Orb, OrbScreen, rows
+from host.app.screens.check import CheckScreen
 from host.app.screens.pairing import PairScreen
+from host.app.screens.phone import PhoneScreen
 from host.app.screens.programs import ProgramsScreen
-from host.app.screens.skin import SkinScreen
 from host.connection import bundle_upload
-from host.ui.naming import health
+from host.ui.naming import said
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
 
@@ -70,9 +71,11 @@ class OrbsScreen(OrbScreen):
             items.append(
                 Item(words("orb.title"), lambda: stage.push(show()), hint=words("orb.hint"))
             )
+        phone = partial(PhoneScreen, stage, self.orb)
         control = partial(ProgramsScreen, stage, self.orb, self._programs, folder())
         return [
             *items,
+            Item(words("phone.title"), lambda: stage.push(phone()), hint=words("phone.hint")),
             Item(
                 words("programs.title"),
                 lambda: stage.push(control()),
@@ -106,13 +109,13 @@ class PresentOrbScreen(OrbScreen):
     def page(self) -> Menu:
         """Return its state, and what can be done."""
         words, stage = self._stage.look.words, self._stage
-        skin = partial(SkinScreen, stage, self.orb)
+        check = partial(CheckScreen, stage, self.orb)
         install = partial(InstallScreen, stage, self.orb, self._orbs)
         items = [
             Item(
                 words("orb.rest"), lambda: self.orb.send(Recalibrate()), hint=words("orb.rest_hint")
             ),
-            Item(words("skin.title"), lambda: stage.push(skin()), hint=words("skin.hint")),
+            Item(words("check.title"), lambda: stage.push(check()), hint=words("check.hint")),
             Item(words("install.title"), lambda: stage.push(install()), hint=words("install.hint")),
             Item(words("menu.back"), self.leave),
         ]
@@ -130,7 +133,7 @@ class PresentOrbScreen(OrbScreen):
             lines.append(Row((words("orb.bundle"), self._bundle or words("orb.shipped"))))
         if state.sure:
             lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
-        found = [row for said in state.health for row in rows(health(words, said))]
+        found = [row for one in state.health for row in rows(said(words, one))]
         return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 
     def report(self, message: Report, time_s: float) -> None:
@@ -174,7 +177,7 @@ class InstallScreen(OrbScreen):
         if upload is None:
             return []
         if upload.over:
-            return rows(bundle_upload.outcome(upload))
+            return rows(said(words, bundle_upload.outcome(upload)))
         share = f"{upload.offset / upload.size:.0%}"
         return [Row((words(f"install.{upload.stage}"), share))]
 

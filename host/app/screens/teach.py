@@ -66,7 +66,7 @@ class TeachScreen(TeachPage):
         """Take a report; the answer to a request stands below the list."""
         super().report(message, time_s)
         if isinstance(message, UploadStatus | LearnStatus):
-            self._said = message.text
+            self._said = naming.said(self.words, message.text)
 
     # -- pages that it leads to ----------------------------------------------------------
 

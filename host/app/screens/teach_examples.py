@@ -108,7 +108,8 @@ class ExamplesPage(TeachPage):
         """Take a report; learn after a moment when there are enough examples."""
         super().report(message, time_s)
         if isinstance(message, ExampleTaken):
-            self._due_s, self._refused = None, message.text
+            self._due_s = None
+            self._refused = naming.said(self.words, message.text)
             self.lessons.status = None  # why it could not be learned before
             self._chosen = len(self.examples) - 1
             if self._automatic and len(self.examples) >= _ENOUGH:
@@ -209,7 +210,7 @@ class LearningPage(TeachPage):
         seconds = self._stage.time_s - self._begun_s
         value = words("teach.seconds", seconds=f"{seconds:.0f}")
         item = Item(words("teach.learning"), value=value, share=share)
-        text = status.text if status else ""
+        text = naming.said(words, status.text) if status else ""
         title = naming.gesture(words, self.plan.label)
         return Menu(title, [item, self.back_item()], notice=self.notice() or text)
 

@@ -77,7 +77,8 @@ class TeachPage(OrbScreen):
             return self.words("teach.lost")
         if self.lessons.vocabulary is None:
             return self.words("teach.waiting")
-        return self.lessons.objection or failed(self.lessons.status)
+        problem = self.lessons.objection or failed(self.lessons.status)
+        return naming.said(self.words, problem)
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Return whether a gesture is no step: the one that opened the page is none."""

@@ -42,7 +42,7 @@ class TryPage(TeachPage):
         name = naming.gesture(words, trial.label)
         title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
         status = self.lessons.status
-        said = status.text if status else ""
+        said = naming.said(words, status.text) if status else ""
         return Menu(title, items, self._rows(), notice=self.notice() or said)
 
     def _rows(self) -> list[Row]:

@@ -70,7 +70,7 @@ class TrainPage(TeachPage):
                 hint=obstacle or words("train.train_hint"),
             )
         )
-        said = homely(recording.text) if recording else ""
+        said = homely(naming.said(words, recording.text)) if recording else ""
         title, notice = words("train.title"), self.notice() or self._problem
         return Menu(title, [*items, self.back_item()], rows(said)[:3], notice=notice)
 
@@ -166,7 +166,7 @@ class TrainingPage(TeachPage):
         """Return the progress."""
         words, run = self.words, self.run
         if run.problem:
-            lines = rows(run.problem)[:6]
+            lines = rows(naming.said(words, run.problem))[:6]
             return Menu(words("train.failed"), [self.back_item()], table=lines)
         left_s = run.progress.left_s(self._stage.time_s - self._begun_s)
         minutes = "" if left_s is None else words("train.left", minutes=f"{left_s / 60 + 0.5:.0f}")
@@ -235,8 +235,9 @@ class ResultPage(TeachPage):
         ]
         title = words("train.result", percent=f"{100 * share:.0f}")
         over = self.upload is not None and self.upload.over
-        said = bundle_upload.outcome(self.upload) if self.upload and over else ""
-        status = self.lessons.status.text if self.lessons.status else ""
+        outcome = bundle_upload.outcome(self.upload) if self.upload and over else ""
+        said = naming.said(words, outcome)
+        status = naming.said(words, self.lessons.status.text) if self.lessons.status else ""
         return Menu(title, items, notice=self._problem or said or self.notice() or status)
 
     def _use(self) -> Item:
@@ -250,7 +251,7 @@ class ResultPage(TeachPage):
     def _item(self, one: GestureResult) -> Item:
         words = self.words
         value = words("teach.of", count=one.understood, tries=one.of)
-        hint = one.why or words("train.all_understood")
+        hint = naming.said(words, one.why) or words("train.all_understood")
         return Item(naming.gesture(words, one.label), value=value, hint=hint)
 
     def _undo(self) -> None:

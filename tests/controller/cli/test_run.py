@@ -131,7 +131,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *argv: str | Path, status: int
 
 
 MISTAKES = [
-    ("--sensor os.path", "there are emulated, orb, virtual"),
+    ("--sensor os.path", "there are emulated, lines, mpr121, orb, virtual"),
     ("--sensor replay", "use --replay FILE"),
     ("--replay @/x.npz", "does not exist"),
     ("--replay @/empty.npz", "is empty"),

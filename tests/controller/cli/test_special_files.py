@@ -66,6 +66,8 @@ ROWS = {
     ("calibrate", "--wiring"): Row("calibrate --sensor emulated --wiring @"),
     ("doctor", "--wiring"): Row("doctor --sensor emulated --no-touch --wiring @", kinds=SLOW),
     ("doctor", "--bundle"): Row("doctor --no-touch --bundle @", prints=True, kinds=SLOW[:2]),
+    ("sensors try", "--wiring"): Row("sensors try lines --wiring @"),
+    ("sensors try", "--out"): Row("sensors try virtual --out @"),
     ("install", "file"): Row("install @"),
     ("key", "file"): Row("key @", fine=("missing",)),
     ("recordings info", "files"): Row("recordings info @"),

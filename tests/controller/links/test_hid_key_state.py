@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMapError, load, parse
-from controller.links.bluetooth.hid.hid_device import GAP_S
+from controller.links.bluetooth.hid.held_keys import GAP_S
 from controller.links.bluetooth.hid.reports import (
     OUTPUTS,
     RELEASED,

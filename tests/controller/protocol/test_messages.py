@@ -96,6 +96,9 @@ FIELDS: dict[type, list[st.SearchStrategy[Any]]] = {
     teach.RecordLabel: [name],
     teach.InjectFault: [name, u8, u8],
     teach.Recalibrate: [],
+    teach.Check: [flag],
+    teach.CheckStep: [name, u8, u8, share],
+    teach.CheckRow: [long, name, text(250), text(250), name],
     teach.Vocabulary: [few_names, few_names, long, flag, u8, text(255), text(200)],
     teach.GestureInfo: [name, long, flag, u16, pixels, st.lists(rule, max_size=3).map(tuple)],
     teach.ExampleTaken: [u32, name, flag, reason, share, pixels],
@@ -178,6 +181,12 @@ GOLDEN: list[tuple[wire.Message, str]] = [
     (teach.RecordLabel("tap"), "3e  03 746170"),
     (teach.InjectFault("dead", 2, 3), "3f  04 64656164 02 03"),
     (teach.Recalibrate(), "40  "),
+    (teach.Check(True), "41  01"),
+    (teach.CheckStep("press", 2, 3, 1.0), "1f  05 7072657373 02 03 0000803f"),
+    (
+        teach.CheckRow("air", "good", "1 kPa", "b", "a"),
+        "0f  03 616972 04 676f6f64 05 31206b5061 01 62 01 61",
+    ),
     (
         teach.Vocabulary(("null", "tap"), ("hold",), "b", True, 1, "/d", "no"),
         "1a  02 04 6e756c6c 03 746170 01 04 686f6c64 01 62 01 01 02 2f64 02 6e6f",

@@ -68,7 +68,7 @@ def test_a_sensor_that_reads_0_untouched_is_measured_by_its_difference() -> None
 
 @pytest.mark.parametrize(("normalise", "scale"), [("sum", 1.0), ("difference", 0.0)])
 def test_a_normalisation_that_cannot_be_is_refused(normalise: str, scale: float) -> None:
-    with pytest.raises(ValueError, match="ratio or difference, with a scale above 0"):
+    with pytest.raises(ValueError, match="ratio or difference, with a scale other than 0"):
         PreprocessSettings(normalise=normalise, scale=scale)
 
 

@@ -10,7 +10,7 @@ import pytest
 from controller import config
 from controller.errors import UserError
 from controller.recordings import importer
-from controller.recordings.importer import Description
+from controller.recordings.description import Description, described
 from controller.recordings.recording import Recording, RecordingError
 
 # The description of docs/recording.md.
@@ -122,7 +122,7 @@ def test_a_wrong_description_is_told_with_place(tmp_path: Path, text: str, compl
     path = tmp_path / "wrong.toml"
     path.write_text(text)
     with pytest.raises(UserError, match=complaint):
-        importer.described(path)
+        described(path)
 
 
 @pytest.mark.parametrize(

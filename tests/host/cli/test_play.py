@@ -53,6 +53,22 @@ def test_unknown_name_is_a_sentence(arguments: list[str], sentence: str, capsys:
     assert capsys.readouterr().err == f"host: {sentence}\n"
 
 
+@pytest.mark.parametrize("words", [[], ["0.0.0.0"], ["203.0.113.9"], ["lan"]])
+def test_phone_needs_an_address_of_this_machine(
+    words: list[str], capsys: Capture, monkeypatch: Patch
+) -> None:
+    monkeypatch.setattr("host.phone.own_addresses", lambda: ["192.168.1.4", "10.0.0.2"])
+    assert main(["--target", "keyboard", "--dry-run", "--headless", "--phone", *words]) == 2
+    sentence = capsys.readouterr().err.splitlines()[-1]
+    assert sentence.endswith("expected an address of this machine: 192.168.1.4 or 10.0.0.2")
+
+
+def test_phone_of_a_target_without_a_menu_prints_its_code(capsys: Capture) -> None:
+    options = ["--target", "keyboard", "--dry-run", "--headless", "--seconds", "0.1"]
+    assert main([*options, "--phone", "127.0.0.1:0"]) == 0
+    assert "█ ▄▄▄▄▄ █" in capsys.readouterr().err.replace("\xa0", " ")  # a corner
+
+
 def test_mapping_may_be_named_by_its_first_option(capsys: Capture) -> None:
     for option in ("--mapping", "--keys"):
         assert main(["--target", "keyboard", "--dry-run", option, "none.toml"]) == 2

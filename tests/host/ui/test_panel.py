@@ -280,10 +280,14 @@ def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> Non
 
 def test_health_is_said_in_the_language_in_use_as_far_as_it_is_known() -> None:
     french = language.load("fr")
-    said = naming.health(french, "taxel row 0, column 3: no signal, play goes on without")
+    said = naming.said(
+        french, "taxel row 0, column 3: no signal, play goes on without; fasten the lead"
+    )
     assert said.startswith("taxel ligne 0, colonne 3 : pas de signal")
-    assert naming.health(french, "pressure down 6 %: pump").startswith("pression en baisse de 6 %")
-    assert naming.health(french, "a new kind of fault") == "a new kind of fault"
+    assert naming.said(french, "pressure down 6 %: pump (or the orb has cooled)").startswith(
+        "pression en baisse de 6 %"
+    )
+    assert naming.said(french, "a new kind of fault") == "a new kind of fault"
 
 
 def test_gestures_and_commands_without_words_are_shown_by_their_names() -> None:

@@ -119,6 +119,7 @@ def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.D
 
 
 SLOW = "it runs at 9.52 Hz, more than 2 % off the 10 Hz that it was meant for"
+OVERRIDE = "(--all takes it; in a sweep: all = true)"
 
 
 def write(path: Path, number: int, **changes: Any) -> Path:
@@ -143,7 +144,7 @@ def read(folder: Path, **options: Any) -> load.Data:
 @pytest.mark.parametrize(
     ("change", "every", "taken", "note"),
     [
-        ("slow", False, ["0.npz"], f"is left out: {SLOW}"),
+        ("slow", False, ["0.npz"], f"is left out: {SLOW} {OVERRIDE}"),
         ("slow", True, ["0.npz", "1.npz"], f"is taken although it failed the check: {SLOW}"),
         ("unfelt", False, ["0.npz"],
          "is left out: the sensor shows no touch where its button labels are"),
@@ -164,7 +165,7 @@ def test_where_all_recordings_are_left_out_the_error_says_which_and_why(tmp_path
         write(tmp_path / f"{number}.npz", number, slow=number < 2, unfelt=number >= 2)
     with pytest.raises(ValueError, match="nothing can be learned from 5 recordings") as caught:
         read(tmp_path)
-    assert f"; {tmp_path / '1.npz'} is left out: {SLOW};" in str(caught.value)
+    assert f"; {tmp_path / '1.npz'} is left out: {SLOW} {OVERRIDE};" in str(caught.value)
     assert str(caught.value).endswith("where its button labels are; and 2 more")
 
 

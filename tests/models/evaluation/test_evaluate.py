@@ -153,6 +153,17 @@ def test_a_stream_that_is_always_right_and_sure_is_perfect() -> None:
     assert (found.sessions, found.users, len(found.by_session)) == (3, 1, 3)
 
 
+def test_a_recording_that_cannot_be_judged_is_named_and_the_others_are_judged() -> None:
+    good, left_out = played("nominal"), list[str]()
+    foreign = replace(good, origin=replace(good.origin, unit="counts"))
+    sessions = [("counts", foreign), ("good", good)]
+    found = evaluate(SHIPPED, sessions, lambda line: None, left_out=left_out)
+    assert [tally.name for tally in found] == ["good"]
+    assert left_out[0].startswith("counts is left out: the recording is in counts")
+    with pytest.raises(ValueError, match="there is nothing to judge; counts is left out"):
+        evaluate(SHIPPED, sessions[:1], lambda line: None, left_out=left_out)
+
+
 @pytest.fixture(scope="module")
 def shipped() -> list[Tally]:
     sessions = ((str(seed), played("nominal", seed=seed)) for seed in range(2))

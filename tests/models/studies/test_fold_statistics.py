@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import tests.support.synthetic_people as look_alike
 from controller.recordings import importer
+from controller.recordings.description import described
 from models.data import splits
 from models.data.examples import Examples, run_starts
 from models.results import storage
@@ -177,7 +178,7 @@ def test_a_taxel_that_is_read_wrongly_moves_a_centroid_until_it_is_mended() -> N
 
 
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
-    told = importer.described(DESCRIPTION)
+    told = described(DESCRIPTION)
     made = list(importer.recordings(look_alike.arrays(people=2), told))
     assert [(r.origin.user, r.origin.session) for r in made] == [
         ("00", "leftthumb"), ("00", "rightthumb"), ("01", "leftthumb"), ("01", "rightthumb"),

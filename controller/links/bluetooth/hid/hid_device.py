@@ -9,17 +9,14 @@ import asyncio
 import logging
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Final
 
-from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMap
 from controller.links.bluetooth.bluez import DEVICE, Properties
+from controller.links.bluetooth.hid import held_keys
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import HeldReports, Report
 from controller.links.bluetooth.registration import Registration
-from controller.protocol.messages import Command, Message, State, Telemetry
-
-GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
+from controller.protocol.messages import Message
 
 log = logging.getLogger(__name__)
 
@@ -40,7 +37,7 @@ class HidDevice:
         `notify` is called with the address of a new active host, "" if there is none; `store` with
         the hosts to store for the next run.
         """
-        self.keys = KeyState(key_map, armed=True, gap_s=GAP_S)
+        self.keys = held_keys.key_state(key_map)
         self.hosts = hosts
         self._reports = HeldReports()
         self._waiting: list[Report] = []
@@ -71,16 +68,7 @@ class HidDevice:
 
     def take(self, message: Message) -> None:
         """Press or release keys by a message of the device: Command, State or Telemetry."""
-        now_s = self._now_s()
-        match message:
-            case Command(name=name):
-                self.keys.command(name, now_s)
-            case State(pressed=pressed):
-                self.keys.state(pressed, now_s)
-            case Telemetry(gesture=""):
-                self.keys.state((), now_s)
-            case Telemetry():
-                self.keys.still_held(now_s)
+        held_keys.follow(self.keys, message, self._now_s())
         if self.keys.hosts:
             self._release()
         self._update()

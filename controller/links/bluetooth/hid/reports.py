@@ -36,7 +36,8 @@ _APPLICATION: Final = 1  # kind of collection
 _DESKTOP, _KEYS_PAGE, _LEDS, _BUTTON_PAGE = 0x01, 0x07, 0x08, 0x09  # usage pages
 _DEGREES: Final = 0x14  # unit: English rotation
 
-_ITEMS: Final[tuple[tuple[str, int | None], ...]] = (
+_Items = tuple[tuple[str, int | None], ...]
+_KEYBOARD_ITEMS: Final[_Items] = (
     # A keyboard whose report is, but for its id, the boot protocol's (HID 1.11, appendix B.1).
     ("usage_page", _DESKTOP), ("usage", 0x06), ("collection", _APPLICATION),
     ("report_id", KEYBOARD),
@@ -51,6 +52,8 @@ _ITEMS: Final[tuple[tuple[str, int | None], ...]] = (
     ("logical_minimum", 0), ("logical_maximum", LAST_KEY),
     ("report_size", 8), ("report_count", KEYS), ("input", _ARRAY),
     ("end_collection", None),
+)  # fmt: skip
+_GAMEPAD_ITEMS: Final[_Items] = (
     # A gamepad: buttons, a hat, and a stick for the games that look for nothing else.
     ("usage_page", _DESKTOP), ("usage", 0x05), ("collection", _APPLICATION),
     ("report_id", GAMEPAD),
@@ -84,7 +87,11 @@ def _item(name: str, value: int | None) -> bytes:
     raise ValueError(f"{name} {value} does not fit in an item")
 
 
-REPORT_MAP: Final = b"".join(_item(name, value) for name, value in _ITEMS)
+REPORT_MAP: Final = b"".join(_item(*item) for item in _KEYBOARD_ITEMS + _GAMEPAD_ITEMS)
+SINGLE_MAPS: Final = {  # of devices with one report each, without its id
+    number: b"".join(_item(*item) for item in items if item[0] != "report_id")
+    for number, items in ((KEYBOARD, _KEYBOARD_ITEMS), (GAMEPAD, _GAMEPAD_ITEMS))
+}
 
 # PnP ID of the Device Information Service; the same numbers go into SDP.
 VENDOR_SOURCE: Final = 2  # the vendor's number was given by the USB Implementers Forum

@@ -1,0 +1,27 @@
+"""Keys held by the messages of the control loop, for HID over Bluetooth and USB."""
+
+from typing import Final
+
+from controller.keymap.key_state import KeyState
+from controller.keymap.keymap import KeyMap
+from controller.protocol.messages import Command, Message, State, Telemetry
+
+GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
+
+
+def key_state(key_map: KeyMap) -> KeyState:
+    """Return the state of a HID device's keys, which are armed from the beginning."""
+    return KeyState(key_map, armed=True, gap_s=GAP_S)
+
+
+def follow(keys: KeyState, message: Message, now_s: float) -> None:
+    """Press or release keys by a message of the device: Command, State or Telemetry."""
+    match message:
+        case Command(name=name):
+            keys.command(name, now_s)
+        case State(pressed=pressed):
+            keys.state(pressed, now_s)
+        case Telemetry(gesture=""):
+            keys.state((), now_s)
+        case Telemetry():
+            keys.still_held(now_s)

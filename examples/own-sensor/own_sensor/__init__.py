@@ -1,0 +1,1 @@
+"""A sensor for OrbTouch in a package of its own."""

@@ -1,0 +1,68 @@
+"""A phone as the virtual orb's skin: choice of the address, and the code to scan."""
+
+from functools import lru_cache, partial
+
+import pygame
+
+from controller.errors import UserError
+from host.app.screen import Orb, OrbScreen, rows
+from host.phone import open_phone, own_addresses
+from tetris.window.menu import Item, Menu
+from tetris.window.screen_stack import ScreenStack
+
+
+class PhoneScreen(OrbScreen):
+    """Shows the code of a phone's page, how the connection is, and what can be done."""
+
+    def __init__(self, stage: ScreenStack, orb: Orb) -> None:
+        """Show the page; nothing is served before an address has been chosen."""
+        self._problem = ""
+        super().__init__(stage, orb)
+
+    def page(self) -> Menu:
+        """Return the addresses to choose from, or the state of the phone."""
+        words, phone = self._stage.look.words, self.orb.phone
+        items = [Item(words("menu.back"), self.leave)]
+        if phone is None:
+            items[:0] = [Item(name, partial(self._start, name)) for name in own_addresses()]
+            said = "choose" if items[1:] else "none"
+        else:
+            said = "connected" if phone.phone else "scan"
+            items.append(Item(words("phone.stop"), self._stop))
+        table = rows(words(f"phone.{said}"))
+        if phone and phone.refused:
+            table += rows(words("phone.refused"), marked=True)
+        self.centred = said != "scan"  # else the code is below
+        return Menu(words("phone.title"), items, table=table, notice=self._problem)
+
+    def _start(self, address: str) -> None:
+        try:
+            self.orb.phone, self._problem = open_phone(address), ""
+        except UserError as error:
+            self._problem = str(error)
+
+    def _stop(self) -> None:
+        if self.orb.phone:
+            self.orb.phone.close()
+        self.orb.phone = None
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the menu, and below it the code while it can be used."""
+        super().draw(surface, time_s)
+        if self.orb.phone and not self.orb.phone.phone:
+            code, area = _picture(self.orb.phone.url), self._stage.area
+            room = area.height - max(spot.place.bottom for spot in self.spots)
+            # A whole number of pixels a module: cameras read sharp edges.
+            times = max(1, min(room, area.width) // code.get_width())
+            code = pygame.transform.scale_by(code, times)
+            surface.blit(code, code.get_rect(center=(area.centerx, area.bottom - room // 2)))
+
+
+@lru_cache(maxsize=1)
+def _picture(url: str) -> pygame.Surface:
+    """Return the QR code of an address, a pixel a module."""
+    from host.phone import qr  # in here: an optional extra
+
+    modules = qr.code(url).get_matrix()
+    grey = bytes(0 if dark else 255 for row in modules for dark in row for _ in "rgb")
+    return pygame.image.frombytes(grey, (len(modules), len(modules)), "RGB")

@@ -1,0 +1,65 @@
+"""Phone or tablet as the skin of a virtual orb: one page and one WebSocket, behind a token."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from contextlib import suppress
+from ipaddress import ip_address
+from typing import TYPE_CHECKING, Final
+from urllib.parse import urlsplit
+
+from controller.errors import UserError, how_to_install, reason
+
+if TYPE_CHECKING:
+    from host.phone.server import PhoneServer
+
+PORT: Final = 4025
+# The system's routes towards these name the addresses of the machine's interfaces.
+_ELSEWHERE: Final = ("192.0.2.1", "10.255.255.254", "172.31.255.254", "192.168.255.254")
+
+
+class PhoneError(UserError, ValueError):
+    """The page cannot be served there; the message is one sentence with what to do."""
+
+
+def open_phone(words: str) -> PhoneServer:
+    """Serve the page on ADDRESS or ADDRESS:PORT (IPv6 in brackets), or raise PhoneError."""
+    try:
+        parts = urlsplit(f"//{words}")
+        address, port = ip_address(parts.hostname or ""), parts.port
+        if address.is_unspecified or parts.netloc != words or "@" in words:
+            raise ValueError
+    except ValueError:
+        raise _elsewhere(f"{words or 'nothing'} is not one ADDRESS or ADDRESS:PORT") from None
+    try:
+        from host.phone import qr  # noqa: F401 - what is missing shows before anything is served
+        from host.phone.server import PhoneServer
+    except ModuleNotFoundError as error:
+        raise PhoneError(f"a phone needs {error.name}; {how_to_install('phone')}") from None
+    family = socket.AF_INET if address.version == 4 else socket.AF_INET6
+    try:
+        place = str(address), PORT if port is None else port
+        return PhoneServer(socket.create_server(place, family=family))
+    except OSError as error:
+        if error.errno == errno.EADDRNOTAVAIL:
+            raise _elsewhere(f"{address} is not an address of this machine") from None
+        raise PhoneError(f"--phone: {reason(error)}; name another port: ADDRESS:PORT") from error
+
+
+def own_addresses() -> list[str]:
+    """Return this machine's IPv4 addresses in networks, as far as its routes name them.
+
+    Nothing is sent: connecting a UDP socket only chooses its own address.
+    """
+    found: dict[str, None] = {}
+    for elsewhere in _ELSEWHERE:
+        with suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.connect((elsewhere, 9))
+            found[probe.getsockname()[0]] = None
+    return list(found)
+
+
+def _elsewhere(problem: str) -> PhoneError:
+    own = " or ".join(own_addresses()) or "none in a network, so connect it to the phone's first"
+    return PhoneError(f"--phone: {problem}; expected an address of this machine: {own}")

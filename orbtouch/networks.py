@@ -1,0 +1,249 @@
+"""Networks as a researcher uses them: run, evaluate, teach, save."""
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import adapt
+from controller.bundles import bundle as bundles
+from controller.bundles.inference.networks import Recognizer
+from controller.errors import UserError, count
+from controller.files import atomic_write
+from controller.recognition.pipeline import Pipeline
+from controller.recordings.recording import Recording as Source
+from controller.teach import add_gesture
+from models.evaluation import evaluate as evaluation
+from models.evaluation import replay
+from models.results.evaluation import Figure
+from models.results.verdict import GestureVerdict
+from orbtouch.recordings import Recording
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A recognised gesture with what it commands.
+
+    Attributes:
+        t_s: When it was decided: seconds since the recording began, or of the orb's clock.
+        name: The command, such as "left"; "" for a gesture without one.
+        gesture: Its label.
+        probability: Of that label, 0 to 1.
+        touch: Position (x, y), grid units, (0, 0) at the near left taxel; None: nowhere.
+    """
+
+    t_s: float
+    name: str
+    gesture: str
+    probability: float
+    touch: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """How a network did on labelled recordings; figures are with 95 % intervals over sessions.
+
+    Attributes:
+        labels: Gestures, "null" first.
+        sessions: Number of recordings.
+        events: Number of true gestures.
+        f1: Harmonic mean of precision and recall, over gestures answered once and in time.
+        precision: Share of answers that were right.
+        recall: Share of gestures that were answered rightly.
+        false_alarms_per_min: Answers to nothing, per idle minute.
+        latency_s: Median time from a gesture's onset to its answer.
+        location_error: Mean error of presses' positions, grid units; None: places are not known.
+        answered: Counts, (classes, classes): gestures (rows) by answers (columns), 0 is nothing.
+        verdict: A line for each gesture, worst first.
+    """
+
+    labels: tuple[str, ...]
+    sessions: int
+    events: int
+    f1: Figure
+    precision: Figure
+    recall: Figure
+    false_alarms_per_min: Figure
+    latency_s: Figure
+    location_error: Figure | None
+    answered: NDArray[np.int64]
+    verdict: tuple[GestureVerdict, ...]
+
+    def figures(self) -> dict[str, Figure]:
+        """Return the figures by name."""
+        names = ("f1", "precision", "recall", "false_alarms_per_min", "latency_s", "location_error")
+        return {name: one for name in names if (one := getattr(self, name)) is not None}
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:20} {figure}" for name, figure in self.figures().items())
+
+    def _repr_html_(self) -> str:
+        """Return the figures and the verdict as a table, for a notebook."""
+        cells = [(name.replace("_", " "), str(figure)) for name, figure in self.figures().items()]
+        rows = "".join(f"<tr><td>{a}</td><td>{html.escape(b)}</td></tr>" for a, b in cells)
+        lines = "<br>".join(html.escape(str(line)) for line in self.verdict)
+        of = f"{count(self.events, 'gesture')} in {count(self.sessions, 'session')}"
+        return f"<table><caption>{of}</caption>{rows}</table>{lines}"
+
+
+class Network:
+    """The networks of a bundle with all their settings; made by `network`, `teach` and `train`."""
+
+    def __init__(self, data: bytes) -> None:
+        """Read the content of a bundle's file; Error if it is damaged."""
+        self._data = data
+        self._bundle = bundles.parse(data)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Gestures that it tells apart, "null" first."""
+        return self._bundle.labels
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the sensor."""
+        return self._bundle.rows, self._bundle.columns
+
+    @property
+    def rate_hz(self) -> float:
+        """Frames per second of the sensor."""
+        return self._bundle.rate_hz
+
+    def run(self, recording: Recording) -> list[Command]:
+        """Return the commands that the device gives for a recording, in order.
+
+        Every stage is the device's own; the baseline is found in the recording's first second.
+
+        Raises:
+            Error: The recording is of another sensor, rate or unit.
+        """
+        source = self._fitting(recording)
+        pipeline = Pipeline(self._bundle.settings, Recognizer(self._bundle), self._bundle.mapping)
+        steps = (pipeline.step(*one) for one in zip(source.frames, source.t.tolist(), strict=True))
+        return [
+            Command(
+                step.t_s,
+                step.command.command if step.command else "",
+                step.gesture,
+                step.command.probability if step.command else float(step.probabilities.max()),
+                step.touch,
+            )
+            for step in steps
+            if step.gesture is not None
+        ]
+
+    def probabilities(self, recording: Recording) -> NDArray[np.float32]:
+        """Return each label's probability, (n, classes); 1 for "null" until a window is full.
+
+        Raises:
+            Error: The recording is of another sensor, rate or unit.
+        """
+        source = self._fitting(recording)
+        inputs = replay.network_inputs(source.frames, self._bundle.preprocess)
+        outputs = replay.Batched(self._bundle).probabilities(inputs.windows)
+        return replay.spread(outputs, inputs, len(source.frames), len(self.labels))[1]
+
+    def evaluate(self, recordings: Iterable[Recording]) -> Evaluation:
+        """Return how it answers labelled recordings, by the event metric of docs/measurements.md.
+
+        Raises:
+            Error: There is none, or one is of another sensor, rate or unit, or has no labels.
+        """
+        named = ((one.name, self._fitting(one)) for one in recordings)
+        try:
+            tallies = evaluation.evaluate(self._bundle, named, lambda line: None)
+        except ValueError as error:
+            raise UserError(str(error)) from None
+        if not tallies:
+            raise UserError("there is no recording to evaluate; give at least one")
+        found = evaluation.summarise("recordings", self.labels, tallies)
+        return Evaluation(
+            found.labels, found.sessions, found.events, found.f1, found.precision, found.recall,
+            found.false_alarms_per_min, found.latency_s,
+            found.location.error if found.location else None,
+            np.array(found.answered, dtype=np.int64), found.verdict,
+        )  # fmt: skip
+
+    def teach(
+        self,
+        label: str,
+        examples: Sequence[Recording],
+        *,
+        command: str | Sequence[Mapping[str, Any]] | None = None,
+        rotations: Literal["none", "half", "all"] = "none",
+        mirrored: bool = False,
+    ) -> "Network":
+        """Return a network that also knows a gesture, or knows it better; this one stays as it is.
+
+        Args:
+            label: Name of the gesture, new or known.
+            examples: Slices, each from the beginning of a touch to its end; three to five do.
+            command: What a new gesture commands: a word or rules (docs/mapping.md); None: nothing.
+            rotations: Turns under which it is the same gesture: none, by half, or by quarters.
+            mirrored: Whether its mirror image is the same gesture.
+
+        Raises:
+            Error: A slice holds no touch, or the other gestures would suffer.
+        """
+        asked: dict[int, tuple[Recording, NDArray[np.bool_]]] = {}  # by session
+        for one in examples:
+            replay.refuse(one.source, self._bundle)
+            new = one, np.zeros(len(one.source.frames), dtype=np.bool_)
+            asked.setdefault(id(one.source), new)[1][one.span] = True
+        found = [
+            adapt.Example(label, images, rotations=rotations, mirrored=mirrored)
+            for one, frames in asked.values()
+            for images in add_gesture.around(self._bundle, one.source, frames)
+        ]
+        if not found:
+            raise UserError(
+                "there is no example; give three to five slices of recordings, each a second or "
+                "more after its beginning"
+            )
+        made = adapt.teach(self._data, found, command=command)
+        return Network(bundles.assembled(made.manifest, made.parts))
+
+    def save(self, path: Path | str) -> None:
+        """Write it as a bundle, for `network`, `controller install` and `--bundle`; OSError."""
+        atomic_write(Path(path), self._data)
+
+    def export(self, folder: Path | str) -> list[Path]:
+        """Write the bundle's parts, ONNX models and settings, into a folder; return the files."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        written = []
+        for name, data in bundles.unpack(self._data).items():
+            atomic_write(folder / name, data)
+            written.append(folder / name)
+        return written
+
+    def _fitting(self, recording: Recording) -> Source:
+        """Return the recording of the implementation; Error if it is not of this sensor."""
+        source = recording.cut()
+        replay.refuse(source, self._bundle)
+        return source
+
+    def __repr__(self) -> str:
+        return (
+            f"<Network {self._bundle.hash[:8]}: {', '.join(self.labels[1:])}; "
+            f"{self.shape[0]}×{self.shape[1]} at {self.rate_hz:g} Hz>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return its gestures and its card, for a notebook."""
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{html.escape(str(value))}</td></tr>"
+            for name, value in self._bundle.card.items()
+        )
+        return f"{html.escape(repr(self))}<table>{rows}</table>"
+
+
+def network(path: Path | str | None = None) -> Network:
+    """Return the networks in a bundle's file, or those that ship; Error if it cannot be read."""
+    data = Path(path) if path is not None else bundles.default_path()
+    bundles.read(data)  # whose error names the file
+    return Network(data.read_bytes())

@@ -1,0 +1,42 @@
+"""Entry points of the five commands: each first makes sure that its packages are ours."""
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+PACKAGES: Final = ("controller", "host", "models", "tetris")
+_USAGE: Final = 2  # as controller.errors, which may be another one's here
+
+
+def foreign(root: Path) -> str:
+    """Return a sentence on a package of one of our names that is not in `root`; "" if all are."""
+    for name in PACKAGES:
+        spec = find_spec(name)
+        if spec is None:
+            return f"the package {name!r} of OrbTouch is missing; install it again"
+        places = [Path(place).resolve() for place in spec.submodule_search_locations or ()]
+        if places != [root / name]:
+            where = places[0] if places else spec.origin
+            return (
+                f"the package {name!r} that Python finds is not OrbTouch's but another, {where}; "
+                "install OrbTouch in an environment of its own (python3 -m venv), and start it "
+                f"in a folder without a {name!r} of its own"
+            )
+    return ""
+
+
+def _program(name: str) -> Callable[[], int]:
+    def main() -> int:
+        if problem := foreign(Path(__file__).resolve().parents[1]):
+            print(f"{name}: {problem}", file=sys.stderr)
+            return _USAGE
+        status: int = import_module(f"{name}.__main__").main()
+        return status
+
+    return main
+
+
+controller, host, models, tetris, orbtouch = map(_program, (*PACKAGES, "orbtouch"))

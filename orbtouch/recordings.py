@@ -1,0 +1,238 @@
+"""Recordings as a researcher holds them: arrays, slices by seconds, tables and plots."""
+
+import base64
+import html
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.errors import UserError, how_to_install
+from controller.files import atomic_write
+from controller.recordings import edit, reader, recording
+from models.data.examples import column, labellers
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
+
+class Recording:
+    """A session of n frames, or a slice of one; made by `load`, `simulate` and `record`.
+
+    `session[2.0:3.5]` is the slice from 2.0 to 3.5 s, with the times of the whole session, which
+    it remembers: `Network.teach` looks at the frames before and after. Nothing is changed in place.
+
+    Attributes:
+        name: Of the file or simulation, for messages.
+        source: The whole session as the implementation has it, which may change.
+        span: The slice's frames in it.
+    """
+
+    def __init__(
+        self,
+        source: recording.Recording,
+        name: str = "recording",
+        span: slice | None = None,
+    ) -> None:
+        """Wrap a recording of the implementation; use `load`, `simulate` or `record` instead."""
+        self.source = source
+        self.span = slice(0, len(source.frames)) if span is None else span
+        self.name = name
+
+    @property
+    def frames(self) -> NDArray[np.float32]:
+        """Readings as measured, (n, rows, columns), in `unit`; row 0 is the player's far side."""
+        return self.source.frames[self.span]
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        """Time of each frame, (n,), seconds since the session began."""
+        return self.source.t[self.span]
+
+    @property
+    def label(self) -> NDArray[np.str_]:
+        """The gesture in each frame, (n,): "null" none, "" unknown.
+
+        It is the truth of a simulation, else what people labelled: by button, key or cue.
+        """
+        sources = labellers(self.source, least=0)
+        if not sources:
+            return np.full(len(self), "", dtype=np.str_)
+        names = np.array([*self.labels, ""])
+        return np.asarray(names[column(self.source, sources[0])[self.span]])
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the gestures, "null" first."""
+        return self.source.origin.labels
+
+    @property
+    def unit(self) -> str:
+        """Unit of the frames; "pF", or what the sensor counts in."""
+        return self.source.origin.unit
+
+    @property
+    def user(self) -> str:
+        """ID of the person; "" unknown."""
+        return self.source.origin.user
+
+    @property
+    def rate_hz(self) -> float:
+        """Frames per second."""
+        return self.source.rate_hz
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first frame to the last."""
+        return float(self.t[-1] - self.t[0]) if len(self) else 0.0
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __getitem__(self, seconds: "slice[float | None, float | None, None]") -> "Recording":
+        """Return the frames of a time, such as `session[2.0:3.5]`, seconds; its end is not in it.
+
+        Raises:
+            TypeError: It is no slice of two times.
+            Error: There is no frame in that time.
+        """
+        if not isinstance(seconds, slice) or seconds.step is not None:
+            raise TypeError("a recording is sliced by seconds, such as session[2.0:3.5]")
+        t = self.source.t
+        bounds = (-np.inf if seconds.start is None else seconds.start,
+                  np.inf if seconds.stop is None else seconds.stop)  # fmt: skip
+        first, end = np.searchsorted(t, bounds).tolist()
+        first, end = max(first, self.span.start), min(end, self.span.stop)
+        if first >= end:
+            raise UserError(
+                f"there is no frame from {bounds[0]:g} to {bounds[1]:g} s; the recording has "
+                f"frames from {self.t[0]:g} to {self.t[-1]:g} s"
+            )
+        return Recording(self.source, self.name, slice(first, end))
+
+    def gestures(self, label: str) -> Iterator["Recording"]:
+        """Yield a slice for each time a gesture lasts, in order; none if it never does."""
+        runs = np.flatnonzero(np.diff(self.label == label, prepend=False, append=False))
+        for first, end in (runs.reshape(-1, 2) + self.span.start).tolist():
+            yield Recording(self.source, self.name, slice(first, end))
+
+    def save(self, path: Path | str) -> None:
+        """Write it, or the slice, as a file that `load` and all commands read; OSError."""
+        atomic_write(Path(path), edit.sealed(self.cut()))
+
+    def cut(self) -> recording.Recording:
+        """Return what is inside the slice alone, as the implementation has it."""
+        if len(self) == len(self.source.frames):
+            return self.source
+        end = float(np.nextafter(self.t[-1], np.inf))
+        return edit.trim(self.source, float(self.t[0]), end, self.name)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a table: time as index, a column a taxel ("r0c0" …), and "label"; needs pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise UserError("a table needs pandas; install it with: pip install pandas") from None
+        rows, columns = self.frames.shape[1:]
+        names = [f"r{r}c{c}" for r in range(rows) for c in range(columns)]
+        index = pandas.Index(self.t, name="t")
+        table = pandas.DataFrame(self.frames.reshape(len(self), -1), index, names)
+        return table.assign(label=self.label)
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Draw each taxel over time, with the labelled gestures shaded; needs Matplotlib.
+
+        Without `axes` a new figure is made. The taxels' readings are in `unit`, less their medians.
+        """
+        try:
+            from matplotlib.figure import Figure
+        except ImportError:
+            raise UserError(f"a plot needs Matplotlib; {how_to_install('train')}") from None
+        if axes is None:
+            axes = Figure(figsize=(9, 3), layout="constrained").add_subplot()
+        readings = self.frames.reshape(len(self), -1)
+        axes.plot(self.t, readings - np.median(readings, axis=0), lw=0.8)
+        for number, label in enumerate(self.labels[1:]):
+            for one in self.gestures(label):
+                axes.axvspan(one.t[0], one.t[-1], color=f"C{number}", alpha=0.15, lw=0)
+                axes.annotate(label, (one.t[0], 1), xycoords=("data", "axes fraction"), size=8)
+        axes.set(xlabel="time, s", ylabel=f"change, {self.unit}", xmargin=0)
+        return axes
+
+    def __repr__(self) -> str:
+        size = "×".join(map(str, self.frames.shape[1:]))
+        return (
+            f"<Recording {self.name!r}: {len(self)} frames of {size}, {self.seconds:.1f} s at "
+            f"{self.rate_hz:.1f} Hz, {self.unit}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return its summary and, where Matplotlib is there, its plot, for a notebook."""
+        text = html.escape(repr(self)[1:-1])
+        try:
+            figure: Any = self.plot().figure
+        except UserError:
+            return text
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png", dpi=80)
+        data = base64.b64encode(picture.getvalue()).decode()
+        return f'{text}<br><img alt="{text}" src="data:image/png;base64,{data}">'
+
+
+def load(path: Path | str) -> Recording:
+    """Return the recording in a file; Error if it is none, with the reason."""
+    return Recording(reader.load(path), Path(path).stem)
+
+
+def simulate(
+    *,
+    minutes: float = 2.0,
+    user: int = 0,
+    session: int = 0,
+    seed: int = 0,
+    preset: str = "nominal",
+    hand: Literal["person", "pointer"] = "person",
+    rate_hz: float = 40.0,
+    gestures: tuple[str, ...] = ("press", "pinch", "twist_cw", "twist_ccw"),
+) -> Recording:
+    """Return a simulated session with the truth beside every frame.
+
+    The same arguments give the same session.
+
+    Args:
+        minutes: Its length.
+        user: Number of the simulated person, from 0; each has a style of their own.
+        session: Number of their session, from 0; each is on another orb.
+        seed: Of everything random, 0 or more.
+        preset: Noise of the orb, "nominal" or "paper-snr".
+        hand: Fingers on the dome, or a mouse on its picture.
+        rate_hz: Frames per second, 1 to 200.
+        gestures: Labels that are made in any order (docs/gestures.md).
+
+    Raises:
+        Error: An argument is out of its range; the message names it.
+    """
+    from models.data.simulate import DataSet
+
+    data = DataSet(
+        seed=seed, minutes=minutes, preset=preset, hand=hand, rate_hz=rate_hz, gestures=gestures
+    )
+    ranges = {
+        "minutes": (minutes, 0.1, 1440.0),
+        "rate_hz": (rate_hz, 1.0, 200.0),
+        "user": (user, 0, 9999),
+        "session": (session, 0, 9999),
+        "seed": (seed, 0, 2**32 - 1),
+    }
+    for name, (value, least, most) in ranges.items():
+        if not least <= value <= most:
+            raise UserError(f"{name} is {value:g}; it goes from {least:g} to {most:g}")
+    try:
+        made = data.session(user, session)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    return Recording(made, f"{preset} {user + 1:02d}-{session + 1:02d}")

@@ -1,0 +1,120 @@
+"""Each example of `examples/` does what it says."""
+
+import ast
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pygame
+import pytest
+
+import orbtouch
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name: str) -> ModuleType:
+    """Import an example, which runs what is not below `__main__`."""
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class ScriptedOrb:
+    """An orb whose commands are listed, a picture each; the window is closed after the last."""
+
+    def __init__(self, *names: str) -> None:
+        self.names = list(names)
+        self.drawn = 0
+
+    def __enter__(self) -> "ScriptedOrb":
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        pass
+
+    def commands(self) -> list[orbtouch.Command]:
+        name = self.names.pop(0)
+        if not self.names:
+            pygame.event.post(pygame.event.Event(pygame.QUIT))
+        return [orbtouch.Command(0.0, name, "press", 1.0, None)]
+
+    def draw(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
+        self.drawn += 1
+
+
+def test_the_game_moves_its_ball(monkeypatch: pytest.MonkeyPatch) -> None:
+    orb = ScriptedOrb("left", "left", "drop", "right", "down")
+    monkeypatch.setattr(orbtouch, "connect", lambda: orb, raising=False)
+    pygame.init()
+    game = example("game")
+    assert tuple(game.ball) == (640, 240)  # one step right and down of the middle
+    assert orb.drawn == 5
+    code = ast.parse((EXAMPLES / "game.py").read_text(encoding="utf-8")).body[1:]
+    assert sum(len(ast.unparse(part).splitlines()) for part in code) <= 15
+
+
+def test_the_nearest_neighbour_learns_two_names() -> None:
+    pytest.importorskip("pythonosc")
+    learner = example("nearest_neighbour").Learner()
+    assert learner.hear(np.zeros(25)) == ""
+    for name, place in (("rest", 0), ("corner", 24)):
+        learner.teach(name)
+        for _ in range(40):
+            learner.hear(np.eye(25)[place])
+    near = np.eye(25)[24] * 0.8
+    assert learner.hear(near) == "corner"
+    assert len(learner.names) == 80  # no more are taken unasked
+
+
+def test_epochs_lie_around_the_commands() -> None:
+    pytest.importorskip("pylsl")
+    eeg = example("eeg")
+    t = np.arange(0.0, 10.0, 0.01)
+    samples = np.stack([t, -t], axis=1)
+    cut, kept = eeg.epochs(samples, t, np.array([0.2, 4.0, 9.5]), 100.0)
+    assert kept.tolist() == [1]  # the others do not lie wholly inside
+    assert cut.shape == (1, 150, 2)
+    assert cut[0, 0, 0] == pytest.approx(3.5)
+    assert cut[0, 50, 0] == pytest.approx(4.0)
+
+
+def test_the_notebook_runs_from_top_to_bottom(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    cells = json.loads((EXAMPLES / "report.ipynb").read_text(encoding="utf-8"))["cells"]
+    space: dict[str, Any] = {}
+    shown = [run(cell, space) for cell in cells if cell["cell_type"] == "code"]
+    assert isinstance(shown[0], orbtouch.Recording)
+    assert isinstance(shown[-3], orbtouch.Evaluation)
+    assert shown[-3].labels[-1] == "swipe"
+    assert (tmp_path / "mine.orb").is_file()
+
+
+def run(cell: dict[str, Any], space: dict[str, Any]) -> object:
+    """Run a cell as a notebook does; return the value of its last line, if that is one."""
+    body = ast.parse("".join(cell["source"])).body
+    last = body[-1]
+    if not isinstance(last, ast.Expr):
+        exec(compile(ast.Module(body, []), "cell", "exec"), space)
+        return None
+    exec(compile(ast.Module(body[:-1], []), "cell", "exec"), space)
+    value: object = eval(compile(ast.Expression(last.value), "cell", "eval"), space)
+    if hasattr(value, "_repr_html_"):
+        assert value._repr_html_()
+    return value
+
+
+def test_every_example_is_described() -> None:
+    text = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+    for path in EXAMPLES.iterdir():
+        if path.name not in {"README.md", "__pycache__"} and path.suffix != ".pyc":
+            assert f"]({path.name}" in text, path.name

@@ -1,0 +1,155 @@
+"""The public interface, used as a researcher uses it."""
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import orbtouch
+from orbtouch import programs
+
+
+@pytest.fixture(scope="module")
+def session() -> orbtouch.Recording:
+    return orbtouch.simulate(minutes=0.7, seed=3)
+
+
+@pytest.fixture(scope="module")
+def swipes() -> orbtouch.Recording:
+    return orbtouch.simulate(minutes=1, gestures=("swipe", "press"), seed=5)
+
+
+def test_a_recording_is_sliced_by_seconds(session: orbtouch.Recording) -> None:
+    part = session[5.0:8.0]
+    assert part.frames.shape == (120, 5, 5)
+    assert part.t[0] >= 5.0
+    assert part.t[-1] < 8.0
+    assert part[6.0:7.0].seconds == pytest.approx(1.0, abs=1.5 / 40)
+    assert np.array_equal(part.frames, session.frames[(session.t >= 5.0) & (session.t < 8.0)])
+
+
+def test_no_frame_in_a_slice_is_said_with_the_times_there_are(session: orbtouch.Recording) -> None:
+    with pytest.raises(orbtouch.Error, match="no frame from 500 to 600 s; the recording has"):
+        session[500.0:600.0]
+    with pytest.raises(TypeError, match="by seconds"):
+        session[3]  # type: ignore[index]
+
+
+def test_gestures_are_the_runs_of_their_label(session: orbtouch.Recording) -> None:
+    presses = list(session.gestures("press"))
+    assert presses
+    assert sum(map(len, presses)) == (session.label == "press").sum()
+    assert all((one.label == "press").all() for one in presses)
+
+
+def test_a_slice_is_saved_and_loaded(session: orbtouch.Recording, tmp_path: Path) -> None:
+    session[2.0:9.0].save(tmp_path / "part.npz")
+    again = orbtouch.load(tmp_path / "part.npz")
+    assert np.array_equal(again.frames, session[2.0:9.0].frames)
+    assert (again.label == session[2.0:9.0].label).all()
+
+
+def test_a_missing_file_is_one_sentence() -> None:
+    with pytest.raises(orbtouch.Error, match=r"nothing\.npz does not exist"):
+        orbtouch.load("nothing.npz")
+
+
+def test_a_table_has_a_column_for_each_taxel(session: orbtouch.Recording) -> None:
+    pytest.importorskip("pandas")
+    table = session[2.0:3.0].to_pandas()
+    assert list(table.columns[:2]) == ["r0c0", "r0c1"]
+    assert table["r2c3"].to_numpy() == pytest.approx(session[2.0:3.0].frames[:, 2, 3])
+
+
+def test_a_notebook_shows_plot_and_figures(session: orbtouch.Recording) -> None:
+    assert "data:image/png;base64" in session._repr_html_()
+    figures = orbtouch.network().evaluate([session])
+    assert "<table>" in figures._repr_html_()
+    assert "f1" in str(figures)
+
+
+def test_the_shipped_network_answers_a_simulated_session(session: orbtouch.Recording) -> None:
+    network = orbtouch.network()
+    commands = network.run(session)
+    assert {command.gesture for command in commands} <= set(network.labels)
+    figures = network.evaluate([session])
+    assert figures.events == sum(len(list(session.gestures(g))) for g in network.labels[1:])
+    assert figures.f1.value > 0.9
+    assert figures.answered.sum() >= figures.events
+    at = session.t.searchsorted(commands[0].t_s)
+    assert network.probabilities(session)[at].argmax() == network.labels.index(commands[0].gesture)
+
+
+def test_a_recording_at_another_rate_is_refused() -> None:
+    slow = orbtouch.simulate(minutes=0.2, rate_hz=25.0)
+    with pytest.raises(orbtouch.Error, match=r"25\.00 Hz"):
+        orbtouch.network().run(slow)
+
+
+def test_five_slices_teach_a_gesture(swipes: orbtouch.Recording, tmp_path: Path) -> None:
+    before = orbtouch.network()
+    found = list(swipes.gestures("swipe"))
+    after = before.teach("swipe", found[:5], command="hold")
+    assert after.labels == (*before.labels, "swipe")
+    assert before.labels == orbtouch.network().labels  # unchanged
+    after.save(tmp_path / "own.orb")
+    again = orbtouch.network(tmp_path / "own.orb")
+    later = swipes[found[5].t[0] - 1.0 :]
+    answers = [one.name for one in again.run(later) if one.gesture == "swipe"]
+    assert answers == ["hold"] * len(answers)
+    assert len(answers) >= 0.8 * len(found[5:])
+
+
+def test_a_slice_without_a_touch_teaches_nothing(session: orbtouch.Recording) -> None:
+    with pytest.raises(orbtouch.Error, match="shows no touch"):
+        orbtouch.network().teach("swipe", [session[1.5:2.0]])
+    with pytest.raises(orbtouch.Error, match="no example"):
+        orbtouch.network().teach("swipe", [])
+
+
+def test_the_parts_of_a_network_are_exported(tmp_path: Path) -> None:
+    files = orbtouch.network().export(tmp_path / "parts")
+    assert {"bundle.toml", "gesture.onnx"} <= {file.name for file in files}
+
+
+def test_an_argument_out_of_range_is_named() -> None:
+    with pytest.raises(orbtouch.Error, match="minutes is 0; it goes from"):
+        orbtouch.simulate(minutes=0)
+    with pytest.raises(orbtouch.Error, match="there is no gesture 'wave'"):
+        orbtouch.simulate(minutes=0.1, gestures=("wave",))
+
+
+def test_every_public_name_is_documented() -> None:
+    for name in orbtouch.__all__:
+        thing = getattr(orbtouch, name)
+        assert inspect.getdoc(thing), name
+        for own, member in vars(thing).items() if inspect.isclass(thing) else ():
+            if not own.startswith("_") and (callable(member) or isinstance(member, property)):
+                assert inspect.getdoc(member), f"{name}.{own}"
+
+
+def test_the_import_costs_nothing_until_a_name_is_used() -> None:
+    code = (
+        "import sys, orbtouch; print('numpy' in sys.modules, orbtouch.load, 'numpy' in sys.modules)"
+    )
+    words = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert words.stdout.startswith("False <function load")
+    assert words.stdout.strip().endswith("True")
+    assert set(orbtouch.__all__) <= set(dir(orbtouch))
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = orbtouch.nothing
+
+
+def test_a_foreign_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder `models` in the working directory hides ours when a program is run from there."""
+    root = Path(programs.__file__).resolve().parents[1]
+    assert programs.foreign(root) == ""
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "models", raising=False)
+    assert str(tmp_path / "models") in programs.foreign(root)
+    assert programs.foreign(root).startswith("the package 'models' that Python finds is not")
