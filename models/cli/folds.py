@@ -43,11 +43,6 @@ def add(parser: argparse.ArgumentParser) -> None:
     options.take_all(parser)
     words = "take labels as people gave them; else they are moved to where the touch was"
     add("--as-given", dest="given", action="store_true", help=words)
-    words = (
-        "let each fold choose, by short trainings on some of its own people, how far examples are "
-        "shifted and how hot probabilities are; takes twice as long"
-    )
-    add("--choose", action="store_true", help=words)
     words = "let no taxel or electrode die in training: for sensors that do not break"
     add("--sound", action="store_true", help=words)
     words = "try no symmetries beside those in gestures.toml"

@@ -2,9 +2,7 @@
 
 In each fold CNN-3D is trained on the others by the default recipe, with fewer steps. Nothing that
 is judged decides anything: the scale of the signal, the symmetries of undeclared gestures and the
-epoch that is kept are chosen on the fold's own people. With `choose`, so are the distance by which
-examples are shifted, where gestures are the same anywhere (`shifts`), and the temperature of
-probabilities.
+epoch that is kept are chosen on the fold's own people.
 """
 
 import shutil
@@ -41,8 +39,6 @@ Answers = dict[str, NDArray[np.float32]]  # of each model, (windows of the fold,
 Done = tuple[Answers, dict[str, Any]]  # "cpu_s" of each model; "chosen", in words
 
 EDGES: Final = (1 / 1000, 1 / 2, 1.0)  # touched shares of a window: between two of `TOUCHED`
-DISTANCES: Final = (0, 1, 2)  # taxels by which examples may be shifted, to choose from
-SHORT: Final = 3  # steps of a full training over those of one to choose by
 MOST_EPOCHS: Final = 1000  # no limit in practice
 # Passes over the examples from which on a network may learn people by heart: some are held out,
 # and the epoch that is best for them is kept.
@@ -71,7 +67,6 @@ class Request:
     labels: Choice = "auto"  # source of the labels
     all: bool = False  # take recordings that fail the check
     given: bool = False  # take labels as given; else they are moved to the touch
-    choose: bool = False  # each fold chooses settings among its own people
     sound: bool = False  # no taxel or electrode dies in training
     declared: bool = False  # try no symmetries that are not declared
     plain: bool = True  # judge trees on the touch's trajectory, too
@@ -194,12 +189,8 @@ class _Study:
         begun = time.process_time()
         label, seed = self.windows.label[fold.train], self.request.seed
         own = self._own(fold)
-        course, temperature, chosen = self.course, 1.0, f"({own.words})" * bool(own.words)
-        if self.request.choose:
-            course, temperature, words = self._choose(number, fold, own)
-            chosen = f"{chosen} {words}".lstrip()
-        logits, _ = self._train(f"fold-{number}-last", fold, course, own, watched=True)
-        answers = {OURS: scores.softmax(logits, temperature).astype(np.float32)}
+        chosen = f"({own.words})" * bool(own.words)
+        answers = {OURS: self._train(number, fold, own)}
         cpu_s = {OURS: time.process_time() - begun}
         for name, rows in self.rows.items():
             begun = time.process_time()
@@ -218,43 +209,20 @@ class _Study:
         self.say(f"  among the people of fold {fold.name}: {own.words}")
         return own
 
-    def _choose(self, number: int, fold: Fold, own: Own) -> tuple[NetworkRecipe, float, str]:
-        """Return the recipe and temperature of a fold, and the choice in words."""
-        examples, shifts = own.data.examples, own.symmetry.shifts
-        inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
-        least, most = self.course.limits
-        steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
-        tried = {}
-        for distance in DISTANCES if shifts else (0,):
-            brief = replace(_shifting(self.course, distance), steps=steps, limits=limits)
-            logits, label = self._train(f"fold-{number}-by-{distance}", inner, brief, own)
-            temperature = scores.temperature(logits, label)
-            true = scores.softmax(logits, temperature)[np.arange(len(label)), label]
-            loss = float(-np.log(np.maximum(true, 1e-12)).mean())
-            tried[distance] = loss, temperature
-            self.say(f"  within fold {number + 1}, shifted by {distance}: loss {loss:.4f}")
-        best = min(tried, key=lambda distance: tried[distance][0])
-        temperature = tried[best][1]
-        words = f"(shifted by {best} at most, " if shifts else "("
-        return _shifting(self.course, best), temperature, f"{words}temperature {temperature:.2f})"
+    def _train(self, number: int, fold: Fold, own: Own) -> NDArray[np.float32]:
+        """Train on a fold; return probabilities (windows, classes) of its test part.
 
-    def _train(
-        self, name: str, fold: Fold, course: NetworkRecipe, own: Own, *, watched: bool = False
-    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Train on a fold; return logits (windows, classes) and classes of its test part.
-
-        If `watched`, and the examples come by often, some of the fold's own people stop it.
+        If the examples come by often, some of the fold's own people stop it.
         """
         seed, examples = self.request.seed, own.data.examples
         parts, classes = Parts(fold.train, NONE, NONE), len(self.windows.labels)
-        often = course.passes(len(fold.train)) > OFTEN
-        if watched and often and own.inner is not None:
+        if own.inner is not None and self.course.passes(len(fold.train)) > OFTEN:
             parts = Parts(own.inner.train, own.inner.test, NONE)
         torch.manual_seed(seed)
-        task = GestureTask(examples, parts, classes, own.symmetry, course, self.device)
-        fit(task, seed, self.folder / f"{name}.npz", self._watch(task))
-        logits, label = task.answers(examples.ends[fold.test])
-        return logits.cpu().numpy(), label.cpu().numpy()
+        task = GestureTask(examples, parts, classes, own.symmetry, self.course, self.device)
+        fit(task, seed, self.folder / f"fold-{number}-last.npz", self._watch(task))
+        logits, _ = task.answers(examples.ends[fold.test])
+        return scores.softmax(logits.cpu().numpy()).astype(np.float32)
 
     def _watch(self, task: GestureTask) -> Callable[[Epoch], None]:
         """Return what reports a training's progress, every `REPORT_S` seconds at most."""
@@ -283,10 +251,6 @@ def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
         sound = replace(course.augmentation, dropout=0.0, electrode=0.0)
         plain = replace(plain, augmentation=sound)
     return replace(plain, epochs=0, steps=request.steps, limits=(1, MOST_EPOCHS))
-
-
-def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
-    return replace(course, augmentation=replace(course.augmentation, shifted=distance))
 
 
 def _windows(data: Data) -> Windows:

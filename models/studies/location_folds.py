@@ -5,7 +5,6 @@ early. Centroid, ridge regression and a dense network see the same images. Error
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -38,7 +37,7 @@ DENSE: Final = (64, 32)  # widths of the dense network
 OURS: Final = "CNN-2D"
 
 Places = NDArray[np.floating]  # (images, 2), grid units
-Peer = Callable[[NDArray[np.float32], Places, NDArray[np.float32], int], Places]
+Rows = NDArray[np.floating]  # (images, features)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,8 +142,10 @@ def _judge(
     fit(task, seed)
     index = np.flatnonzero(test)
     answers: dict[str, Places] = {OURS: task.errors(index) + found.place[index]}
-    for name, peer in PEERS.items():
-        answers[name] = peer(found.images[~test], found.place[~test], found.images[test], seed)
+    for name, (seen, learn) in PEERS.items():
+        answers[name] = learn(
+            seen(found.images[~test]), found.place[~test], seen(found.images[test])
+        )
     return answers
 
 
@@ -173,41 +174,18 @@ def _model(name: str, far: NDArray[np.float64], person: Index) -> Model:
     )
 
 
-def _ridge(images: NDArray[np.float32], place: Places, seen: NDArray[np.float32], _: int) -> Places:
-    """Return places by ridge regression on all taxels."""
-    return _linear(
-        (images - 1.0).reshape(len(images), -1), place, (seen - 1.0).reshape(len(seen), -1)
-    )
-
-
-def _centroid(
-    images: NDArray[np.float32], place: Places, seen: NDArray[np.float32], _: int
-) -> Places:
-    """Return places by the centroid of the signal, corrected by regression."""
-    return _linear(_middle(images), place, _middle(seen))
-
-
-def _dense(
-    images: NDArray[np.float32], place: Places, seen: NDArray[np.float32], seed: int
-) -> Places:
-    """Return places by a dense network on all taxels."""
+def _dense(rows: Rows, place: Places, seen: Rows) -> Places:
+    """Return places by a dense network on rows (images, features)."""
     from sklearn.neural_network import MLPRegressor
 
     net: Any = MLPRegressor(
-        hidden_layer_sizes=DENSE, max_iter=MOST_EPOCHS, early_stopping=True, random_state=seed
+        hidden_layer_sizes=DENSE, max_iter=MOST_EPOCHS, early_stopping=True, random_state=0
     )
-    flat = (images - 1.0).reshape(len(images), -1)
-    scale = max(float(flat.std()), 1e-9)
-    net.fit(flat / scale, place)
-    return np.asarray(net.predict((seen - 1.0).reshape(len(seen), -1) / scale))
+    scale = max(float(rows.std()), 1e-9)
+    return np.asarray(net.fit(rows / scale, place).predict(seen / scale))
 
 
-PEERS: Final[dict[str, Peer]] = {
-    "ridge": _ridge, "dense network": _dense, "centroid": _centroid
-}  # fmt: skip
-
-
-def _linear(rows: NDArray[np.floating], place: Places, seen: NDArray[np.floating]) -> Places:
+def _linear(rows: Rows, place: Places, seen: Rows) -> Places:
     """Return places by ridge regression on rows (images, features)."""
     middle, aim = rows.mean(axis=0), place.mean(axis=0)
     near = rows - middle
@@ -217,7 +195,12 @@ def _linear(rows: NDArray[np.floating], place: Places, seen: NDArray[np.floating
     return np.asarray((seen - middle) @ weights + aim)
 
 
-def _middle(images: NDArray[np.float32]) -> NDArray[np.float64]:
+def _flat(images: NDArray[np.float32]) -> Rows:
+    """Return the signal of all taxels, (images, taxels)."""
+    return images.reshape(len(images), -1) - 1.0
+
+
+def _centroid(images: NDArray[np.float32]) -> Rows:
     """Return the centroids of images, grid units, (images, 2)."""
     signal = np.abs(images.astype(np.float64) - 1.0)
     signal[signal < FAINT * signal.max(axis=(1, 2), keepdims=True)] = 0.0
@@ -225,3 +208,8 @@ def _middle(images: NDArray[np.float32]) -> NDArray[np.float64]:
     row, column = np.mgrid[: images.shape[1], : images.shape[2]]
     parts = [(signal * way).sum(axis=(1, 2)) / total for way in (column, row)]
     return np.stack(parts, axis=1)
+
+
+PEERS: Final = {  # what each sees of images, and how it learns places of it
+    "ridge": (_flat, _linear), "dense network": (_flat, _dense), "centroid": (_centroid, _linear),
+}  # fmt: skip

@@ -1,6 +1,6 @@
 """Gestures of real people on a touch screen, classified by models that never saw these people.
 
-    python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
+    python -m tests.benchmarks.people PATH [--steps N] [--why] [--json]
 
 PATH is the `frames.npz` of docs/people.md; it is imported, and its people are judged in five folds
 by `models folds` as it is by default, nothing declared: CNN-3D, trees on the touch's trajectory,
@@ -147,7 +147,7 @@ def results(found: CrossValidation, left: dict[str, float]) -> Results:
 
 
 def main(argv: list[str] | None = None) -> int:
-    parser = command_line(__doc__, steps=FOLD_STEPS, choose=False, why=False)
+    parser = command_line(__doc__, steps=FOLD_STEPS, why=False)
     parser.add_argument("path", type=Path, help="frames.npz of docs/people.md")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as place_for:
@@ -155,7 +155,7 @@ def main(argv: list[str] | None = None) -> int:
         recordings = imported(asked.path, folder)
         request = Request(
             (recordings,), folder / "people.json", folds=FOLDS, steps=asked.steps,
-            choose=asked.choose, command="tests.benchmarks.people",
+            command="tests.benchmarks.people",
         )  # fmt: skip
         found = cross_validation.cross(request, say)
         left = why(recordings, max(1, asked.steps // 4), say) if asked.why else {}

@@ -50,5 +50,6 @@ def test_a_linear_sensor_is_located_exactly_by_the_linear_models() -> None:
     square = (column - place[:, :1, None]) ** 2 + (row - place[:, 1:, None]) ** 2
     images = (1.0 - 0.1 * np.exp(-square / 2.0)).astype(np.float32)  # falls under touch
     for peer in ("ridge", "centroid"):
-        seen = location_folds.PEERS[peer](images[:200], place[:200], images[200:], 0)
-        assert np.abs(seen - place[200:]).max() < 0.15
+        seen, learn = location_folds.PEERS[peer]
+        found = learn(seen(images[:200]), place[:200], seen(images[200:]))
+        assert np.abs(found - place[200:]).max() < 0.15
