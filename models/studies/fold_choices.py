@@ -7,9 +7,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from controller.recognition.scale import FIRM
 from models.data.augment import Symmetry
 from models.data.examples import Examples
-from models.data.load import FIRM, Data
+from models.data.load import Data
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Fold
 from models.studies import fold_statistics
