@@ -12,6 +12,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recognition.mapping import Rule
 from tests.controller.adapt.test_correction import SHIPPED, images
+from tests.support import user_bundles
 
 DATA = SHIPPED.read_bytes()
 
@@ -122,7 +123,7 @@ def test_a_bundle_of_an_older_version_knows_no_way_back() -> None:
 
 
 def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
-    data = bundles.pack({bundles.MANIFEST: user_bundles.manifest(), **user_bundles.parts()})
+    data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
     made = file_of(unlearn.set_command(data, "twist_cw", "drop", "bob"))
     before, after = bundles.parse(data), bundles.parse(made)
     assert after.mapping == before.mapping
