@@ -44,7 +44,9 @@ class Job:
 
     def pack(self) -> bytes:
         """Return the job as bytes."""
-        words = np.array([self.action, self.label, self.command, self.note, self.user], dtype="U200")
+        words = np.array(
+            [self.action, self.label, self.command, self.note, self.user], dtype="U200"
+        )
         grid = self.examples[0].images.shape[1:] if self.examples else (1, 1)
         return npz.pack({"words": words, **rehearsal.pack_examples(self.examples, grid)})
 

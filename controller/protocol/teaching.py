@@ -143,7 +143,8 @@ class Check(Request):
 class Vocabulary(Report):
     """Device to host: the gestures in use; the answer to Describe, and after every change.
 
-    A GestureInfo of each label but "null" follows, and a UserInfo of each enrolled user. Telemetry is in the order of `labels` from here.
+    A GestureInfo of each label but "null" and a UserInfo of each enrolled user follow. Telemetry is
+    in the order of `labels` from here.
     """
 
     labels: codec.Names  # "null" first

@@ -104,7 +104,9 @@ class Teacher:
         messages = self._worker.poll()
         if any(isinstance(m, Vocabulary) and m.labels != bundle.labels for m in messages):
             # The gestures have changed since.
-            messages = [m for m in messages if not isinstance(m, Vocabulary | GestureInfo | UserInfo)]
+            messages = [
+                m for m in messages if not isinstance(m, Vocabulary | GestureInfo | UserInfo)
+            ]
             messages += self._begin(self._described)
         self._recording.poll(device, bundle.hash)
         messages += [*self._taker.poll(device), *self._check.poll()]

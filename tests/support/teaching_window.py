@@ -98,7 +98,9 @@ class FakeOrb:
             GestureInfo(label, label, label in self.taught, 0, DENT, rules(command))
             for label, command in (OF | self.taught).items()
         ]
-        users = [UserInfo(name, tuple(own), tuple(own.values())) for name, own in self.users.items()]
+        users = [
+            UserInfo(name, tuple(own), tuple(own.values())) for name, own in self.users.items()
+        ]
         return [head, *infos, *users]
 
 
