@@ -163,8 +163,9 @@ def main() -> None:
     for fold in range(FOLDS):
         found = judged(data, fold, options.epochs, seed=fold)
         people = data.person[data.person % FOLDS == fold]
-        for name, each in found.items():
-            errors.setdefault(name, []).extend(each[people == p].mean() for p in np.unique(people))
+        for name, error in found.items():
+            means = [float(error[people == person].mean()) for person in np.unique(people)]
+            errors.setdefault(name, []).extend(means)
         say(f"fold {fold + 1}: " + ", ".join(f"{n} {e.mean():.2f} mm" for n, e in found.items()))
     rng = np.random.default_rng(0)
     for name, each in errors.items():
