@@ -14,9 +14,10 @@ from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.errors import count
 from controller.recognition.frames import PreprocessSettings, same_rate
+from controller.recognition.scale import FIRM
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
-from controller.recordings.quality.taxels import FIRM, respond
+from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
 from controller.recordings.recording import UNKNOWN, Recording, RecordingError
 from models.data import label_repair
