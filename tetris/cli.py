@@ -40,7 +40,6 @@ def run(argv: list[str] | None = None) -> int:
 
 
 def _options(argv: list[str] | None) -> argparse.Namespace:
-    """Parse the options, and refuse those that exclude each other."""
     parser = _parser()
     options = parser.parse_args(argv)
     levels = options.level and options.mode and not MODES[options.mode].levels
@@ -102,7 +101,6 @@ def _window() -> ModuleType:
 
 
 def _play_unseen(options: argparse.Namespace) -> int:
-    """Let a bot play without a window."""
     seed = secrets.randbits(32) if options.seed is None else options.seed
     mode = MODES[options.mode or "endless"]
     config = mode.config(options.level or 1, seed)

@@ -59,7 +59,6 @@ class OrbScreen(MenuScreen):
     """A menu page that takes what the orb recognises and reports before the menu does."""
 
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
-        """Show a page in the stage about an orb; `page` builds its menu."""
         self.orb = orb
         super().__init__(stage, self.page, back=self.leave)
 

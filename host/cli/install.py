@@ -30,7 +30,6 @@ def main(argv: list[str]) -> int:
 
 
 def _install(options: argparse.Namespace) -> int:
-    """Deliver a bundle; return the exit status."""
     upload = load(options.file)
     try:
         receiver = _receiver(options)

@@ -125,7 +125,6 @@ def _play(options: argparse.Namespace, seed: int) -> None:
 def _open(
     options: argparse.Namespace, wish: TargetOptions
 ) -> tuple[targets.Target, loop.Surface | None]:
-    """Return the target, and its window unless it needs none."""
     if options.target == _USUAL:
         surface = loop.window(headless=options.headless)
         return targets.load(_USUAL, wish), surface
@@ -141,7 +140,6 @@ def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
 
 
 def _ends() -> list[int]:
-    """Return the signals that ask the program to end."""
     numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
     # Windows has no SIGHUP. One that is ignored stays so: by nohup, or in a shell's background.
     return [number for number in numbers if number and signal.getsignal(number) != signal.SIG_IGN]
@@ -164,7 +162,6 @@ def _warn(words: str) -> None:
 
 
 def _demo(options: argparse.Namespace, seed: int) -> None:
-    """Let the bot play with the virtual orb's own hand."""
     from host import demo  # imported here, because playing by hand needs no bot and no judge
 
     demo.run(
@@ -180,7 +177,6 @@ def _demo(options: argparse.Namespace, seed: int) -> None:
 
 
 def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """Refuse combinations that make no sense, with what would."""
     if options.device is not None and (options.demo or options.link is not None or options.orb):
         parser.error("--device names an orb that is there; leave out --link, --demo and --")
     if options.demo and (options.tap or options.phone is not None):
@@ -216,7 +212,6 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
 
 
 def _parser() -> argparse.ArgumentParser:
-    """Return the command line's grammar."""
     verbs = "".join(f"  {name:7}  {purpose}\n" for name, (_, purpose) in VERBS.items())
     parser = argparse.ArgumentParser(
         prog="host",

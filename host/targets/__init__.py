@@ -73,7 +73,6 @@ class Target(ABC):
         return 60
 
     def __init__(self) -> None:
-        """Begin without an orb."""
         self.orb = OrbState()
         self.touch = PointerInput()
         self.phone: PhoneServer | None = None

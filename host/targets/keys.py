@@ -118,7 +118,6 @@ class KeysTarget(Target):
         self._report(was_armed)
 
     def _take(self, item: Received, now_s: float) -> None:
-        """Process a received event."""
         match item:
             case Connected(welcome=welcome):
                 self.keys.release()
@@ -154,7 +153,6 @@ class KeysTarget(Target):
         self._sender.send(strokes)
 
     def _ready(self) -> None:
-        """Start the sender, if it is not running."""
         try:
             started = self._sender.start()
         except BackendError as error:

@@ -102,7 +102,6 @@ class _Search:
         return best
 
     def _next(self, way: _Way, first: bool = False) -> Iterator[_Way]:
-        """Continue a way by one move."""
         game, bits = self._game, way.bits
         choices = self._choices(way.hold, way.used, not first or game.can_hold)
         for holding, (kind, hold, used) in enumerate(choices):

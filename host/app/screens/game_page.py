@@ -101,7 +101,6 @@ class GamePage(OrbScreen):
         self._view.draw(surface, items, menu, self.selected, unit)
 
     def _placed(self, area: pygame.Rect) -> GameView:
-        """Return the game's picture, laid out in an area."""
         if self._game_view is None or self._game_area != area:
             self._game_view, self._game_area = GameView(area, look=self._stage.look), area
         return self._game_view
