@@ -134,11 +134,6 @@ class OrbApp(Target):
         return self.stage.look.words
 
     @property
-    def virtual(self) -> bool:
-        """Whether the orb is connected, and a virtual one, which a mouse can touch."""
-        return self._touchable
-
-    @property
     def fullscreen(self) -> bool:
         """Whether the player wants the window to fill the screen."""
         return self.stage.settings.fullscreen
@@ -339,7 +334,7 @@ class OrbApp(Target):
         words = self.stage.look.words
         if self.programs.on:
             return words("programs.armed" if self.programs.armed else "programs.disarmed")
-        if not self._touchable:
+        if not self.virtual:
             return ""
         if self.touch.two_fingers:
             return words("orb.two_fingers")

@@ -17,13 +17,7 @@ from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
 from controller.keymap.terminal import Keyboard, keyboard
 from controller.keymap.terminal_decoder import Action, KeyEvent
-from controller.protocol.messages import (
-    COMMANDS,
-    Command,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender

@@ -9,16 +9,7 @@ from collections.abc import Iterator
 from operator import itemgetter
 from typing import Final, NamedTuple
 
-from tetris.bots.greedy import (
-    BCTS,
-    HEADROOM_ROWS,
-    LOST,
-    Plan,
-    loses,
-    middle,
-    settled,
-    surface,
-)
+from tetris.bots.greedy import BCTS, HEADROOM_ROWS, LOST, Plan, loses, middle, settled, surface
 from tetris.bots.placements import find, path
 from tetris.engine.events import Action
 from tetris.engine.game import Game
