@@ -28,11 +28,12 @@ from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.window_loop import window
+from tetris.engine.pieces import KINDS
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
-from tetris.window.theme import DARK, KINDS
+from tetris.window.theme import DARK
 from tetris.window.video import video_file
 
 from .desktop import arc
