@@ -78,13 +78,25 @@ def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> 
     return _again(data, lambda one: one.label != label, progress=progress)
 
 
-def set_command(data: bytes, label: str, command: str) -> AdaptedBundle:
-    """Return a bundle with another command of a gesture, "" nothing; AdaptError, BundleError."""
+def set_command(data: bytes, label: str, command: str, user: str = "") -> AdaptedBundle:
+    """Return a bundle with another command of a gesture, "" nothing.
+
+    With a user, only that user's mapping changes; with "" as the label it is removed.
+
+    Raises:
+        AdaptError, BundleError: It is not possible.
+    """
     loaded, parts, _ = opened(data)
-    if label not in loaded.labels[1:]:
+    if user and user not in loaded.users.names:
+        raise AdaptError(f"there is no user {user!r}")
+    if label not in loaded.labels[1:] and (label or not user):
         raise AdaptError(f"there is no gesture {label!r}")
     table = bundles.manifest(parts[bundles.MANIFEST])
-    table["mapping"][label] = command or NONE
+    mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
+    if label:
+        mappings.setdefault(user, {})[label] = command or NONE
+    else:
+        mappings.pop(user, None)
     return AdaptedBundle(_text(table), bundles.content(parts), 1.0, loaded.debounce)
 
 

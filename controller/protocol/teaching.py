@@ -1,4 +1,4 @@
-"""Messages for teaching gestures over the link: requests 51 to 65, reports 15 and 26 to 31.
+"""Messages for teaching gestures over the link: requests 51 to 65, reports 14, 15 and 26 to 31.
 
 Registered with those of `controller.protocol.messages`; docs/protocol.md is the specification.
 """
@@ -87,8 +87,9 @@ class SaveAs(Request):
 class SetCommand(Request):
     """Host to device: the command of a gesture, wherever it is made, from now on."""
 
-    label: codec.Text40
+    label: codec.Text40  # "", with a user: the user has no commands of their own any more
     command: codec.Text40  # "": nothing
+    user: codec.Text40 = ""  # enrolled user that it is for; "": everybody
 
 
 @message(60)
@@ -142,7 +143,8 @@ class Check(Request):
 class Vocabulary(Report):
     """Device to host: the gestures in use; the answer to Describe, and after every change.
 
-    A GestureInfo of each label but "null" follows. Telemetry is in the order of `labels` from here.
+    A GestureInfo of each label but "null" and a UserInfo of each enrolled user follow. Telemetry is
+    in the order of `labels` from here.
     """
 
     labels: codec.Names  # "null" first
@@ -178,6 +180,16 @@ class GestureInfo(Report):
     examples: codec.U16  # in the bundle
     image: Image  # mean of its examples or rehearsal data at their firmest; b"": unknown
     rules: Annotated[tuple[CommandRule, ...], codec.many(codec.record(CommandRule), MOST_RULES)]
+
+
+@message(14)
+@dataclass(frozen=True, slots=True)
+class UserInfo(Report):
+    """Device to host: one enrolled user of the bundle, after the GestureInfos."""
+
+    user: codec.Text40
+    labels: codec.Names  # gestures with a mapping of the user's own; once for each command
+    commands: codec.Names  # of each of them; "none": nothing
 
 
 @message(28)

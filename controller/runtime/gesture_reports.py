@@ -1,5 +1,6 @@
-"""Messages that describe the gestures in use: Vocabulary and a GestureInfo for each."""
+"""Messages that describe the bundle in use: Vocabulary, GestureInfo and UserInfo."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -15,8 +16,14 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore
 from controller.protocol.codec import ProtocolError, fitted
 from controller.protocol.packets import encode
-from controller.protocol.teaching import MOST_RULES, CommandRule, GestureInfo, Vocabulary
-from controller.recognition.mapping import NONE, Mapping
+from controller.protocol.teaching import (
+    MOST_RULES,
+    CommandRule,
+    GestureInfo,
+    UserInfo,
+    Vocabulary,
+)
+from controller.recognition.mapping import NONE, Mapping, Rule
 from controller.runtime.examples import firmest, image_bytes
 
 _TEXT: Final = 64  # bytes of names
@@ -28,7 +35,7 @@ _FEW: Final = 40  # bytes of it where labels and commands fill the packet
 
 def reports(
     path: Path, mapping: Mapping, folder: Path, objection: str
-) -> tuple[Vocabulary | GestureInfo, ...]:
+) -> tuple[Vocabulary | GestureInfo | UserInfo, ...]:
     """Return the description of the bundle in a file with the mapping in use.
 
     `folder` is that of the player's data, `objection` the reason that nothing can be changed.
@@ -53,7 +60,7 @@ def reports(
     except ProtocolError:  # so many labels that they fill the packet
         head = replace(head, folder="", objection=fitted(objection, _FEW))
     said = {one.label: one.say for one in vocabulary.of(loaded.labels).entries}
-    return head, *(
+    infos = (
         GestureInfo(
             label,
             fitted(said[label], _TEXT),
@@ -64,6 +71,25 @@ def reports(
         )
         for label in loaded.labels[1:]
     )
+    return head, *infos, *(_user(loaded, name) for name in loaded.users.names)
+
+
+def _user(loaded: Bundle, name: str) -> UserInfo:
+    """Return a user with the commands of the own mapping, as many as fit."""
+    rules = loaded.users.mapping(name, Mapping()).rules
+    pairs = [(label, command) for label, own in rules.items() for command in _commands(own)]
+    while True:
+        info = UserInfo(name, *(zip(*pairs, strict=True) if pairs else ((), ())))
+        try:
+            encode(info, session=0, sequence=0, t_ms=0)
+        except ProtocolError:
+            pairs.pop()
+        else:
+            return info
+
+
+def _commands(rules: Sequence[Rule]) -> list[str]:
+    return list(dict.fromkeys(rule.command for rule in rules))
 
 
 def _rules(mapping: Mapping, label: str) -> tuple[CommandRule, ...]:

@@ -44,6 +44,7 @@ from controller.protocol.teaching import (
     SaveAs,
     SetCommand,
     Undo,
+    UserInfo,
     Vocabulary,
 )
 from controller.runtime.assemble import Parts, bundle_path
@@ -103,7 +104,9 @@ class Teacher:
         messages = self._worker.poll()
         if any(isinstance(m, Vocabulary) and m.labels != bundle.labels for m in messages):
             # The gestures have changed since.
-            messages = [m for m in messages if not isinstance(m, Vocabulary | GestureInfo)]
+            messages = [
+                m for m in messages if not isinstance(m, Vocabulary | GestureInfo | UserInfo)
+            ]
             messages += self._begin(self._described)
         self._recording.poll(device, bundle.hash)
         messages += [*self._taker.poll(device), *self._check.poll()]
@@ -201,21 +204,29 @@ class Teacher:
         if isinstance(message, Undo):
             return self._undo
         labels = parts.bundle.labels[1:]
-        if isinstance(message, Forget | SetCommand) and message.label not in labels:
-            raise BundleError(f"there is no gesture {message.label!r}")
-        command = message.command if isinstance(message, SetCommand | Learn) else ""
-        if command and not _COMMAND.fullmatch(command):
-            raise BundleError(f"{command!r} is no command, such as {COMMANDS[0]}")
         if isinstance(message, SetCommand):
-            if parts.options.mapping is not None:
-                raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
-            job = Job("command", message.label, command)
-            return partial(self._alter, job, f"{message.label}: {command or 'nothing'}")
+            return self._setting(message, parts)
+        if isinstance(message, Forget) and message.label not in labels:
+            raise BundleError(f"there is no gesture {message.label!r}")
         if isinstance(message, Forget):
             job = Job("forget", message.label)
             return partial(self._alter, job, f"{message.label} is forgotten")
         assert isinstance(message, Learn)
+        _check_command(message.command)
         return self._learning(message)
+
+    def _setting(self, message: SetCommand, parts: Parts) -> Callable[[], str]:
+        """Return what sets a command, of everybody or of a user."""
+        label, command, user = message.label, message.command, message.user
+        if user and user not in parts.bundle.users.names:
+            raise BundleError(f"there is no user {user!r}")
+        if label not in parts.bundle.labels[1:] and (label or not user):
+            raise BundleError(f"there is no gesture {label!r}")
+        _check_command(command)
+        if parts.options.mapping is not None:
+            raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
+        done = f"{label}: {command or 'nothing'}" if label else f"{user} has the commands of all"
+        return partial(self._alter, Job("command", label, command, user=user), done)
 
     def _learning(self, message: Learn) -> Callable[[], str]:
         """Return what learns a gesture from its pending examples."""
@@ -276,6 +287,12 @@ class Teacher:
     def _begin(self, work: Callable[[], Iterable[Message]]) -> list[Message]:
         """Begin a work with files; return a message if there are too many."""
         return [] if self._worker.begin(work) else [_failed(_BUSY)]
+
+
+def _check_command(command: str) -> None:
+    """Raise BundleError if a command is neither "" nor a command's name."""
+    if command and not _COMMAND.fullmatch(command):
+        raise BundleError(f"{command!r} is no command, such as {COMMANDS[0]}")
 
 
 def _treat(message: InjectFault | Recalibrate, device: Device) -> list[Message]:

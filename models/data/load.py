@@ -79,7 +79,7 @@ def read(
     """
     recordings = read_training(paths)
     origin, rate_hz = recordings.surveys[0].origin, recordings.rate_hz
-    vocabulary = vocabulary_of(paths, recordings.labels)
+    vocabulary = vocabulary_of(paths, recordings.labels, orb=origin.signal.ratio)
     length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * rate_hz)))
     settings = recipe.settings(rate_hz, length)
     if not origin.signal.ratio:
@@ -199,7 +199,9 @@ class _Reader:
         if labeller == "true":
             return labels, None
         repaired, lateness = label_repair.repair(recording, labeller)
-        labels = repaired if self.recipe.repair else labels
+        # With a gesture in every frame there is no edge to null that could be moved.
+        whole = bool((labels > 0).all()) and bool((repaired != UNKNOWN).any())
+        labels = repaired if self.recipe.repair and not whole else labels
         if self.choice == "auto" and self.recipe.truth:  # the truth is better where it is known
             labels = np.where(recording.label != UNKNOWN, recording.label, labels)
         if (labels != UNKNOWN).any():
@@ -215,12 +217,17 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
     return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
 
 
-def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return the vocabulary beside the recordings, or the shipped entries of their labels."""
+def vocabulary_of(
+    paths: Iterable[Path], labels: tuple[str, ...], *, orb: bool = True
+) -> Vocabulary:
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
+
+    The symmetries of shipped entries are for the orb only.
+    """
     folders = [path if path.is_dir() else path.parent for path in paths]
     files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:
-        return vocabularies.of(labels)
+        return vocabularies.of(labels, orb=orb)
     vocabulary = vocabularies.read(files[0])
     if sorted(vocabulary.labels) != sorted(labels):
         raise ValueError(

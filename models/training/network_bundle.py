@@ -29,7 +29,7 @@ from models.evaluation import evaluate
 from models.reports import page
 from models.results.evaluation import numbers
 from models.results.training import Training
-from models.training import advice, export
+from models.training import advice, export, symmetry_search
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
@@ -83,6 +83,23 @@ class NetworkPlan:
 
     def train(self, device: torch.device, folder: Path, say: Say) -> Training:
         """Train the networks; write the bundle, its card and its report."""
+        return self._searched(device, say)._train(device, folder, say)
+
+    def _searched(self, device: torch.device, say: Say) -> "NetworkPlan":
+        """Return the plan with the symmetries found by trial, where none are declared."""
+        data, windows, recipe = self.data, self.split.windows, self.recipe.gesture
+        known = not symmetry_search.undeclared(data) or self.request.declared
+        if known or not self.gesture or not len(windows.check):
+            return self
+        say("trying symmetries, since no gestures.toml declares them (--declared: do not)")
+        seed = self.request.seed
+        judge = symmetry_search.trial(data, windows.train, windows.check, recipe, seed, device)
+        found = symmetry_search.search(judge, data.vocabulary)
+        say(f"on what is held out: {found.words}; declare in gestures.toml what holds")
+        return replace(self, data=replace(data, vocabulary=found.vocabulary))
+
+    def _train(self, device: torch.device, folder: Path, say: Say) -> Training:
+        """Train the networks with the symmetries that are known."""
         request, data, split, lender = self.request, self.data, self.split, self.lender
         shape = data.examples.images.shape[1:]
         result = _expected(self)

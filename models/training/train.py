@@ -120,6 +120,11 @@ class Request:
         "DIR",
         **FOLDERS,
     )
+    declared: bool = _option(
+        False,
+        "try no symmetries beside those in gestures.toml; else, on another sensor than the orb, "
+        "those that help people held out are used (docs/people.md)",
+    )
     unmeasured: bool = _option(
         False, "do not measure how much more examples would help", flag="no-advice"
     )

@@ -75,3 +75,7 @@ def test_the_readme_fits_and_has_both_commands() -> None:
     assert len(lines) <= 120
     assert any(line.strip().endswith("&& .venv/bin/host") for line in lines[:20])
     assert any(line.strip().endswith("&& .venv/bin/pytest") for line in lines[:25])
+
+
+def test_no_page_links_to_what_the_site_lacks() -> None:
+    assert [name for name, text in pages().items() if "](../" in text] == []

@@ -18,7 +18,9 @@ from controller.protocol.teaching import (
     Learn,
     LearnStatus,
     SaveAs,
+    SetCommand,
     Undo,
+    UserInfo,
     Vocabulary,
 )
 from host.app.application import SIZE, OrbApp
@@ -41,6 +43,7 @@ class FakeOrb:
     def __init__(self) -> None:
         self.heard: list[Message] = []
         self.taught: dict[str, str] = {}  # labels and their commands
+        self.users: dict[str, dict[str, str]] = {}  # own commands of each by label
         self.pending: dict[int, ExampleTaken] = {}
         self.weak = False  # whether the next example cannot be learned
         self.objects = False  # whether nothing can be learned
@@ -71,6 +74,12 @@ class FakeOrb:
             case Forget(label=label):
                 del self.taught[label]
                 return [*self.described(), LearnStatus(DONE, 1.0, "forgotten")]
+            case SetCommand(label="", user=user):
+                self.users[user] = {}
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
+            case SetCommand(label=label, command=command, user=user):
+                self.users[user][label] = command or "none"
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
             case Undo() | SaveAs():
                 return [LearnStatus(DONE, 1.0, "done")]
         return []
@@ -89,7 +98,10 @@ class FakeOrb:
             GestureInfo(label, label, label in self.taught, 0, DENT, rules(command))
             for label, command in (OF | self.taught).items()
         ]
-        return [head, *infos]
+        users = [
+            UserInfo(name, tuple(own), tuple(own.values())) for name, own in self.users.items()
+        ]
+        return [head, *infos, *users]
 
 
 def rules(command: str) -> tuple[CommandRule, ...]:

@@ -2,7 +2,7 @@
 
     python -m tests.system.docs_pictures
 
-Writes docs/pictures/app-*.png, teach.gif and play.gif, and assets/screenshot.png, in about four
+Writes docs/pictures/app-*.png, teach.gif and play.gif in about four
 minutes: a script moves the pointer, and a virtual orb in a process of its own feels it. No display
 is needed; the films need the `film` extra.
 """
@@ -306,7 +306,7 @@ def play(camera: Camera) -> None:
         camera.press()
         camera.run(seconds)
         if seconds == 0.5:
-            camera.save(ROOT / "assets" / "screenshot.png")
+            camera.save(PICTURES / "app-press.png")
         camera.lift()
         camera.run(2.0)
     assert isinstance(camera.app.stage.screen, PlayScreen)

@@ -167,7 +167,8 @@ def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
     here = -layout.area.left, -layout.area.top
     _draw_well(scenery, layout.board.move(here), layout, look)
     for card in (layout.hold, layout.next, layout.stats):
-        draw_card(scenery, card.move(here), cell // 3, look)
+        if card.width:
+            draw_card(scenery, card.move(here), cell // 3, look)
     pad, letter = round(0.6 * cell), layout.letter
     for card, key in ((layout.hold, "view.hold"), (layout.next, "view.next")):
         place = card.move(here)

@@ -1,7 +1,7 @@
 """Drawing of a game into a rectangle of a surface, and the figures beside its board."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
 
@@ -81,8 +81,13 @@ class GameView:
         *,
         hints: Mapping[Phase, str] = MappingProxyType({}),
         look: ThemeChoice | None = None,
+        card: bool = True,
     ) -> None:
-        """Draw into an area; hints say what to do when the game pauses or is over."""
+        """Draw into an area; hints say what to do when the game pauses or is over.
+
+        `card` is whether there is a card for figures.
+        """
+        self._card = card
         self._hints = hints
         self._look = look or ThemeChoice()
         self._effects = Effects(self._look)
@@ -91,6 +96,8 @@ class GameView:
         self._lay_out(Layout.inside(area, scale=self._look.scale))
 
     def _lay_out(self, layout: Layout) -> None:
+        if not self._card:
+            layout = replace(layout, stats=pygame.Rect(layout.board.topleft, (0, 0)))
         self.layout = layout
         self._effects.clear()  # their pictures have the old size
         self._callouts.clear()
@@ -245,7 +252,7 @@ class GameView:
 
     def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
         """Show at the foot of the figures which chains are alive, where there is room."""
-        if self.layout.tall:
+        if self.layout.tall or not self._card:
             return
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
         left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)

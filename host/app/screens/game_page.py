@@ -94,7 +94,9 @@ class GamePage(OrbScreen):
 
     def _placed(self, area: pygame.Rect) -> GameView:
         if self._game_view is None or self._game_area != area:
-            self._game_view, self._game_area = GameView(area, look=self._stage.look), area
+            card = bool(self.figures())
+            self._game_view = GameView(area, look=self._stage.look, card=card)
+            self._game_area = area
         return self._game_view
 
     def _draw_lines(

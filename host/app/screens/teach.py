@@ -19,6 +19,7 @@ from host.app.screens.teach_page import (
     gesture_name,
 )
 from host.app.screens.teach_try import save_as
+from host.app.screens.teach_users import UsersPage
 from host.app.screens.train import TrainPage
 from host.ui import naming
 from tetris.window.menu import Item, Menu
@@ -44,6 +45,11 @@ class TeachScreen(TeachPage):
         items = [
             Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
             *(self._item(one) for one in self._listed),
+            Item(
+                words("teach.users"),
+                self._users if self.lessons.users else None,
+                hint=words("teach.users_hint" if self.lessons.users else "teach.no_users"),
+            ),
             Item(words("train.item"), self._train, hint=words("train.hint")),
             Item(words("teach.that_was"), self._correct, hint=words("teach.that_was_hint")),
             Item(words("teach.files"), self._files, hint=words("teach.files_hint")),
@@ -99,6 +105,9 @@ class TeachScreen(TeachPage):
             for each in (*COMMANDS, "")
         ]
         self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
+
+    def _users(self) -> None:
+        self.show(UsersPage(self.course))
 
     def _train(self) -> None:
         self.show(TrainPage(self.course))

@@ -12,6 +12,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recognition.mapping import Rule
 from tests.controller.adapt.test_correction import SHIPPED, images
+from tests.support import user_bundles
 
 DATA = SHIPPED.read_bytes()
 
@@ -119,3 +120,18 @@ def test_a_bundle_of_an_older_version_knows_no_way_back() -> None:
     content = {**bundles.content(parts), bundles.REHEARSAL: known.pack()}
     with pytest.raises(AdaptError, match="controller rollback"):
         adapt.forget(bundles.assembled(parts[bundles.MANIFEST], content), "swipe")
+
+
+def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
+    data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
+    made = file_of(unlearn.set_command(data, "twist_cw", "drop", "bob"))
+    before, after = bundles.parse(data), bundles.parse(made)
+    assert after.mapping == before.mapping
+    own = {"pinch": (Rule("hold"),), "twist_cw": (Rule("drop"),)}
+    assert {name: mapping.rules for name, mapping in after.users.mappings.items()} == {"bob": own}
+    first = bundles.parse(file_of(unlearn.set_command(made, "press", "", "ann")))
+    assert first.users.mapping("ann", first.mapping).command("press", None) is None
+    back = bundles.parse(file_of(unlearn.set_command(made, "", "", "bob")))
+    assert back.users.mappings == {}
+    with pytest.raises(AdaptError, match="no user 'cleo'"):
+        unlearn.set_command(data, "press", "drop", "cleo")

@@ -4,7 +4,14 @@ import pygame
 import pytest
 
 from controller.protocol.messages import Command
-from controller.protocol.teaching import ExampleDrop, ExampleEnd, ExampleStart, Forget, Learn
+from controller.protocol.teaching import (
+    ExampleDrop,
+    ExampleEnd,
+    ExampleStart,
+    Forget,
+    Learn,
+    SetCommand,
+)
 from host.app.screens.teach import TeachScreen
 from host.app.screens.teach_examples import ExamplesPage
 from host.app.screens.teach_new import DetailsPage
@@ -206,3 +213,33 @@ def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
     assert isinstance(screen, ExamplesPage)
     assert len(screen.examples) == 3
     assert "too different" in window.menu.notice
+
+
+def values(window: Window) -> dict[str, str]:
+    return {item.label: item.value for item in window.menu.items if item.value}
+
+
+def test_a_user_gets_a_command_and_goes_back_to_those_of_all() -> None:
+    window = Window()
+    window.orb.users = {"ann": {}, "bob": {"pinch": "hold"}}
+    window.pass_s(0.2, *(Delivered(each, 0) for each in window.orb.described()))
+    window.choose("Teach")
+    window.choose("Users")
+    assert values(window) == {"ann": "as everybody", "bob": "own commands"}
+    window.choose("bob")
+    assert values(window)["pinch"] == "hold"
+    window.choose("press")
+    window.choose("nothing")
+    assert window.sent(SetCommand) == [SetCommand("press", "", "bob")]
+    assert values(window)["press"] == "nothing"
+    window.choose("Use everybody's commands")
+    assert window.sent(SetCommand)[1:] == [SetCommand("", "", "bob")]
+    assert (values(window)["press"], values(window)["pinch"]) == ("left", "drop")
+
+
+def test_without_users_the_entry_says_how_to_get_them() -> None:
+    window = Window()
+    window.choose("Teach")
+    entry = window.menu.items[window.number("Users")]
+    assert entry.do is None
+    assert "models train --task user" in entry.hint

@@ -1,0 +1,80 @@
+"""Pages of the users that a bundle knows, with the commands of each."""
+
+from functools import partial
+
+from controller.protocol.messages import COMMANDS
+from host.app.screens.teach_page import ChoicePage, Course, TeachPage, command_name
+from host.ui import naming
+from tetris.window.menu import Item, Menu
+
+
+class UsersPage(TeachPage):
+    """Lists the users."""
+
+    def page(self) -> Menu:
+        """Return the users, each with what is their own."""
+        words = self.words
+        items = [
+            Item(
+                name,
+                partial(self._open, name),
+                value=words("teach.own" if info.labels else "teach.as_all"),
+            )
+            for name, info in self.lessons.users.items()
+        ]
+        return Menu(words("teach.users"), [*items, self.back_item()], notice=self.notice())
+
+    def _open(self, name: str) -> None:
+        self.show(UserPage(self.course, name))
+
+
+class UserPage(TeachPage):
+    """Shows the mapping of one user, and changes it."""
+
+    def __init__(self, course: Course, user: str) -> None:
+        """Show the mapping of a user."""
+        self.user = user
+        super().__init__(course)
+
+    def page(self) -> Menu:
+        """Return the gestures with the commands that they have for the user."""
+        words, own = self.words, self._own()
+        items = [
+            Item(
+                naming.gesture(words, label),
+                partial(self._set, label),
+                value=" / ".join(command_name(words, each) for each in commands),
+                hint=words("teach.own_hint" if label in own else "teach.as_all_hint"),
+            )
+            for label, commands in {**self._common(), **own}.items()
+        ]
+        back = partial(self.lessons.set_command, "", "", self.user)
+        items.append(Item(words("teach.like_all"), back if own else None))
+        return Menu(self.user, [*items, self.back_item()], notice=self.notice())
+
+    def _common(self) -> dict[str, list[str]]:
+        """Return the commands of all users, by gesture."""
+        return {
+            label: list(dict.fromkeys(rule.command for rule in one.rules)) or [""]
+            for label, one in self.orb.state.gestures.items()
+        }
+
+    def _own(self) -> dict[str, list[str]]:
+        """Return the user's own commands, by gesture."""
+        found: dict[str, list[str]] = {}
+        if info := self.lessons.users.get(self.user):
+            for label, command in zip(info.labels, info.commands, strict=False):
+                found.setdefault(label, []).append("" if command == "none" else command)
+        return found
+
+    def _set(self, label: str) -> None:
+        words = self.words
+        choices = [
+            (
+                command_name(words, each),
+                partial(self.lessons.set_command, label, each, self.user),
+            )
+            for each in (*COMMANDS, "")
+        ]
+        title = f"{self.user}: {naming.gesture(words, label)}"
+        self.show(ChoicePage(self.course, title, choices))
