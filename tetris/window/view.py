@@ -228,7 +228,6 @@ class GameView:
 
     @property
     def _small(self) -> int:
-        """The side of a block beside the board."""
         return max(4, round(self.layout.cell * 0.82))
 
     def _draw_figures(self, surface: pygame.Surface, figures: Sequence[Figure]) -> None:

@@ -41,7 +41,7 @@ def test_a_block_has_the_colour_of_its_piece(view: GameView) -> None:
     cell = view.layout.cell
     x, y = view.layout.at(0, 0)
     red, green, blue, _ = surface.get_at((x + cell // 2, y + cell // 2))
-    expected = theme.PIECES["S"]
+    expected = theme.DARK.pieces["S"]
     assert max(abs(a - b) for a, b in zip((red, green, blue), expected, strict=True)) < 30
 
 
@@ -84,10 +84,10 @@ def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:
 
 
 def test_words_can_be_drawn_again_after_pygame_was_quit() -> None:
-    theme.text("TETRIS", 31)
+    theme.text("TETRIS", 31, theme.WHITE)
     pygame.quit()
     pygame.font.init()
-    assert theme.text("PLAY AGAIN", 31).get_width() > 0
+    assert theme.text("PLAY AGAIN", 31, theme.WHITE).get_width() > 0
 
 
 def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
