@@ -158,8 +158,8 @@ class Teacher:
             LearnStatus(
                 DONE,
                 1.0,
-                f"{count(examples, 'example')} and {count(recordings, 'recording')} deleted; "
-                "taught gestures keep theirs until they are forgotten",
+                f"examples deleted: {examples}, recordings: {recordings}; taught gestures keep "
+                "theirs until they are forgotten",
             )
         ]
 

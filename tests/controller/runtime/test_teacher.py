@@ -134,7 +134,7 @@ def test_an_example_is_on_the_disk_and_comes_again_after_a_restart(
     orb.ask(DeleteExamples())
     done = orb.answer()
     assert isinstance(done, LearnStatus)
-    assert done.text.startswith("0 examples and 0 recordings deleted")
+    assert done.text.startswith("examples deleted: 0, recordings: 0")
     assert stored(tmp_path) == ["example-8.npz"]
 
 
