@@ -155,9 +155,7 @@ def _lender(
     return None if why else base
 
 
-def _start(
-    path: Path | None, data: Data, recipe: Recipe, gesture: bool, location: bool
-) -> Start:
+def _start(path: Path | None, data: Data, recipe: Recipe, gesture: bool, location: bool) -> Start:
     """Return the weights that the networks start from, read from a bundle; None: random."""
     if path is None:
         return Start()
