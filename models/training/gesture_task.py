@@ -110,8 +110,8 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
     recipe, parts = job.recipe.gesture, job.split.windows
     task = GestureTask(examples, parts, len(labels), symmetry, recipe, job.device, classes)
     if job.start.gesture:
-        ends = task.ends["train"]
-        some = task.cut(ends[:: 1 + len(ends) // AT_ONCE])[0]
+        known = task.ends["train"]
+        some = task.cut(known[:: 1 + len(known) // AT_ONCE])[0]
         transfer.begin(task.net, job.start.gesture, some)
     fitted = fit_shown(task, "CNN-3D", _describe, job.seed, job.folder)
     # From here on there are no auxiliary classes, nor their windows.

@@ -54,12 +54,11 @@ def take(new: State, new_places: Places, old: State, old_places: Places) -> tupl
 def _fitted(old: Tensor, shape: torch.Size, places: tuple[Places, Places] | None) -> Tensor | None:
     """Return a layer's weights in a shape; None if they do not fit. `places`: old and new maps."""
     if places is not None:
-        inner = -1, *places[0]
         if old.shape[0] != shape[0] or len(places[0]) != len(places[1]):
             return None
         if places[0] == places[1]:
             return old if old.shape == shape else None
-        made = _resampled(old.unflatten(1, inner), places[1]).flatten(1)
+        made = _resampled(old.reshape(len(old), -1, *places[0]), places[1]).flatten(1)
         return made if made.shape == shape else None
     if old.shape == shape:
         return old
@@ -100,7 +99,7 @@ def start(
             "nothing of the bundle named with --from fits: its layers have other widths or other "
             "kernels than those of the recipe; leave --from out, or name a bundle of this recipe"
         )
-    return Start(*states, tuple(lines))
+    return Start(states[0], states[1], tuple(lines))
 
 
 def _taken(net: Network, model: bytes, size: Places, *, same: bool) -> tuple[State, str]:

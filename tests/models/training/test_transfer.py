@@ -36,7 +36,8 @@ def gestures(*shape: int, classes: int = 5) -> Network:
 
 def logits(net: Network, windows: Tensor) -> Tensor:
     with torch.no_grad():
-        return net.eval()(windows)
+        answers: Tensor = net.eval()(windows)
+    return answers
 
 
 def test_a_network_of_the_same_shape_starts_with_the_answers_of_the_bundle() -> None:
