@@ -75,6 +75,14 @@ class Request:
         flag="with",
         type=Path,
     )
+    start: Path | None = _option(
+        None,
+        "bundle whose networks the training starts from, of any grid, rate and labels; what fits "
+        "is taken (default: random)",
+        "BUNDLE",
+        flag="from",
+        type=Path,
+    )
     seed: int = _option(0, "of everything random (default: 0)", range=(0, 2**32 - 1))
     epochs: int = _option(
         0,
