@@ -19,7 +19,7 @@ from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
 from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
-from controller.recordings.recording import UNKNOWN, Recording, RecordingError
+from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
@@ -44,6 +44,7 @@ Say = Callable[[str], None]
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
 WINDOWS: Final = (4, 250)  # images; a bundle holds no more
+ORB: Final = (5, 5)  # rows and columns of the paper's orb
 KNOWN: Final = 0.5  # share of frames from which on the truth counts as known
 SAMPLED: Final = 8  # recordings from which a scale is taken
 WINDOWLESS: Final = "it has no quiet second, or no whole labelled window after it"
@@ -80,7 +81,7 @@ def read(
     """
     recordings = read_training(paths)
     origin, rate_hz = recordings.surveys[0].origin, recordings.rate_hz
-    vocabulary = vocabulary_of(paths, recordings.labels, orb=origin.signal.ratio)
+    vocabulary = vocabulary_of(paths, recordings.labels, orb=of_orb(origin))
     length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * rate_hz)))
     settings = recipe.settings(rate_hz, length)
     if not origin.signal.ratio:
@@ -216,6 +217,12 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
     """Return a hash of all data of a training: the recordings' SHA-256, and their gestures."""
     entries = [replace(entry, file=None) for entry in vocabulary.entries]
     return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
+
+
+def of_orb(origin: Provenance) -> bool:
+    """Return whether they are of an orb, real or simulated, whose gestures are known by name."""
+    known = "orb" in origin.hardware or (origin.rows, origin.columns) == ORB
+    return origin.signal.ratio and (bool(origin.preset) or known)
 
 
 def vocabulary_of(
