@@ -15,7 +15,7 @@ from tetris.window.screens.menu_screen import MenuScreen
 if TYPE_CHECKING:
     from host.phone.server import PhoneServer
 
-_LETTERS: Final = 46  # of a sentence in a line of a table
+_LETTERS: Final = 44  # of a sentence in a line of a table
 
 
 class Orb(Protocol):

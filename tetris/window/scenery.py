@@ -33,6 +33,7 @@ _FIGURES: Final = 5
 _FIGURE: Final = 2.55  # height of a number with its label, in letters
 _CHIPS: Final = 1.6  # height of the chains below the figures, in letters
 _STRIP: Final = 16  # width of the cards above and below a board in a tall area, in cells
+PAD: Final = 0.35  # between the edge of a card and its words, in cells
 _STRIP_SLOT: Final = 3.5  # from one next piece to the one beside it
 
 
@@ -116,7 +117,7 @@ def _beside(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
     )
     below = following.bottom + gap
     callout = pygame.Rect(right, below, side, max(1, place.bottom - below))
-    figures = _figure_column(stats.inflate(-2 * round(0.6 * cell), 0), letter)
+    figures = _figure_column(stats.inflate(-2 * round(PAD * cell), 0), letter)
     cards = hold, stats, following, callout
     return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, False)
 
@@ -169,7 +170,7 @@ def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
     for card in (layout.hold, layout.next, layout.stats):
         if card.width:
             draw_card(scenery, card.move(here), cell // 3, look)
-    pad, letter = round(0.6 * cell), layout.letter
+    pad, letter = round(PAD * cell), layout.letter
     for card, key in ((layout.hold, "view.hold"), (layout.next, "view.next")):
         place = card.move(here)
         words = theme.fitted(

@@ -14,7 +14,7 @@ from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.window import theme
 from tetris.window.effects import Callouts, Effects
-from tetris.window.scenery import Layout, draw_scenery
+from tetris.window.scenery import PAD, Layout, draw_scenery
 from tetris.window.tiles import ThemeChoice
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
@@ -255,7 +255,7 @@ class GameView:
         if self.layout.tall or not self._card:
             return
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
-        left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
+        left, widest = card.left + round(PAD * cell), card.width - 2 * round(PAD * cell)
         chips = []
         if game.streak.b2b:
             chips.append((self._look.words("callout.b2b"), palette.warn))
