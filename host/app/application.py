@@ -51,12 +51,7 @@ from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
 
 SIZE: Final = (1280, 720)  # the window's first; it can be resized
-_MOUSE: Final = (
-    pygame.MOUSEMOTION,
-    pygame.MOUSEBUTTONDOWN,
-    pygame.MOUSEBUTTONUP,
-    pygame.MOUSEWHEEL,
-)
+_MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
