@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import Final, TextIO
 
 TROUBLE: Final = 1
-USAGE: Final = 2  # see `UserError.status`
 INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 

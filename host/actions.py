@@ -28,7 +28,6 @@ class HeldGestures:
     """Commands whose gesture is held: after the first step they repeat as held keys do."""
 
     def __init__(self, settings: Settings, rate_hz: float = 10.0) -> None:
-        """Begin with nothing held, on an orb of so many frames a second."""
         self._das_s = settings.das_ms / 1000 + _LINGER_FRAMES / rate_hz
         self._keys = Keys(HELD, das_s=self._das_s, arr_s=settings.arr_ms / 1000)
         self._held: frozenset[str] = frozenset()

@@ -65,7 +65,6 @@ class Autoplayer:
     """One player's decisions; the same for the same seed and the same board."""
 
     def __init__(self, seed: int, seconds: float) -> None:
-        """Prepare to play `seconds` of granted time."""
         self._seconds = seconds
         self._random = random.Random(f"orbtouch player {seed}")
         self._free_s = FIRST_S  # when the hand may begin again
@@ -117,7 +116,6 @@ class Autoplayer:
         return Perform(self._number, label, x, y)
 
     def _choose(self, game: Game) -> str | None:
-        """Return the command that the board asks for."""
         if game.phase is Phase.OVER:
             return "drop"  # begins the next game
         if game.phase is not Phase.RUNNING:

@@ -65,7 +65,6 @@ class Demo:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End link and orb."""
         self._receiver.close()
         self._device.close()
 
@@ -181,7 +180,6 @@ def summary(verdict: dict[str, Any]) -> str:
 
 
 def _play(demo: Demo, speed: float, surface: pygame.Surface | None) -> None:
-    """Tick until the time is up or the window is closed."""
     start = time.monotonic()
     while not demo.over:
         if speed > 0:

@@ -32,7 +32,6 @@ class DemoGame:
     """
 
     def __init__(self, seed: int) -> None:
-        """Begin a game of a seed; its time begins with the first tick."""
         self.game, self.orb = Game(seed, PACE), OrbState()
         self._gestures = HeldGestures(Settings())
         self._pad = DomeArea()
@@ -66,7 +65,6 @@ class DemoGame:
         return self.game.update(self._now_s, actions, soft_drop=lowering)
 
     def _take(self, item: Received, now_s: float) -> Action | None:
-        """Process a received event; return the action of a command."""
         match item:
             case Connected(welcome=welcome):
                 self._gestures = HeldGestures(Settings(), welcome.rate_hz)

@@ -316,7 +316,6 @@ class DevicePort:
 
 
 def _matching(answers: list[Answer], words: str) -> list[Answer]:
-    """Return the devices of an identity or, if there are none, of a name."""
     here = [answer for answer in answers if answer.outcome == "orb"]
     exact = [answer for answer in here if answer.device_id == words]
     return exact or [answer for answer in here if answer.name == words]

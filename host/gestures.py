@@ -29,6 +29,7 @@ from controller.protocol.teaching import (
     SaveAs,
     SetCommand,
     Undo,
+    UserInfo,
     Vocabulary,
 )
 
@@ -43,6 +44,7 @@ class Lessons:
 
     Attributes:
         vocabulary: As described last; None before.
+        users: The enrolled users of the bundle, by name.
         examples: Outcomes of the examples by number, also of those that were not felt.
         open: Number of the example under way; None if there is none.
         status: Progress or outcome of the last change; None before the first.
@@ -51,6 +53,7 @@ class Lessons:
 
     first: int = 1  # number of the first example: unused before, such as a time in seconds
     vocabulary: Vocabulary | None = None
+    users: dict[str, UserInfo] = field(default_factory=dict)
     examples: dict[int, ExampleTaken] = field(default_factory=dict)
     open: int | None = None
     status: LearnStatus | None = None
@@ -88,7 +91,9 @@ class Lessons:
     def take(self, message: Message) -> None:
         """Take a message of the orb; those of other kinds have no effect."""
         if isinstance(message, Vocabulary):
-            self.vocabulary = message
+            self.vocabulary, self.users = message, {}
+        elif isinstance(message, UserInfo):
+            self.users[message.user] = message
         elif isinstance(message, ExampleTaken):
             self.examples[message.number] = message
             if message.number == self.open:
@@ -158,12 +163,8 @@ class Lessons:
         self._change(SaveAs(name))
 
     def set_command(self, label: str, command: str, user: str = "") -> None:
-        """Set the command of a gesture, "" nothing, for a user or everybody."""
+        """Set the command of a gesture, "" nothing; `SetCommand` has the meaning of the user."""
         self._change(SetCommand(label, command, user))
-
-    def reset_command(self, label: str, user: str) -> None:
-        """Give a user everybody's command of a gesture again; "": of all."""
-        self._change(SetCommand(label, "", user, own=False))
 
     def delete_examples(self) -> None:
         """Delete all examples and recordings."""

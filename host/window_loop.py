@@ -123,7 +123,7 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
             f"{error}; to let the demo play without a window, add --demo --headless"
         ) from error
     if not headless:
-        pygame.display.set_icon(dome.balloon(_ICON, theme.SURFACE_RAISED, theme.LINE))
+        pygame.display.set_icon(dome.balloon(_ICON, theme.DARK.raised, theme.DARK.line))
     return surface
 
 

@@ -40,7 +40,6 @@ def run(argv: list[str] | None = None) -> int:
 
 
 def _options(argv: list[str] | None) -> argparse.Namespace:
-    """Parse the options, and refuse those that exclude each other."""
     parser = _parser()
     options = parser.parse_args(argv)
     levels = options.level and options.mode and not MODES[options.mode].levels
@@ -102,7 +101,6 @@ def _window() -> ModuleType:
 
 
 def _play_unseen(options: argparse.Namespace) -> int:
-    """Let a bot play without a window."""
     seed = secrets.randbits(32) if options.seed is None else options.seed
     mode = MODES[options.mode or "endless"]
     config = mode.config(options.level or 1, seed)
@@ -232,58 +230,34 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Try it: tetris --bot",
     )
 
-    def add(name: str, text: str, **how: Any) -> None:
+    def add(option: str, text: str, **how: Any) -> None:
+        name, _, metavar = option.partition(" ")
+        how |= {"metavar": metavar} if metavar else {"action": "store_true"}
         parser.add_argument(name, help=text, **how)
 
     seed = _whole(_LAST_SEED, least=0)
+    add("--mode NAME", f"begin at once with {', '.join(MODES)} (default: the menu)", choices=MODES)
+    add("--seed N", "which game; the same again (default: a new one)", type=seed)
+    level = f"level to start with, 1 to {LAST_GRAVITY_LEVEL}, where the mode has levels"
+    add("--level N", level, type=_whole(LAST_GRAVITY_LEVEL))
+    bot = f"watch a bot play: {', '.join(BOTS)} (default: {STRONGEST})"
+    add("--bot NAME", bot, nargs="?", choices=BOTS, const=STRONGEST)
+    add("--replay FILE", "watch a recorded game; headless: check it", type=Path)
+    add("--headless", "no window, as fast as it can; with --bot, --replay")
+    pieces = "pieces of a bot's headless game (default: %(default)s)"
+    add("--pieces N", pieces, type=_whole(_MOST_PIECES), default=1000)
     add(
-        "--mode",
-        f"begin at once with {', '.join(MODES)} (default: the menu)",
-        choices=MODES,
-        metavar="NAME",
-    )
-    add("--seed", "which game; the same again (default: a new one)", type=seed, metavar="N")
-    add(
-        "--level",
-        f"level to start with, 1 to {LAST_GRAVITY_LEVEL}, where the mode has levels",
-        type=_whole(LAST_GRAVITY_LEVEL),
-        metavar="N",
-    )
-    add(
-        "--bot",
-        f"watch a bot play: {', '.join(BOTS)} (default: {STRONGEST})",
-        nargs="?",
-        choices=BOTS,
-        const=STRONGEST,
-        metavar="NAME",
-    )
-    add("--replay", "watch a recorded game; headless: check it", type=Path, metavar="FILE")
-    add("--headless", "no window, as fast as it can; with --bot, --replay", action="store_true")
-    add(
-        "--pieces",
-        "pieces of a bot's headless game (default: %(default)s)",
-        type=_whole(_MOST_PIECES),
-        default=1000,
-        metavar="N",
-    )
-    add(
-        "--rate",
+        "--rate HZ",
         "the bot's actions a second in a headless game (default: as fast as the rules "
         f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
         type=_whole(_MOST_RATE_HZ),
-        metavar="HZ",
     )
-    add("--record", "keep a headless game", type=Path, metavar="FILE")
-    add("--film", "save --replay as a .gif or .mp4 (film extra)", type=Path, metavar="FILE")
-    add(
-        "--speed",
-        "how many times faster the film is than the game (default: %(default)s)",
-        type=_whole(_MOST_SPEED),
-        default=1,
-        metavar="N",
-    )
-    add("--json", "print the result as JSON", action="store_true")
-    add("--version", "print the version", action="store_true")
+    add("--record FILE", "keep a headless game", type=Path)
+    add("--film FILE", "save --replay as a .gif or .mp4 (film extra)", type=Path)
+    speed = "how many times faster the film is than the game (default: %(default)s)"
+    add("--speed N", speed, type=_whole(_MOST_SPEED), default=1)
+    add("--json", "print the result as JSON")
+    add("--version", "print the version")
     return parser
 
 

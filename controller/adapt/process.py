@@ -35,17 +35,18 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 class Job:
     """One change of a bundle."""
 
-    action: str  # "teach", "learn", "forget", "command" or "common": those of `controller.adapt`
+    action: str  # "teach", "learn", "forget" or "command": functions of `controller.adapt`
     label: str = ""
     command: str = ""  # "": nothing
     note: str = ""
+    user: str = ""  # whose command; "": everybody's
     examples: tuple[Example, ...] = ()  # with their spans
-    user: str = ""  # of whom the command is; "": everybody
 
     def pack(self) -> bytes:
         """Return the job as bytes."""
-        texts = [self.action, self.label, self.command, self.note, self.user]
-        words = np.array(texts, dtype="U200")
+        words = np.array(
+            [self.action, self.label, self.command, self.note, self.user], dtype="U200"
+        )
         grid = self.examples[0].images.shape[1:] if self.examples else (1, 1)
         return npz.pack({"words": words, **rehearsal.pack_examples(self.examples, grid)})
 
@@ -54,15 +55,14 @@ class Job:
         """Return the job in bytes of `pack`."""
         arrays = npz.unpack(data, MAX_BYTES)
         action, label, command, note, user = map(str, arrays["words"])
-        return cls(action, label, command, note, rehearsal.read_examples(arrays), user)
+        return cls(action, label, command, note, user, rehearsal.read_examples(arrays))
 
     def do(self, data: bytes, progress: Progress) -> AdaptedBundle:
         """Return the changed bundle; AdaptError, BundleError."""
         if self.action == "forget":
             return unlearn.forget(data, self.label, progress)
-        if self.action in ("command", "common"):
-            command = self.command if self.action == "command" else None
-            return unlearn.set_command(data, self.label, command, self.user)
+        if self.action == "command":
+            return unlearn.set_command(data, self.label, self.command, self.user)
         if self.action == "learn":
             return unlearn.learn(data, self.examples, self.command, self.note, progress)
         return teach(data, self.examples, note=self.note, progress=progress)

@@ -78,28 +78,25 @@ def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> 
     return _again(data, lambda one: one.label != label, progress=progress)
 
 
-def set_command(data: bytes, label: str, command: str | None, user: str = "") -> AdaptedBundle:
-    """Return a bundle with another command of a gesture; AdaptError, BundleError.
+def set_command(data: bytes, label: str, command: str, user: str = "") -> AdaptedBundle:
+    """Return a bundle with another command of a gesture, "" nothing.
 
-    Args:
-        data: The bundle.
-        label: The gesture; "": all of a user, where there is no command.
-        command: Its command; "" nothing. None: everybody's again, for a user.
-        user: The enrolled user whose command it is; "": everybody.
+    With a user, only that user's mapping changes; with "" as the label it is removed.
+
+    Raises:
+        AdaptError, BundleError: It is not possible.
     """
     loaded, parts, _ = opened(data)
-    if label not in loaded.labels[1:] and (label or command is not None):
-        raise AdaptError(f"there is no gesture {label!r}")
-    if user not in loaded.users.names and (user or command is None):
+    if user and user not in loaded.users.names:
         raise AdaptError(f"there is no user {user!r}")
+    if label not in loaded.labels[1:] and (label or not user):
+        raise AdaptError(f"there is no gesture {label!r}")
     table = bundles.manifest(parts[bundles.MANIFEST])
-    mappings = table["users"].setdefault("mapping", {}) if user else table
-    rules = mappings.setdefault(user or "mapping", {})
-    if command is None:
-        for each in [label] if label else [*rules]:
-            rules.pop(each, None)
+    mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
+    if label:
+        mappings.setdefault(user, {})[label] = command or NONE
     else:
-        rules[label] = command or NONE
+        mappings.pop(user, None)
     return AdaptedBundle(_text(table), bundles.content(parts), 1.0, loaded.debounce)
 
 
@@ -135,8 +132,6 @@ def _again(
     rules = {k: rule for k, rule in before["mapping"].items() if k not in commands}
     rules |= {label: command for label, command in commands.items() if command}
     table["mapping"] |= {k: rule for k, rule in rules.items() if k in table["labels"]}
-    if "users" in table:
-        table["users"]["mapping"] = _own_rules(before, table)
     if CHANGES in before["card"]:
         table["card"][CHANGES] = before["card"][CHANGES]
     kept = {one.label for one in rest}
@@ -146,15 +141,6 @@ def _again(
         again = sorted({f"{one.label} again" for one in fresh})
         table["card"]["added"] = [*notes, *again]
     return replace(made, manifest=_text(table))
-
-
-def _own_rules(before: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
-    """Return the rules of single users before, as far as user and gesture are still there."""
-    return {
-        user: {label: rule for label, rule in own.items() if label in table["labels"]}
-        for user, own in before.get("users", {}).get("mapping", {}).items()
-        if user in table["users"]["names"]
-    }
 
 
 def _of_kept(note: str, kept: set[str]) -> bool:

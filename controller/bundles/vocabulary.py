@@ -19,7 +19,7 @@ A vocabulary is a TOML file beside the recordings (docs/teach.md):
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -117,9 +117,17 @@ def shipped() -> Vocabulary:
     return parse(text, FILE, Path())
 
 
-def of(labels: Sequence[str]) -> Vocabulary:
-    """Return a vocabulary for labels, "null" first, with the symmetries of the shipped gestures."""
+def of(labels: Sequence[str], *, orb: bool = True) -> Vocabulary:
+    """Return a vocabulary for labels, "null" first, with the symmetries of the shipped gestures.
+
+    On another sensor than the orb, a shipped label lends no symmetry: its gesture may be another.
+    """
     known = {entry.label: entry for entry in shipped().entries}
+    if not orb:
+        known = {
+            label: replace(entry, rotations=ROTATIONS[0], mirror=NO_MIRROR, shifts=False)
+            for label, entry in known.items()
+        }
     entries = tuple(known.get(label) or Entry(label) for label in labels[1:])
     mirrored = tuple(
         entry if entry.mirror in (SELF, NO_MIRROR, *labels) else Entry(entry.label, entry.say)

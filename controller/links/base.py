@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
 from controller.errors import TroubleError, UserError
-from controller.protocol.messages import Message, Welcome
+from controller.protocol.messages import VERSION, Bye, Hello, Message, Welcome
 
 HUSH_S: Final = 10.0  # in which `LogLimit` lets each line pass once
 Item = TypeVar("Item")
@@ -126,6 +126,37 @@ class RequestQueue(Generic[Item]):
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._queue.get(timeout=max(timeout_s, 0.0)))
         return self._ready[0] if self._ready else None
+
+
+class KeyLink(Link):
+    """Link to one host at a time, without packets: it sends key presses only.
+
+    Attributes:
+        connected: Whether a host takes key presses; changes only in `poll`, with Hello and Bye.
+    """
+
+    touchable = False
+    dropped = 0
+    connected = False
+
+    def __init__(self) -> None:
+        self._requests: RequestQueue[Message] = RequestQueue()
+
+    def poll(self) -> list[Message]:
+        """Return Hello for every host that has come, and Bye when there is none."""
+        messages = self._requests.take()
+        if messages:
+            self.connected = isinstance(messages[-1], Hello)
+        return messages
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when `poll` has requests, or after the timeout."""
+        self._requests.wait(timeout_s)
+
+    def _change_host(self, name: str) -> None:
+        """Queue a change of the host, "" for none; callable from any thread."""
+        hello = Hello(VERSION, VERSION, "", name, False)
+        self._requests.put(hello if name else Bye("the host has gone"))
 
 
 class LogLimit:

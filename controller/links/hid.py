@@ -19,7 +19,7 @@ from urllib.parse import parse_qsl
 from controller.errors import how_to_install
 from controller.keymap import keymap
 from controller.keymap.keymap import KeyMap
-from controller.links.base import LinkAwayError, LinkError, RequestQueue
+from controller.links.base import KeyLink, LinkAwayError, LinkError
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import hosts
@@ -27,16 +27,7 @@ from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
-from controller.protocol.messages import (
-    VERSION,
-    Bye,
-    Command,
-    Hello,
-    Message,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol.messages import Command, Message, State, Telemetry, Welcome
 
 CLASSIC = "classic"
 
@@ -64,16 +55,8 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     return HidLink(keys, welcome.name, adapter, classic=classic, only=host)
 
 
-class HidLink(BluetoothLink):
-    """Link to one bonded host at a time, over an encrypted connection; it sends key presses only.
-
-    Attributes:
-        connected: Whether a host is active; changes only in `poll`, with Hello and Bye.
-    """
-
-    touchable = False
-    dropped = 0
-    connected = False
+class HidLink(KeyLink, BluetoothLink):
+    """Link to one bonded host at a time, over an encrypted connection."""
 
     def __init__(
         self, keys: KeyMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
@@ -82,7 +65,7 @@ class HidLink(BluetoothLink):
 
         `only` is the address of the only host that may be active; "": any paired host.
         """
-        self._requests: RequestQueue[Message] = RequestQueue()
+        super().__init__()
         self._closed = threading.Event()
         place = hosts.place()
         self._device = HidDevice(
@@ -107,17 +90,6 @@ class HidLink(BluetoothLink):
         if isinstance(message, Command | State | Telemetry) and not self._closed.is_set():
             self._registration.submit(self._take(message))
 
-    def poll(self) -> list[Message]:
-        """Return Hello for every host that has become active, and Bye when there is none."""
-        messages = self._requests.take()
-        if messages:
-            self.connected = isinstance(messages[-1], Hello)
-        return messages
-
-    def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has requests, or after the timeout."""
-        self._requests.wait(timeout_s)
-
     def close(self) -> None:
         """Release all keys on the host, disconnect it, and unregister from BlueZ."""
         self._closed.set()
@@ -128,12 +100,8 @@ class HidLink(BluetoothLink):
 
     def _report_host(self, address: str) -> None:
         """Queue a change of the active host; called on the registration's thread."""
-        if address:
-            log.info("host %s is active", address)
-            self._requests.put(Hello(VERSION, VERSION, "", address, False))
-        else:
-            log.info("no host is active")
-            self._requests.put(Bye("the host has gone"))
+        log.info("%s is active", f"host {address}" if address else "no host")
+        self._change_host(address)
 
 
 def _transport(device: HidDevice, name: str, *, classic: bool) -> HidTransport:

@@ -19,12 +19,11 @@ from urllib.parse import parse_qsl
 from controller.errors import reason
 from controller.keymap import keymap
 from controller.keymap.keymap import KeyMap
-from controller.links.base import Link, LinkError, RequestQueue
+from controller.links.base import KeyLink, LinkError, RequestQueue
 from controller.links.bluetooth.hid import held_keys
 from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, HeldReports, Report
 from controller.links.usb_gadget import Gadget
-from controller.protocol import messages as wire
-from controller.protocol.messages import Bye, Command, Hello, Message, State, Telemetry
+from controller.protocol.messages import Command, Message, State, Telemetry, Welcome
 
 IDLE_S: Final = 0.1  # greatest delay until a host that comes or goes is noticed
 RETRY_S: Final = 0.002  # between attempts to write; hosts read every 1 to 10 ms
@@ -34,7 +33,7 @@ _NO_HOST: Final = (errno.ESHUTDOWN, errno.ENODEV)
 log = logging.getLogger(__name__)
 
 
-def create(url: str, welcome: wire.Welcome, access: object) -> UsbLink:
+def create(url: str, welcome: Welcome, access: object) -> UsbLink:
     """Create the gadget; LinkError or KeyMapError if that is not possible."""
     udc, _, query = url.partition(":")[2].partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
@@ -123,20 +122,12 @@ class UsbReports:
         self._queue += [report for report in RELEASED if report.id in late]
 
 
-class UsbLink(Link):
-    """Link to the one host at the USB port; it sends key presses only.
-
-    Attributes:
-        connected: Whether a host reads reports; changes only in `poll`, with Hello and Bye.
-    """
-
-    touchable = False
-    dropped = 0
-    connected = False
+class UsbLink(KeyLink):
+    """Link to the one host at the USB port, connected while it reads reports."""
 
     def __init__(self, keys: KeyMap, gadget: Gadget) -> None:
         """Use a gadget until `close`, in a thread."""
-        self._requests: RequestQueue[Message] = RequestQueue()
+        super().__init__()
         self._messages: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         self._gadget = gadget
@@ -150,17 +141,6 @@ class UsbLink(Link):
             self.dropped += 1
         elif isinstance(message, Command | State | Telemetry):
             self._messages.put(message)
-
-    def poll(self) -> list[Message]:
-        """Return Hello for a host that has configured the device, and Bye when it has gone."""
-        messages = self._requests.take()
-        if messages:
-            self.connected = isinstance(messages[-1], Hello)
-        return messages
-
-    def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has requests, or after the timeout."""
-        self._requests.wait(timeout_s)
 
     def close(self) -> None:
         """Remove the device from the host, which releases all keys."""
@@ -184,7 +164,4 @@ class UsbLink(Link):
         self._reports.step(now_s, configured=self._gadget.configured)
         if self._reports.ready != ready:
             log.info("the USB host %s", "has gone" if ready else "reads reports")
-            version = wire.VERSION
-            self._requests.put(
-                Bye("the host has gone") if ready else Hello(version, version, "", "usb", False)
-            )
+            self._change_host("" if ready else "usb")

@@ -87,10 +87,9 @@ class SaveAs(Request):
 class SetCommand(Request):
     """Host to device: the command of a gesture, wherever it is made, from now on."""
 
-    label: codec.Text40  # "": all gestures, where `own` is False
+    label: codec.Text40  # "", with a user: the user has no commands of their own any more
     command: codec.Text40  # "": nothing
-    user: codec.Text40 = ""  # an enrolled user, whose own command it is; "": everybody
-    own: codec.Bool = True  # False: the user's is that of everybody from now on
+    user: codec.Text40 = ""  # enrolled user that it is for; "": everybody
 
 
 @message(60)
@@ -144,7 +143,8 @@ class Check(Request):
 class Vocabulary(Report):
     """Device to host: the gestures in use; the answer to Describe, and after every change.
 
-    A GestureInfo of each label but "null" follows. Telemetry is in the order of `labels` from here.
+    A GestureInfo of each label but "null" and a UserInfo of each enrolled user follow. Telemetry is
+    in the order of `labels` from here.
     """
 
     labels: codec.Names  # "null" first
@@ -169,9 +169,6 @@ class CommandRule:
     above: codec.Bound
 
 
-Rules = Annotated[tuple[CommandRule, ...], codec.many(codec.record(CommandRule), MOST_RULES)]
-
-
 @message(27)
 @dataclass(frozen=True, slots=True)
 class GestureInfo(Report):
@@ -182,17 +179,17 @@ class GestureInfo(Report):
     taught: codec.Bool  # whether `Forget` can remove it
     examples: codec.U16  # in the bundle
     image: Image  # mean of its examples or rehearsal data at their firmest; b"": unknown
-    rules: Rules
+    rules: Annotated[tuple[CommandRule, ...], codec.many(codec.record(CommandRule), MOST_RULES)]
 
 
 @message(14)
 @dataclass(frozen=True, slots=True)
-class UserRules(Report):
-    """Device to host, after the GestureInfos: an enrolled user, then each gesture of their own."""
+class UserInfo(Report):
+    """Device to host: one enrolled user of the bundle, after the GestureInfos."""
 
     user: codec.Text40
-    label: codec.Text40  # "": the user is enrolled
-    rules: Rules  # in place of the gesture's
+    labels: codec.Names  # gestures with a mapping of the user's own; once for each command
+    commands: codec.Names  # of each of them; "none": nothing
 
 
 @message(28)
@@ -206,8 +203,6 @@ class ExampleTaken(Report):
     text: codec.Text500  # why not, a sentence; "" if it is
     seconds: codec.Deviation  # duration of its touch; 0 without one
     image: Image  # at its firmest; b"" without a touch
-    rotations: codec.Text40 = "none"  # as in Learn: guess from the examples of the label so far
-    mirrored: codec.Bool = False  # guess, too
 
 
 @message(29)

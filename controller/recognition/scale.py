@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from controller.recognition.frames import PreprocessSettings, State
 
 PICOFARAD: Final = "pF"
-FIRM: Final = 0.08  # mean |z - 1| of a firm touch of the orb
+# Mean |z - 1| of a firm touch of the orb, measured on simulated presses. Other sensors are scaled
+# to it: the gate and the networks' first layer are made for it.
+FIRM: Final = 0.08
 _FIRM_SHARE: Final = 0.5  # quantile of the touched frames that counts as firm
 _GATE: Final = 1 / 3  # of the orb's gate, which allows for the hysteresis of its rubber
 _NOISE: Final = 0.0025  # mean |z - 1| of noise, until there is a touch

@@ -34,8 +34,7 @@ from controller.runtime.assemble import Parts
 from controller.runtime.renewal import refreshed
 from controller.runtime.teacher import Teacher
 
-# Tests a file, a change of a named bundle, and takes it into use as a title; returns a sentence.
-Install = Callable[[Path, str | None, str], str]
+Install = Callable[[Path], str]  # tests a file and takes it into use; returns a sentence
 # Learns the label of the latest images, (rows, columns) each, and takes the result into use.
 Learn = Callable[[str, list[Image]], str]
 Answer = Callable[[bool, str], Message]  # of a change: whether it was made, and a sentence
@@ -88,9 +87,7 @@ class BundleUpdater:
         """Return the answer to a part of an upload."""
         answer = self._upload.take(message)
         if self._upload.whole is not None and self._thread is None:
-            self.begin(
-                partial(self._install, self._upload.whole, None, self._upload.title), _status
-            )
+            self.begin(partial(self._install, self._upload.whole), _status)
         return answer
 
     def correct(self, message: Correction, images: list[Image]) -> UploadStatus:
@@ -157,11 +154,8 @@ def handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater, Teacher]:
         objection = "this orb was started with a --bundle of its own"
     store = BundleStore()
 
-    def take_into_use(path: Path, corrects: str | None = None, title: str = "") -> str:
-        report = _log.info
-        return install(
-            path, store, other_sensor=False, report=report, corrects=corrects, title=title
-        )
+    def take_into_use(path: Path, corrects: str | None = None) -> str:
+        return install(path, store, other_sensor=False, report=_log.info, corrects=corrects)
 
     def learn(label: str, images: list[Image]) -> str:
         bundle = current().bundle

@@ -1,6 +1,6 @@
-"""Messages that describe the gestures in use: Vocabulary, GestureInfos and UserRules."""
+"""Messages that describe the bundle in use: Vocabulary, GestureInfo and UserInfo."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -20,11 +20,10 @@ from controller.protocol.teaching import (
     MOST_RULES,
     CommandRule,
     GestureInfo,
-    UserRules,
+    UserInfo,
     Vocabulary,
 )
-from controller.recognition.mapping import NONE, Mapping
-from controller.recognition.user_id import Users
+from controller.recognition.mapping import NONE, Mapping, Rule
 from controller.runtime.examples import firmest, image_bytes
 
 _TEXT: Final = 64  # bytes of names
@@ -35,9 +34,9 @@ _FEW: Final = 40  # bytes of it where labels and commands fill the packet
 
 
 def reports(
-    path: Path, mapping: Mapping, users: Users, folder: Path, objection: str
-) -> tuple[Vocabulary | GestureInfo | UserRules, ...]:
-    """Return the description of the bundle in a file with the mapping and the users in use.
+    path: Path, mapping: Mapping, folder: Path, objection: str
+) -> tuple[Vocabulary | GestureInfo | UserInfo, ...]:
+    """Return the description of the bundle in a file with the mapping in use.
 
     `folder` is that of the player's data, `objection` the reason that nothing can be changed.
     BundleError, OSError: The bundle cannot be read.
@@ -49,8 +48,8 @@ def reports(
     installed = path == store.path(record.current)
     head = Vocabulary(
         loaded.labels,
-        users.commands(mapping),
-        "" if path in _SHIPPED else fitted(record.title(path.stem), _TEXT),
+        loaded.users.commands(mapping),
+        "" if path in _SHIPPED else fitted(path.stem, _TEXT),
         installed and record.before is not None,
         len(taught),
         "" if objection else fitted(str(folder), _FOLDER),
@@ -72,15 +71,25 @@ def reports(
         )
         for label in loaded.labels[1:]
     )
-    return head, *infos, *_people(users)
+    return head, *infos, *(_user(loaded, name) for name in loaded.users.names)
 
 
-def _people(users: Users) -> Iterator[UserRules]:
-    """Yield each user, and the gestures with rules of the user's own."""
-    for name in users.names:
-        yield UserRules(name, "", ())
-        own = users.mapping(name, Mapping())
-        yield from (UserRules(name, label, _rules(own, label)) for label in own.rules)
+def _user(loaded: Bundle, name: str) -> UserInfo:
+    """Return a user with the commands of the own mapping, as many as fit."""
+    rules = loaded.users.mapping(name, Mapping()).rules
+    pairs = [(label, command) for label, own in rules.items() for command in _commands(own)]
+    while True:
+        info = UserInfo(name, *(zip(*pairs, strict=True) if pairs else ((), ())))
+        try:
+            encode(info, session=0, sequence=0, t_ms=0)
+        except ProtocolError:
+            pairs.pop()
+        else:
+            return info
+
+
+def _commands(rules: Sequence[Rule]) -> list[str]:
+    return list(dict.fromkeys(rule.command for rule in rules))
 
 
 def _rules(mapping: Mapping, label: str) -> tuple[CommandRule, ...]:

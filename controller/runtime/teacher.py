@@ -44,7 +44,7 @@ from controller.protocol.teaching import (
     SaveAs,
     SetCommand,
     Undo,
-    UserRules,
+    UserInfo,
     Vocabulary,
 )
 from controller.runtime.assemble import Parts, bundle_path
@@ -62,7 +62,6 @@ if TYPE_CHECKING:
 MOST_SAVED: Final = 100  # bundles kept by SaveAs
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_DESCRIPTION: Final = (Vocabulary, GestureInfo, UserRules)
 _BUSY: Final = "the orb is still busy with what came before; try again in a moment"
 
 Install = Callable[[Path, str | None], str]  # takes a file into use, a change of a named bundle
@@ -97,8 +96,7 @@ class Teacher:
     def describe(self, parts: Parts) -> tuple[Message, ...]:
         """Return the description of the parts; BundleError, OSError."""
         objection = self._updater.objection
-        path, users = bundle_path(parts.options), parts.bundle.users
-        return reports(path, parts.mapping, users, self.folder, objection)
+        return reports(bundle_path(parts.options), parts.mapping, self.folder, objection)
 
     def poll(self, device: Device) -> list[Message]:
         """Return new messages, without waiting."""
@@ -106,7 +104,9 @@ class Teacher:
         messages = self._worker.poll()
         if any(isinstance(m, Vocabulary) and m.labels != bundle.labels for m in messages):
             # The gestures have changed since.
-            messages = [m for m in messages if not isinstance(m, _DESCRIPTION)]
+            messages = [
+                m for m in messages if not isinstance(m, Vocabulary | GestureInfo | UserInfo)
+            ]
             messages += self._begin(self._described)
         self._recording.poll(device, bundle.hash)
         messages += [*self._taker.poll(device), *self._check.poll()]
@@ -148,7 +148,7 @@ class Teacher:
         if self._updater.objection:
             return described
         pending = sorted(self._examples.pending.values(), key=lambda one: one.number)
-        return [*described, *(self._examples.report(one) for one in pending)]
+        return [*described, *(one.report() for one in pending)]
 
     def _delete(self) -> Iterable[Message]:
         """Delete all pending examples and recordings."""
@@ -158,8 +158,8 @@ class Teacher:
             LearnStatus(
                 DONE,
                 1.0,
-                f"{count(examples, 'example')} and {count(recordings, 'recording')} deleted; "
-                "taught gestures keep theirs until they are forgotten",
+                f"examples deleted: {examples}, recordings: {recordings}; taught gestures keep "
+                "theirs until they are forgotten",
             )
         ]
 
@@ -204,29 +204,29 @@ class Teacher:
         if isinstance(message, Undo):
             return self._undo
         labels = parts.bundle.labels[1:]
-        every = isinstance(message, SetCommand) and not message.own and not message.label
-        if isinstance(message, Forget | SetCommand) and not every and message.label not in labels:
-            raise BundleError(f"there is no gesture {message.label!r}")
-        command = message.command if isinstance(message, SetCommand | Learn) else ""
-        if command and not _COMMAND.fullmatch(command):
-            raise BundleError(f"{command!r} is no command, such as {COMMANDS[0]}")
         if isinstance(message, SetCommand):
-            return self._commanding(message, parts)
+            return self._setting(message, parts)
+        if isinstance(message, Forget) and message.label not in labels:
+            raise BundleError(f"there is no gesture {message.label!r}")
         if isinstance(message, Forget):
             job = Job("forget", message.label)
             return partial(self._alter, job, f"{message.label} is forgotten")
         assert isinstance(message, Learn)
+        _check_command(message.command)
         return self._learning(message)
 
-    def _commanding(self, message: SetCommand, parts: Parts) -> Callable[[], str]:
-        """Return what sets a command; BundleError if it is not possible."""
+    def _setting(self, message: SetCommand, parts: Parts) -> Callable[[], str]:
+        """Return what sets a command, of everybody or of a user."""
+        label, command, user = message.label, message.command, message.user
+        if user and user not in parts.bundle.users.names:
+            raise BundleError(f"there is no user {user!r}")
+        if label not in parts.bundle.labels[1:] and (label or not user):
+            raise BundleError(f"there is no gesture {label!r}")
+        _check_command(command)
         if parts.options.mapping is not None:
             raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
-        user, label, command = message.user, message.label, message.command
-        if (user or not message.own) and user not in parts.bundle.users.names:
-            raise BundleError(f"there is no user {user!r}")
-        job = Job("command" if message.own else "common", label, command, user=user)
-        return partial(self._alter, job, f"{label}: {command or 'nothing'}" if message.own else "")
+        done = f"{label}: {command or 'nothing'}" if label else f"{user} has the commands of all"
+        return partial(self._alter, Job("command", label, command, user=user), done)
 
     def _learning(self, message: Learn) -> Callable[[], str]:
         """Return what learns a gesture from its pending examples."""
@@ -287,6 +287,12 @@ class Teacher:
     def _begin(self, work: Callable[[], Iterable[Message]]) -> list[Message]:
         """Begin a work with files; return a message if there are too many."""
         return [] if self._worker.begin(work) else [_failed(_BUSY)]
+
+
+def _check_command(command: str) -> None:
+    """Raise BundleError if a command is neither "" nor a command's name."""
+    if command and not _COMMAND.fullmatch(command):
+        raise BundleError(f"{command!r} is no command, such as {COMMANDS[0]}")
 
 
 def _treat(message: InjectFault | Recalibrate, device: Device) -> list[Message]:

@@ -28,7 +28,7 @@ def press_system(at: Array, size: Array, bulge: float) -> Array:
     rooms = free[:, None] * free
     near = ((at[:, :, None] - at[:, None]) ** 2).sum(axis=0) + size * size
     system: Array = 0.5 * np.log((near + rooms) / near) - bulge * rooms
-    system[_diagonal(len(size))] += _RIDGE_PRESS
+    system[np.diag_indices(len(size))] += _RIDGE_PRESS
     return system
 
 
@@ -58,7 +58,7 @@ def drag_system(at: Array, size: Array, ratio: float) -> Array:
     system[:count, :count] = ahead + cross * dx * dx
     system[:count, count:] = system[count:, :count] = cross * dx * dy
     system[count:, count:] = ahead + cross * dy * dy
-    system[_diagonal(2 * count)] += _RIDGE_DRAG
+    system[np.diag_indices(2 * count)] += _RIDGE_DRAG
     return system
 
 
@@ -87,7 +87,7 @@ def push(system: Array, target: Array, load: Array) -> Array:
     if pulls.any():
         held: NDArray[np.bool_] = load[:, pulls] >= 0.0
         rest = np.where(held[:, None] & held, system[..., pulls], 0.0)
-        rest[_diagonal(len(load))] += ~held
+        rest[np.diag_indices(len(load))] += ~held
         wanted = np.where(held, target[:, pulls], 0.0)
         load = load.copy()
         load[:, pulls] = np.maximum(solve(rest, wanted[:, None])[:, 0], 0.0)
@@ -106,8 +106,3 @@ def solve(system: Array, target: Array) -> Array:
         factor[i] = 0.0
         rows[:, i + 1 :] -= factor[:, None] * rows[i, i + 1 :]
     return rows[:, len(rows) :]
-
-
-def _diagonal(count: int) -> tuple[NDArray[np.intp], ...]:
-    """Return the indices of a diagonal, each (count,)."""
-    return np.diag_indices(count)

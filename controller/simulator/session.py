@@ -18,7 +18,6 @@ from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 Protocol = Literal["free", "blocks"]
 
 LABELS: Final = ("null", *GESTURES)
-PROTOCOLS: Final[tuple[Protocol, ...]] = ("free", "blocks")
 
 # Families of seeds that never meet. (The virtual orb that people play with is family 1.)
 TRAINING: Final = 0  # only training may use it

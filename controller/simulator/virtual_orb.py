@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from math import exp, hypot, isfinite
 from typing import Final
 
@@ -133,7 +133,7 @@ class VirtualOrb:
         A finger beyond the dome's edge is placed at the edge, and depth and radius are limited to
         what a finger can do. A contact with a field that is not finite is left out.
         """
-        felt = (self._limited(one) for one in contacts if all(map(isfinite, _numbers(one))))
+        felt = (self._limited(one) for one in contacts if all(map(isfinite, astuple(one))))
         self._updates.append((t_s, tuple(felt)[:POINTERS]))
 
     def truths(self) -> list[GroundTruth]:
@@ -255,10 +255,6 @@ class VirtualOrb:
         model = self.model
         centre = complex(model.columns - 1, model.rows - 1) / 2.0
         return (complex(contact.x, contact.y) - centre) * model.pitch_mm
-
-
-def _numbers(contact: Contact) -> tuple[float, ...]:
-    return contact.x, contact.y, contact.depth_mm, contact.radius_mm
 
 
 def _come(

@@ -1,6 +1,5 @@
 """Protocols of teaching sessions: examples of every gesture, or of one at every place; pure."""
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -64,7 +63,8 @@ def asks(
             f"{len(once) * repetitions} examples are more than {MAX_EXAMPLES}; "
             "choose fewer --repetitions"
         )
-    return _rounds(once, repetitions, rng)
+    # In rounds: after an early stop each has been asked for as often.
+    return [once[i] for _ in range(repetitions) for i in rng.permutation(len(once))]
 
 
 def sites(rows: int, columns: int, rng: np.random.Generator) -> list[Place]:
@@ -73,10 +73,3 @@ def sites(rows: int, columns: int, rng: np.random.Generator) -> list[Place]:
     places += [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
     most = min(len(places), MOST_SITES)
     return [places[i] for i in sorted(rng.choice(len(places), most, replace=False))]
-
-
-def _rounds(
-    once: Sequence[ExampleRequest], repetitions: int, rng: np.random.Generator
-) -> list[ExampleRequest]:
-    """Return every ask so many times, in rounds: whoever stops early has as many of each."""
-    return [once[i] for _ in range(repetitions) for i in rng.permutation(len(once))]

@@ -51,12 +51,7 @@ from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
 
 SIZE: Final = (1280, 720)  # the window's first; it can be resized
-_MOUSE: Final = (
-    pygame.MOUSEMOTION,
-    pygame.MOUSEBUTTONDOWN,
-    pygame.MOUSEBUTTONUP,
-    pygame.MOUSEWHEEL,
-)
+_MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
@@ -134,11 +129,6 @@ class OrbApp(Target):
         return self.stage.look.words
 
     @property
-    def virtual(self) -> bool:
-        """Whether the orb is connected, and a virtual one, which a mouse can touch."""
-        return self._touchable
-
-    @property
     def fullscreen(self) -> bool:
         """Whether the player wants the window to fill the screen."""
         return self.stage.settings.fullscreen
@@ -156,7 +146,6 @@ class OrbApp(Target):
         self._deaf_until_s = self._now_s + seconds
 
     def _items(self, stage: ScreenStack) -> Sequence[Item]:
-        """Return what the title page offers about the orb."""
         words, items = stage.look.words, self._guides.items(stage)
         if self.orbs is not None:
             show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
@@ -165,7 +154,6 @@ class OrbApp(Target):
         return items
 
     def _show_lab(self) -> None:
-        """Show the lab over a paused game, or leave it."""
         screen = self.stage.screen
         if isinstance(screen, LabScreen):
             screen.leave()
@@ -177,7 +165,6 @@ class OrbApp(Target):
         self._over_game(PhoneScreen(self.stage, self))
 
     def _over_game(self, page: Screen) -> None:
-        """Show a page, over a paused game."""
         if isinstance(self.stage.screen, PlayScreen):
             self.stage.screen.pause()
         self.stage.push(page)
@@ -214,7 +201,6 @@ class OrbApp(Target):
         self.orb.advance(now_s)
 
     def _take(self, item: Received, now_s: float) -> None:
-        """Process a received event."""
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
@@ -343,7 +329,7 @@ class OrbApp(Target):
         words = self.stage.look.words
         if self.programs.on:
             return words("programs.armed" if self.programs.armed else "programs.disarmed")
-        if not self._touchable:
+        if not self.virtual:
             return ""
         if self.touch.two_fingers:
             return words("orb.two_fingers")

@@ -21,15 +21,10 @@ Phase = Literal["ready", "go", "rest", "over"]
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """One example to make.
+    """One example to make."""
 
-    Attributes:
-        label: The gesture; `NULL`: any other touch.
-        place: Where it is made, grid units.
-    """
-
-    label: str
-    place: tuple[float, float]
+    label: str  # the gesture; `NULL`: any other touch
+    place: tuple[float, float]  # where it is made, grid units
 
 
 def plan(

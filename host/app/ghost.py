@@ -15,19 +15,12 @@ _RIM: Final = 0.9  # of the dome's radius, where the drag of a twist goes
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """What the pointer does for a gesture.
+    """What the pointer does for a gesture."""
 
-    Attributes:
-        hold_s: How long the button is down.
-        pinch: Whether it is the right button.
-        arc_deg: Where a drag round the rim begins and ends; None for a press at a place.
-        pace: Share of the mouse's pace at which the fingers close, so that they can be followed.
-    """
-
-    hold_s: float
-    pinch: bool = False
-    arc_deg: tuple[float, float] | None = None
-    pace: float = 1.0
+    hold_s: float  # how long the button is down
+    pinch: bool = False  # whether it is the right button
+    arc_deg: tuple[float, float] | None = None  # ends of a drag round the rim; None: a press
+    pace: float = 1.0  # of the fingers' closing, as a share of the mouse's: it can be followed
 
 
 STROKES: Final = {

@@ -15,17 +15,11 @@ from tetris.window.settings import changed
 
 @dataclass(frozen=True, slots=True)
 class Guides:
-    """The screens and what they lead to.
-
-    Attributes:
-        orb: What is introduced.
-        play: Begins a game.
-        go_on: Lets the player go on with a recorded game.
-    """
+    """The screens and what they lead to."""
 
     orb: Orb
-    play: Callable[[], None]
-    go_on: TakeOver
+    play: Callable[[], None]  # begins a game
+    go_on: TakeOver  # lets the player go on with a recorded game
 
     def items(self, stage: ScreenStack) -> list[Item]:
         """Return the items; the demo needs a virtual orb, which has a hand of its own."""

@@ -43,7 +43,6 @@ class LabData:
     """
 
     def __init__(self) -> None:
-        """Begin without an orb."""
         self._begin(5, 5, ())
 
     def _begin(self, rows: int, columns: int, labels: tuple[str, ...]) -> None:
@@ -109,7 +108,6 @@ class Quality:
     """
 
     def __init__(self, images: Array) -> None:
-        """Judge the images."""
         self.level = noise(images[-NOISE_FRAMES:])
         self.usual = float(np.median(self.level))
         self.noisy = noisy(self.level)

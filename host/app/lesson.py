@@ -20,21 +20,13 @@ _GRID: Final = 0.25  # grid units between the places that are tried
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One gesture to make.
-
-    Attributes:
-        label: The gesture.
-        command: What it is for.
-        place: Where it is made.
-        located: Whether the gesture is for another command elsewhere.
-        say: Its name for people.
-    """
+    """One gesture to make."""
 
     label: str
-    command: str
+    command: str  # what it is for
     place: Point
-    located: bool
-    say: str
+    located: bool  # whether the gesture is for another command elsewhere
+    say: str  # its name for people
 
     def side(self, pad: DomeArea) -> Side:
         """Return the part of the dome in which the place lies."""

@@ -35,7 +35,6 @@ class PairingRun:
     """
 
     def __init__(self, pair: Pair = pairing.pair) -> None:
-        """Prepare; `start` begins."""
         self.lines: list[str] = []
         self.question: tuple[str, str] | None = None
         self.url, self.over = "", False

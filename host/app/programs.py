@@ -120,7 +120,6 @@ class Programs:
     """
 
     def __init__(self, make_sender: type[Injector] = Injector) -> None:
-        """Begin switched off."""
         self.said, self.profile = "", ""
         self.mapping: Mapping | None = None
         self._make_sender = make_sender

@@ -19,21 +19,13 @@ _LETTERS: Final = 44  # of a sentence in a line of a table
 
 
 class Orb(Protocol):
-    """What screens know of the window's orb, and ask it for.
+    """What screens know of the window's orb, and ask it for."""
 
-    Attributes:
-        ghost: Fingers drawn on the dome that show a gesture; grid units.
-        zones: Whether the dome shows which command a press gives where.
-        note: A sentence under the dome; "": the usual ones.
-        lessons: What it reported about teaching, and the requests about that.
-        phone: Server of the phone that touches a virtual orb; None without one.
-    """
-
-    ghost: tuple[Contact, ...]
-    zones: bool
-    note: str
-    lessons: Lessons
-    phone: PhoneServer | None
+    ghost: tuple[Contact, ...]  # fingers drawn on the dome that show a gesture; grid units
+    zones: bool  # whether the dome shows which command a press gives where
+    note: str  # a sentence under the dome; "": the usual ones
+    lessons: Lessons  # what it reported about teaching, and the requests about that
+    phone: PhoneServer | None  # of the phone that touches a virtual orb
 
     @property
     def state(self) -> OrbState:
@@ -59,7 +51,6 @@ class OrbScreen(MenuScreen):
     """A menu page that takes what the orb recognises and reports before the menu does."""
 
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
-        """Show a page in the stage about an orb; `page` builds its menu."""
         self.orb = orb
         super().__init__(stage, self.page, back=self.leave)
 

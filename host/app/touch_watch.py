@@ -19,7 +19,6 @@ class TouchWatch:
     """Beginnings and ends of touches in the level of the image, its RMS of z - 1."""
 
     def __init__(self) -> None:
-        """Begin untouched."""
         self._rest: float | None = None
         self._peak = 0.0  # greatest level of the last touch, as far as it counts
         self._last_s = 0.0

@@ -113,7 +113,6 @@ class TrainingRun:
     """
 
     def __init__(self, steps: Sequence[Step], command: Sequence[str] = COMMAND) -> None:
-        """Begin the first step."""
         self.progress = TrainingProgress([step[0] for step in steps])
         self.problem = self.step = ""
         self._due: Iterator[Step] = iter(steps)
@@ -168,7 +167,6 @@ class TrainingRun:
 
 
 def _read(process: "subprocess.Popen[str]", lines: "queue.SimpleQueue[str]") -> None:
-    """Put the lines of a process into a queue until it ends."""
     assert process.stderr is not None
     with process.stderr as messages:
         for line in messages:

@@ -1,11 +1,12 @@
 """The verbs of `host`. A verb's module is imported when it is run, and nothing else."""
 
+from argparse import ArgumentParser
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Final
+from typing import Any, Final
 
 from controller import importing
-from controller.errors import run, unknown_command
+from controller.errors import complain, run, unknown_command
 
 # Name: the module whose `main` runs it, and a line of help.
 VERBS: Final = {
@@ -37,3 +38,15 @@ def _found(words: list[str]) -> tuple[str, list[str]]:
     if first.startswith("-"):
         return PLAY[0], words
     raise unknown_command("host", first, VERBS, f"a port is named with --link {first}")
+
+
+def add_option(parser: ArgumentParser, option: str, text: str, **how: Any) -> None:
+    """Add an option with its placeholder, such as "--link URL"; one without is a switch."""
+    name, _, metavar = option.partition(" ")
+    how |= {"metavar": metavar} if metavar else {"action": "store_true"}
+    parser.add_argument(name, help=text, **how)
+
+
+def warn(words: str) -> None:
+    """Print a sentence on standard error."""
+    complain("host", words, 0)

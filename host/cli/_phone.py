@@ -1,24 +1,17 @@
 """`host --phone`: a phone's page, served while the program runs."""
 
-import argparse
 import sys
 from contextlib import ExitStack
+from typing import Final
 
 from host.app.application import OrbApp
 from host.phone import PORT, open_phone
 from host.targets import Target
 
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the option."""
-    parser.add_argument(
-        "--phone",
-        metavar="ADDRESS",
-        nargs="?",
-        const="",
-        help="serve a page on this address of this machine, ADDRESS or ADDRESS:PORT, with which a "
-        f"phone touches the virtual orb (docs/play.md; default port: {PORT})",
-    )
+HELP: Final = (
+    "serve a page on this address of this machine, ADDRESS or ADDRESS:PORT, with which a phone "
+    f"touches the virtual orb (docs/play.md; default port: {PORT})"
+)
 
 
 def begin(words: str | None, target: Target, stack: ExitStack) -> None:

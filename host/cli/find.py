@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from controller.errors import complain, one_line
 from controller.protocol import psk
 from host import discovery
+from host.cli import add_option, warn
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.discovery import Answer, Port
 
@@ -21,7 +23,7 @@ _TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of
 def main(argv: list[str]) -> int:
     """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
     options = _parser().parse_args(argv)
-    memory = DeviceStore(warn=_warn)
+    memory = DeviceStore(warn=warn)
     if options.forget is not None:
         return _forget(memory, options.forget)
     ports = discovery.candidates(memory, everything=options.all)
@@ -43,9 +45,9 @@ def main(argv: list[str]) -> int:
     else:
         _print(found)
     for line in discovery.remarks(answers):
-        _warn(line)
+        warn(line)
     if not ports:
-        _warn(_NOTHING)
+        warn(_NOTHING)
     return 0 if any(row["seen"] == NOW for row in found) else 1
 
 
@@ -98,29 +100,15 @@ def _parser() -> argparse.ArgumentParser:
         "whose USB descriptor says that they may be one, and bonded ones.",
         epilog="Play with one of them, wherever it is plugged in: host --device NAME",
     )
-    parser.add_argument(
-        "ports", nargs="*", metavar="PORT", help="ask these ports or URLs, and no others"
-    )
-    parser.add_argument(
-        "--all", action="store_true", help="open every serial port; each is sent our Hello"
-    )
-    parser.add_argument(
-        "--seconds",
-        type=_seconds,
-        default=discovery.DEADLINE_S,
-        metavar="N",
-        help="how long ports may take, all together (default: %(default)g)",
-    )
-    parser.add_argument(
-        "--key", metavar="FILE", help="the key that the orbs ask for (default: the remembered one)"
-    )
-    parser.add_argument("--forget", metavar="DEVICE", help="forget what is remembered of a device")
-    parser.add_argument("--json", action="store_true", help="print one line of JSON")
+    add = partial(add_option, parser)
+    add("ports PORT", "ask these ports or URLs, and no others", nargs="*")
+    add("--all", "open every serial port; each is sent our Hello")
+    lasts = "how long ports may take, all together (default: %(default)g)"
+    add("--seconds N", lasts, type=_seconds, default=discovery.DEADLINE_S)
+    add("--key FILE", "the key that the orbs ask for (default: the remembered one)")
+    add("--forget DEVICE", "forget what is remembered of a device")
+    add("--json", "print one line of JSON")
     return parser
-
-
-def _warn(words: str) -> None:
-    complain("host", words, 0)
 
 
 def _seconds(words: str) -> float:

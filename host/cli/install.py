@@ -15,6 +15,7 @@ from controller.errors import TROUBLE
 from controller.protocol import psk
 from controller.protocol.link_events import Received
 from controller.protocol.messages import Message
+from host.cli import warn
 from host.connection.bundle_upload import BundleUpload, load, outcome
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import MessageLink, Receiver, ever_connected
@@ -30,7 +31,6 @@ def main(argv: list[str]) -> int:
 
 
 def _install(options: argparse.Namespace) -> int:
-    """Deliver a bundle; return the exit status."""
     upload = load(options.file)
     try:
         receiver = _receiver(options)
@@ -40,7 +40,7 @@ def _install(options: argparse.Namespace) -> int:
         finally:
             receiver.close()
     except KeyboardInterrupt:
-        _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
+        warn("interrupted; the orb keeps what it has, and the same command goes on from there")
         return errors.INTERRUPTED
     if upload.stage == "declined":
         return errors.complain("host", outcome(upload), TROUBLE)
@@ -75,7 +75,7 @@ def delivery(
         with contextlib.suppress(OSError, ValueError):  # standard error may be closed
             shown = _show(upload, shown)
         if upload.over and announce:
-            _warn(outcome(upload))
+            warn(outcome(upload))
 
     return take
 
@@ -95,7 +95,7 @@ def _receiver(options: argparse.Namespace) -> Receiver:
     """Return the link to the orb that the user names, by its port or by itself."""
     path, opening = options.key, lambda: open_transport(options.link)
     if options.device is not None:
-        memory = DeviceStore(warn=_warn)
+        memory = DeviceStore(warn=warn)
         seeker = DevicePort(options.device, memory, "" if path is None else str(path.resolve()))
         [known] = memory.named(seeker.device_id)
         path = Path(known.key) if path is None and known.key else path
@@ -116,7 +116,3 @@ def _parser() -> argparse.ArgumentParser:
     where.add_argument("--device", metavar="NAME", help="the orb of this identity or name")
     parser.add_argument("--key", metavar="FILE", type=Path, help="the key that the orb has")
     return parser
-
-
-def _warn(words: str) -> None:
-    errors.complain("host", words, TROUBLE)

@@ -6,19 +6,19 @@ import logging
 import math
 import secrets
 import signal
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 from controller import __version__
-from controller.errors import complain
 from controller.protocol import psk
 from controller.protocol.link_events import Connected
 from host import taps, targets
 from host import window_loop as loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
-from host.cli import VERBS, _phone, install
+from host.cli import VERBS, _phone, add_option, install, warn
 from host.cli import _device_defaults as remembering
 from host.connection.bundle_upload import load
 from host.connection.device_store import DeviceStore
@@ -55,7 +55,7 @@ def main(words: list[str]) -> int:
 
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
-    memory = DeviceStore(warn=_warn)
+    memory = DeviceStore(warn=warn)
     with ExitStack() as stack:
         for number in _ends():
             stack.callback(signal.signal, number, signal.signal(number, _end))
@@ -71,7 +71,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             options.dry_run,
             options.profile or "",
         )
-        workers = open_taps(options.tap, stack, _warn)
+        workers = open_taps(options.tap, stack, warn)
         if seeker is not None:
             receiver = Receiver(seeker.open, key=key)
         elif options.link is not None:
@@ -90,7 +90,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         stack.callback(noted.close)
         receiver.subscribe(noted.on_received, Connected)
         if own is not None:
-            remembering.offer(memory, _warn)
+            remembering.offer(memory, warn)
         if isinstance(target, OrbApp):
             target.orbs = orbs = Orbs(
                 receiver,
@@ -125,7 +125,6 @@ def _play(options: argparse.Namespace, seed: int) -> None:
 def _open(
     options: argparse.Namespace, wish: TargetOptions
 ) -> tuple[targets.Target, loop.Surface | None]:
-    """Return the target, and its window unless it needs none."""
     if options.target == _USUAL:
         surface = loop.window(headless=options.headless)
         return targets.load(_USUAL, wish), surface
@@ -141,7 +140,6 @@ def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
 
 
 def _ends() -> list[int]:
-    """Return the signals that ask the program to end."""
     numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
     # Windows has no SIGHUP. One that is ignored stays so: by nohup, or in a shell's background.
     return [number for number in numbers if number and signal.getsignal(number) != signal.SIG_IGN]
@@ -159,12 +157,7 @@ def _end_undisturbed() -> None:
         signal.signal(number, lambda *_: None)
 
 
-def _warn(words: str) -> None:
-    complain("host", words, 0)
-
-
 def _demo(options: argparse.Namespace, seed: int) -> None:
-    """Let the bot play with the virtual orb's own hand."""
     from host import demo  # imported here, because playing by hand needs no bot and no judge
 
     demo.run(
@@ -180,7 +173,6 @@ def _demo(options: argparse.Namespace, seed: int) -> None:
 
 
 def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """Refuse combinations that make no sense, with what would."""
     if options.device is not None and (options.demo or options.link is not None or options.orb):
         parser.error("--device names an orb that is there; leave out --link, --demo and --")
     if options.demo and (options.tap or options.phone is not None):
@@ -216,7 +208,6 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
 
 
 def _parser() -> argparse.ArgumentParser:
-    """Return the command line's grammar."""
     verbs = "".join(f"  {name:7}  {purpose}\n" for name, (_, purpose) in VERBS.items())
     parser = argparse.ArgumentParser(
         prog="host",
@@ -230,101 +221,69 @@ def _parser() -> argparse.ArgumentParser:
         ),
         allow_abbrev=False,  # --key must stand for nothing but itself
     )
-    add = parser.add_argument
-    add("--version", action="version", version=f"host {__version__}")
+    parser.add_argument("--version", action="version", version=f"host {__version__}")
+    parser.add_argument("--keys", dest="mapping", type=Path, help=argparse.SUPPRESS)  # first name
+    add = partial(add_option, parser)
+    _add_orb(add)
+    _add_targets(add)
+    add("--demo", "let the virtual orb's own hand play")
+    add("--headless", "open no window; Tetris needs --demo or --seconds")
+    lasts = f"stop after so long (default: play on; the demo: {_DEMO_S:g})"
+    add("--seconds N", lasts, type=_number)
+    speed = "of the demo: 1 is real time, 0 as fast as it can (default: 1)"
+    add("--speed X", speed, type=_number)
+    add("--json", "end the demo with one line of JSON: how it went")
+    add("--screenshot FILE", "save the last picture of the window, as .png", type=_picture)
+    add("--verbose", "log what happens to the link")
+    return parser
+
+
+def _add_orb(add: Callable[..., None]) -> None:
     add(
-        "orb",
-        nargs="*",
-        metavar="-- OPTION",
-        help="options of the virtual orb, after two dashes: -- --preset paper-snr; "
+        "orb -- OPTION",
+        "options of the virtual orb, after two dashes: -- --preset paper-snr; "
         "controller --help lists them",
+        nargs="*",
     )
     add(
-        "--link",
-        metavar="URL",
-        help="where the orb is: a serial port's name, rfcomm://ADDRESS (paired before with "
+        "--link URL",
+        "where the orb is: a serial port's name, rfcomm://ADDRESS (paired before with "
         "host pair), or a pyserial URL such as socket://127.0.0.1:4000 (default: a virtual orb "
         "of our own)",
     )
     add(
-        "--device",
-        metavar="NAME",
-        help="the orb of this identity or name, whatever its port; host find lists them. Without "
+        "--device NAME",
+        "the orb of this identity or name, whatever its port; host find lists them. Without "
         "--target it plays what it played last",
     )
+    key = "the key that the orb was started with, made by `controller key FILE`: docs/link.md"
+    add("--key FILE", key, type=Path)
+    bundle = "send the orb a new bundle while you play, as `host install` does without a game"
+    add("--install FILE", bundle, type=Path)
+
+
+def _add_targets(add: Callable[..., None]) -> None:
+    add("--target NAME", f"what to play: {', '.join(targets.names())} (default: {_USUAL})")
     add(
-        "--key",
-        metavar="FILE",
-        type=Path,
-        help="the key that the orb was started with, made by `controller key FILE`: docs/link.md",
-    )
-    add(
-        "--install",
-        metavar="FILE",
-        type=Path,
-        help="send the orb a new bundle while you play, as `host install` does without a game",
-    )
-    add(
-        "--target",
-        metavar="NAME",
-        help=f"what to play: {', '.join(targets.names())} (default: {_USUAL})",
-    )
-    add(
-        "--tap",
-        metavar="NAME",
+        "--tap NAME",
+        f"let other programs read along: {', '.join(taps.names())}, or "
+        "osc://HOST:PORT (docs/taps.md); may be given several times",
         action="append",
         default=[],
-        help=f"let other programs read along: {', '.join(taps.names())}, or "
-        "osc://HOST:PORT (docs/taps.md); may be given several times",
     )
-    _phone.add(parser)
+    add("--phone ADDRESS", _phone.HELP, nargs="?", const="")
+    seed = "which game, and which virtual orb; the same again (default: new ones)"
+    add("--seed N", seed, type=_seed)
+    mapping = "what commands press, for the targets keyboard and gamepad (docs/keys.md)"
+    add("--mapping FILE", mapping, type=Path)
+    add("--profile NAME", "the mapping's profile to begin with (default: its first)")
     add(
-        "--seed",
-        metavar="N",
-        type=_seed,
-        help="which game, and which virtual orb; the same again (default: new ones)",
-    )
-    add(
-        "--mapping",
-        metavar="FILE",
-        type=Path,
-        help="what commands press, for the targets keyboard and gamepad (docs/keys.md)",
-    )
-    add("--keys", dest="mapping", type=Path, help=argparse.SUPPRESS)  # its first name
-    add(
-        "--profile", metavar="NAME", help="the mapping's profile to begin with (default: its first)"
-    )
-    add(
-        "--backend",
-        metavar="NAME",
+        "--backend NAME",
+        f"what presses them: {', '.join(backends.NAMES)} (default: the best there is)",
         choices=(backends.AUTO, *backends.NAMES),
         default=backends.AUTO,
-        help=f"what presses them: {', '.join(backends.NAMES)} (default: the best there is)",
     )
-    add("--dry-run", action="store_true", help="print what would be pressed, and press nothing")
-    add("--demo", action="store_true", help="let the virtual orb's own hand play")
-    add("--headless", action="store_true", help="open no window; Tetris needs --demo or --seconds")
-    add(
-        "--seconds",
-        metavar="N",
-        type=_number,
-        help=f"stop after so long (default: play on; the demo: {_DEMO_S:g})",
-    )
-    add(
-        "--speed",
-        metavar="X",
-        type=_number,
-        help="of the demo: 1 is real time, 0 as fast as it can (default: 1)",
-    )
-    add("--json", action="store_true", help="end the demo with one line of JSON: how it went")
-    add(
-        "--screenshot",
-        metavar="FILE",
-        type=_picture,
-        help="save the last picture of the window, as .png",
-    )
-    add("--verbose", action="store_true", help="log what happens to the link")
-    return parser
+    add("--dry-run", "print what would be pressed, and press nothing")
 
 
 def _seed(words: str) -> int:

@@ -72,8 +72,6 @@ def ever_connected(received: Sequence[Received], before: bool) -> bool:
 
 
 class _Way(NamedTuple):
-    """Way to a device: the arguments of `Receiver`."""
-
     open: Callable[[], Transport]
     token: str
     key: bytes

@@ -78,7 +78,6 @@ class VirtualOrbProcess:
         self._end()
 
     def _start(self) -> None:
-        """Start the process and wait until it says where it listens."""
         first: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         with self._lock:
             if self._closed:
@@ -105,7 +104,6 @@ class VirtualOrbProcess:
             raise LinkError(f"the virtual orb does not start, it {did}: {said}") from None
 
     def _end(self) -> None:
-        """End the process, first politely."""
         process, messages = self.process, self._messages
         self.process = self._messages = None
         if process is not None:

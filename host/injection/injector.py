@@ -176,7 +176,6 @@ class Injector(Sender):
             self._note("the program ends")
 
     def _read_answers(self) -> None:
-        """Process the watchdog's answers."""
         while self.process is not None:
             try:
                 answer = self._answers.get_nowait()
@@ -260,7 +259,6 @@ class Injector(Sender):
         self._spare = None if ends else open_backend(self._name, self._kind)[1]
 
     def _note(self, reason: str) -> None:
-        """Store the sentence for `check`."""
         left = ", ".join(self._down)
         up = f"with {left} perhaps down, {_BY_HAND}" if left else "with every key up"
         self._trouble = self._trouble or f"{up}: {reason}"

@@ -38,7 +38,6 @@ class Watchdog:
     """
 
     def __init__(self, backend: Backend, keys: Collection[str], now_ms: int) -> None:
-        """Prepare a back end that may press only these keys."""
         self.down: list[str] = []
         self._backend, self._keys = backend, frozenset(keys)
         self._heard_ms = now_ms

@@ -58,7 +58,6 @@ class PhoneServer:
     """
 
     def __init__(self, listener: socket.socket) -> None:
-        """Serve on a listening socket, which is closed with the server."""
         self.view: dict[str, Any] = {}
         self.pad, self.refused = DomeArea(), False
         self.contacts: tuple[Contact, ...] = ()

@@ -27,7 +27,6 @@ class OscTap(Tap):
     def __init__(
         self, client: SimpleUDPClient, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Prepare with an OSC client, and a clock in seconds."""
         self._client, self._clock = client, clock
         self._welcome: Welcome | None = None
         self._described_s = -DESCRIBE_S

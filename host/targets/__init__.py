@@ -73,7 +73,6 @@ class Target(ABC):
         return 60
 
     def __init__(self) -> None:
-        """Begin without an orb."""
         self.orb = OrbState()
         self.touch = PointerInput()
         self.phone: PhoneServer | None = None
@@ -108,8 +107,8 @@ class Target(ABC):
         if self.phone is not None:
             self.touch.phone, pad = self.phone.contacts, self.touch.pad
             self.phone.pad, self.phone.view = pad, page.view(self.orb, self.words, pad, now_s)
-        self.orb.contacts = self.touch.contacts(now_s) if self._touchable else ()
-        contacts = self.touch.update(now_s) if self._touchable else None
+        self.orb.contacts = self.touch.contacts(now_s) if self.virtual else ()
+        contacts = self.touch.update(now_s) if self.virtual else None
         ends, self._ends = self._ends, []
         return [*ends, contacts] if contacts else ends
 
@@ -119,11 +118,9 @@ class Target(ABC):
     def close(self) -> None:  # noqa: B027
         """Release held keys; called once, however the program ends."""
 
-    # -- for the targets ---------------------------------------------------------------
-
     @property
-    def _touchable(self) -> bool:
-        """Whether the orb is connected and virtual."""
+    def virtual(self) -> bool:
+        """Whether the orb is connected, and a virtual one, which a mouse can touch."""
         return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
 
     def _observe(self, item: Received, now_s: float) -> None:
@@ -145,7 +142,7 @@ class Target(ABC):
     ) -> None:
         """Process an event of the mouse or a touch screen, in a window of `size` pixels."""
         # SDL reports a finger as a mouse, too.
-        if not self._touchable or getattr(event, "touch", False):
+        if not self.virtual or getattr(event, "touch", False):
             return
         match event.type:
             case pygame.MOUSEBUTTONDOWN if event.button in _BUTTONS:

@@ -17,13 +17,7 @@ from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
 from controller.keymap.terminal import Keyboard, keyboard
 from controller.keymap.terminal_decoder import Action, KeyEvent
-from controller.protocol.messages import (
-    COMMANDS,
-    Command,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
@@ -118,7 +112,6 @@ class KeysTarget(Target):
         self._report(was_armed)
 
     def _take(self, item: Received, now_s: float) -> None:
-        """Process a received event."""
         match item:
             case Connected(welcome=welcome):
                 self.keys.release()
@@ -154,7 +147,6 @@ class KeysTarget(Target):
         self._sender.send(strokes)
 
     def _ready(self) -> None:
-        """Start the sender, if it is not running."""
         try:
             started = self._sender.start()
         except BackendError as error:

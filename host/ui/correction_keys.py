@@ -27,7 +27,6 @@ class CorrectionKeys:
     """
 
     def __init__(self) -> None:
-        """Begin without a correction."""
         self.labels: tuple[str, ...] = ()
         self._due: list[Correction] = []
         self._told: tuple[str, int] = "", 0

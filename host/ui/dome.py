@@ -202,7 +202,6 @@ class HeatMap:
     """The heat map of one dome: z - 1 in, a surface with transparency out."""
 
     def __init__(self) -> None:
-        """Make the small image that every field is drawn into."""
         self._small = pygame.Surface((FIELD, FIELD), pygame.SRCALPHA, 32, _MASKS)
 
     def draw(self, deviation: Array, radius: float, side_px: int) -> pygame.Surface:

@@ -78,7 +78,6 @@ class GestureRows:
     # -- one row ---------------------------------------------------------------------------
 
     def _icon(self, row: pygame.Rect) -> int:
-        """Return the side of a gesture's icon, pixels."""
         return min(row.height - 6, max(14, self._unit.px(22)))
 
     def _track(self, row: pygame.Rect) -> pygame.Rect:
@@ -123,7 +122,6 @@ class GestureRows:
         return sprites.icon(label, side, self._unit.palette.text)
 
     def _commands(self, label: str) -> list[str]:
-        """Return the commands that a gesture leads to, each once."""
         info = self._view.gestures.get(label)
         rules = info.rules if info else ()
         return list(dict.fromkeys(one.command for one in rules if one.command not in NONE))

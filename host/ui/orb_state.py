@@ -22,14 +22,13 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
-from controller.protocol.teaching import CommandRule, GestureInfo, UserRules, Vocabulary
+from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.rim import Rim
 from host.ui.unanswered import Reason, UnansweredTouches
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
-UserMapping = dict[str, tuple[CommandRule, ...]]  # by label
 LinkState = Literal["connecting", "live", "stale", "lost"]
 
 EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second look alive
@@ -73,7 +72,6 @@ class OrbState:
     zones: bool = False  # whether the dome shows which command a press gives where
     pointer: tuple[float, float] | None = None  # where the mouse is over the dome, grid units
     gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
-    users: dict[str, UserMapping] = field(default_factory=dict)  # rules of their own, by label
     note: str = ""  # a sentence below the dome, before all others
     hint: str = ""  # and one for when there is nothing else
     rim: Rim = field(default_factory=Rim)  # pulses round the dome
@@ -127,7 +125,7 @@ class OrbState:
                 self.telemetry(message, now_s)
             case Health(found=found):
                 self.health = found
-            case Vocabulary() | GestureInfo() | UserRules():
+            case Vocabulary() | GestureInfo():
                 self.described(message)
             case UserIdentified(user=user, confidence=sure):
                 self.user, self.sure = user, sure
@@ -138,23 +136,18 @@ class OrbState:
         self.felt = np.zeros((welcome.rows, welcome.columns), np.float32)
         self.shown = self.felt.copy()
         self._recognise(welcome.labels)
-        self.gestures, self.users = {}, {}
+        self.gestures = {}
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
         self.health = ()
         self.user, self.sure = "", 0.0
 
-    def described(self, message: Vocabulary | GestureInfo | UserRules) -> None:
-        """Take the gestures in use, one of them, or a user; another orb's gesture is left out."""
-        if isinstance(message, UserRules):
-            own = self.users.setdefault(message.user, {})
-            if message.label:
-                own[message.label] = message.rules
-            return
+    def described(self, message: Vocabulary | GestureInfo) -> None:
+        """Take the gestures in use, or one of them; another orb's gesture is left out."""
         if isinstance(message, GestureInfo):
             if message.label in self.labels:
                 self.gestures[message.label] = message
             return
-        self.gestures, self.users = {}, {}
+        self.gestures = {}
         if self.welcome and message.labels != self.welcome.labels:
             labels, commands = message.labels, message.commands
             self.welcome = replace(self.welcome, labels=labels, commands=commands)

@@ -24,7 +24,6 @@ class OrbWindow:
     """
 
     def __init__(self) -> None:
-        """Begin without a picture."""
         self.drawn = pygame.Rect(0, 0, 0, 0)
         self._panel, self._look = Panel(), ThemeChoice()
 

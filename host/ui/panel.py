@@ -69,7 +69,6 @@ class Panel:
     """
 
     def __init__(self) -> None:
-        """Make a panel; `place` it before drawing."""
         self._field = dome.HeatMap()
         self._heat: pygame.Surface | None = None  # as drawn last, of `_felt`
         self._felt: Deviation | None = None
@@ -122,7 +121,6 @@ class Panel:
     # -- what is drawn when ----------------------------------------------------------------
 
     def _keep_still(self, view: OrbState) -> None:
-        """Draw anew what stands still, if it is another one."""
         welcome = view.welcome
         key: tuple[Any, ...] = (
             self.rect.topleft, self.rect.size, self.layout, self.projection, self._look.palette,
@@ -165,7 +163,6 @@ class Panel:
     def _compose(
         self, view: OrbState, now_s: float, caption: str, colour: Colour, fresh: tuple[int, int]
     ) -> None:
-        """Draw the picture: what stands still, and on it what changes."""
         self._picture.blit(self._still, (0, 0))
         picture = _Shifted(self._picture, self.rect)
         self._light(picture, view, now_s)
@@ -273,7 +270,6 @@ class Panel:
             picture.blit(tip, place.to_screen(contact.x, contact.y))
 
     def _finger_px(self, contact: Contact) -> float:
-        """Return the radius of a finger in pixels."""
         place = self.projection
         return contact.radius_mm / place.pad.pitch_mm * place.pixels_per_unit
 

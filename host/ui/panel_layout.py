@@ -19,25 +19,15 @@ _COLUMNS: Final = 2  # of rows on a card that is too low for one column
 
 @dataclass(frozen=True, slots=True)
 class PanelLayout:
-    """Rectangles of the parts of a panel, pixels.
+    """Rectangles of the parts of a panel, pixels."""
 
-    Attributes:
-        factor: Pixels to a design unit.
-        header: Name and link of the orb.
-        dome: Square round the dome, with its base and shadow.
-        radius: Of the dome.
-        caption: Two lines of text.
-        card: The gestures.
-        rows: Rectangles of the gestures that have room on it.
-    """
-
-    factor: float
-    header: pygame.Rect
-    dome: pygame.Rect
-    radius: int
-    caption: pygame.Rect
-    card: pygame.Rect
-    rows: tuple[pygame.Rect, ...]
+    factor: float  # pixels to a design unit
+    header: pygame.Rect  # name and link of the orb
+    dome: pygame.Rect  # square round the dome, with its base and shadow
+    radius: int  # of the dome
+    caption: pygame.Rect  # two lines of text
+    card: pygame.Rect  # the gestures
+    rows: tuple[pygame.Rect, ...]  # of the gestures that have room on the card
 
     @classmethod
     def of(cls, rect: pygame.Rect, gestures: int, scale: float = 1.0) -> "PanelLayout":

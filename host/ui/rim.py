@@ -30,7 +30,6 @@ class Rim:
     """The pulse under way; times are seconds."""
 
     def __init__(self) -> None:
-        """Begin dark."""
         self._strength, self._since_s = 0.0, -math.inf
 
     def strike(self, strength: float, now_s: float) -> None:

@@ -27,7 +27,6 @@ class SpriteScale:
     """Design units to pixels, and what is drawn in them in the colours of a theme."""
 
     def __init__(self, factor: float, palette: Palette = theme.DARK) -> None:
-        """Draw `factor` pixels to a design unit."""
         self.factor, self.palette = factor, palette
 
     def px(self, design: float) -> int:

@@ -87,7 +87,6 @@ class UnansweredTouches:
         self._peaks[:], self._null = 0.0, 1.0
 
     def _reason(self, begun_s: float, ended_s: float) -> Reason | None:
-        """Return why a touch was not answered; None if it may be none."""
         first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])
         if 1.0 - self._null < LIGHT:
             return Reason("light") if begun_s >= self._recovered_s else None

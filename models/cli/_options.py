@@ -74,26 +74,6 @@ def take_all(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def count(text: str) -> int:
-    """Return how many: 1 to 100,000."""
-    return whole(1, 100_000)(text)
-
-
-def seed(text: str) -> int:
-    """Return a seed: 32 bits."""
-    return whole(0, 2**32 - 1)(text)
-
-
-def taxels(text: str) -> int:
-    """Return the length of a side of the grid."""
-    return whole(2, 32)(text)
-
-
-def minutes(text: str) -> float:
-    """Return the length of a session."""
-    return number(0.5, 600.0)(text)
-
-
 def whole(least: int, most: int) -> Callable[[str], int]:
     """Return a parser of whole numbers in a range."""
 
@@ -118,3 +98,9 @@ def number(least: float, most: float) -> Callable[[str], float]:
 
     read.__name__ = "number"
     return read
+
+
+count = whole(1, 100_000)
+seed = whole(0, 2**32 - 1)
+taxels = whole(2, 32)  # along a side of the grid
+minutes = number(0.5, 600.0)  # of a session

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from models.cli import _options as options
-from models.data.recipe import STEPS
+from models.data.recipe import FOLD_STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
@@ -27,11 +27,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
+    tasks = ("gesture", "location")
+    words = "judge gestures, or places of touches in millimetres, by people (default: gesture)"
+    add("--task", choices=tasks, default="gesture", help=words)
     by = ("user", "session")
     add("--by", choices=by, default="user", help="held out together (default: user)")
     add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
-    words = f"batches that each network learns from (default: the recipe's {STEPS:,})"
-    add("--steps", type=options.count, default=0, metavar="N", help=words)
+    words = f"batches that each network learns from, at most (default: {FOLD_STEPS:,})"
+    add("--steps", type=options.count, default=FOLD_STEPS, metavar="N", help=words)
     words = "images in a window, for both models (default: those of one second)"
     add("--window", type=options.whole(2, 250), default=0, metavar="N", help=words)
     options.take_labels(
@@ -40,13 +43,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     options.take_all(parser)
     words = "take labels as people gave them; else they are moved to where the touch was"
     add("--as-given", dest="given", action="store_true", help=words)
-    words = (
-        "let each fold choose, by short trainings on some of its own people, how far examples are "
-        "shifted and how hot probabilities are; takes twice as long"
-    )
-    add("--choose", action="store_true", help=words)
     words = "let no taxel or electrode die in training: for sensors that do not break"
     add("--sound", action="store_true", help=words)
+    words = "try no symmetries beside those in gestures.toml"
+    add("--declared", action="store_true", help=words)
     add("--no-plain", dest="plain", action="store_false", help="leave the plain models out")
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 
@@ -54,12 +54,14 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
     options.require("training in folds", "torch", "sklearn")
-    from models.studies import fold_statistics
-    from models.studies.cross_validation import Request, cross
+    from models.studies import cross_validation, fold_statistics, location_folds
+    from models.studies.cross_validation import Request
 
     chosen = options.chosen(arguments, Request)
     request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
-    found = cross(request, options.say)
-    print(fold_statistics.text(found))
+    if arguments.task == "location":
+        print(location_folds.text(location_folds.cross(request, options.say)))
+    else:
+        print(fold_statistics.text(cross_validation.cross(request, options.say)))
     options.say(f"wrote {request.out}")
     return 0

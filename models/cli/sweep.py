@@ -76,7 +76,9 @@ def _sweep(arguments: argparse.Namespace) -> "Sweep":
     recordings = examples.read_training(places)
     known = load.fingerprint(
         examples.digest(survey.path for survey in recordings.surveys),
-        load.vocabulary_of(places, recordings.labels),
+        load.vocabulary_of(
+            places, recordings.labels, orb=load.of_orb(recordings.surveys[0].origin)
+        ),
     )
     return replace(sweep, digest=known, places=tuple(map(str, places)))
 

@@ -68,9 +68,10 @@ def _check(request: Request) -> None:
         if request.others or request.gestures or request.mapping:
             raise ValueError("--others, --gestures and --mapping are for people; add --task user")
         return
-    for name in ("bare", "window", "auxiliary"):
+    flags = {"bare": "bare", "window": "window", "auxiliary": "auxiliary", "start": "from"}
+    for name, flag in flags.items():
         if getattr(request, name):
-            raise ValueError(f"--{name} is not for people; leave it out")
+            raise ValueError(f"--{flag} is not for people; leave it out")
     if request.recipe != "default":
         raise ValueError("there is one recipe for people; leave --recipe out")
 

@@ -14,11 +14,12 @@ from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.errors import count
 from controller.recognition.frames import PreprocessSettings, same_rate
+from controller.recognition.scale import FIRM
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
-from controller.recordings.quality.taxels import FIRM, respond
+from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
-from controller.recordings.recording import UNKNOWN, Recording, RecordingError
+from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
@@ -43,6 +44,7 @@ Say = Callable[[str], None]
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
 WINDOWS: Final = (4, 250)  # images; a bundle holds no more
+ORB: Final = (5, 5)  # rows and columns of the paper's orb
 KNOWN: Final = 0.5  # share of frames from which on the truth counts as known
 SAMPLED: Final = 8  # recordings from which a scale is taken
 WINDOWLESS: Final = "it has no quiet second, or no whole labelled window after it"
@@ -79,7 +81,7 @@ def read(
     """
     recordings = read_training(paths)
     origin, rate_hz = recordings.surveys[0].origin, recordings.rate_hz
-    vocabulary = vocabulary_of(paths, recordings.labels)
+    vocabulary = vocabulary_of(paths, recordings.labels, orb=of_orb(origin))
     length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * rate_hz)))
     settings = recipe.settings(rate_hz, length)
     if not origin.signal.ratio:
@@ -199,7 +201,9 @@ class _Reader:
         if labeller == "true":
             return labels, None
         repaired, lateness = label_repair.repair(recording, labeller)
-        labels = repaired if self.recipe.repair else labels
+        # With a gesture in every frame there is no edge to null that could be moved.
+        whole = bool((labels > 0).all()) and bool((repaired != UNKNOWN).any())
+        labels = repaired if self.recipe.repair and not whole else labels
         if self.choice == "auto" and self.recipe.truth:  # the truth is better where it is known
             labels = np.where(recording.label != UNKNOWN, recording.label, labels)
         if (labels != UNKNOWN).any():
@@ -215,12 +219,23 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
     return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
 
 
-def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return the vocabulary beside the recordings, or the shipped entries of their labels."""
+def of_orb(origin: Provenance) -> bool:
+    """Return whether they are of an orb, real or simulated, whose gestures are known by name."""
+    known = "orb" in origin.hardware or (origin.rows, origin.columns) == ORB
+    return origin.signal.ratio and (bool(origin.preset) or known)
+
+
+def vocabulary_of(
+    paths: Iterable[Path], labels: tuple[str, ...], *, orb: bool = True
+) -> Vocabulary:
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
+
+    The symmetries of shipped entries are for the orb only.
+    """
     folders = [path if path.is_dir() else path.parent for path in paths]
     files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:
-        return vocabularies.of(labels)
+        return vocabularies.of(labels, orb=orb)
     vocabulary = vocabularies.read(files[0])
     if sorted(vocabulary.labels) != sorted(labels):
         raise ValueError(

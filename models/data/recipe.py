@@ -6,6 +6,7 @@ from typing import Final
 from controller.recognition.frames import PreprocessSettings
 
 STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe
+FOLD_STEPS: Final = 800  # those of a fold of `models folds`, by default
 NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
 

@@ -4,7 +4,6 @@ The temperature and the probability from which a user is named are chosen by the
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -87,16 +86,16 @@ def auroc(high: NDArray[np.float64], low: NDArray[np.float64]) -> float:
     return float((below + 0.5 * level).mean() / len(low))
 
 
-def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GRID) -> float:
+def acceptance(strange: Belief, false_accepts: float) -> float:
     """Return the least probability that accepts no more strangers; beliefs are (rows, users)."""
     if not len(strange):
         return 0.9
     best = strange[:, 1:].max(axis=1)
     alone = strange.argmax(axis=1) != NOT_ENROLLED
-    for accept in grid:
+    for accept in GRID:
         if float((alone & (best >= accept)).mean()) <= false_accepts:
             return accept
-    return grid[-1]
+    return GRID[-1]
 
 
 def users_of(count: int, temperature: float = 1.0, accept: float = 0.9) -> Users:

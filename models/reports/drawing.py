@@ -114,13 +114,11 @@ def svg(figure: Figure, alternative: str) -> Markup:
     )
 
 
-def limits(
-    values: Iterable[float], *, least: float = 0.0, room: float = 0.06
-) -> tuple[float, float]:
+def limits(values: Iterable[float], least: float) -> tuple[float, float]:
     """Return the limits of an axis of a least length around finite values, with room beside."""
     known = [value for value in values if math.isfinite(value)] or [0.0, 1.0]
     low, high = min(known), max(known)
-    spare = max(least - (high - low), 0.0) / 2.0 + room * max(high - low, least)
+    spare = max(least - (high - low), 0.0) / 2.0 + 0.06 * max(high - low, least)
     return low - spare, high + spare
 
 

@@ -1,14 +1,13 @@
 """Cross-validation over people or sessions: each window is named by networks that never saw them.
 
-In each fold CNN-3D is trained on all others by the default recipe, and the last step's network is
-kept, so nothing that is judged decides anything. With `choose`, each fold first chooses, by short
-trainings on part of its own people: how far examples are shifted, where gestures are declared to be
-the same anywhere (`shifts`), and the temperature of probabilities.
+In each fold CNN-3D is trained on the others by the default recipe, with fewer steps. Nothing that
+is judged decides anything: the scale of the signal, the symmetries of undeclared gestures and the
+epoch that is kept are chosen on the fold's own people.
 """
 
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -23,13 +22,15 @@ from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Choice, refuse_test_seed
 from models.data.load import Data
-from models.data.recipe import DEFAULT, NetworkRecipe
+from models.data.recipe import DEFAULT, FOLD_STEPS, NetworkRecipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores
 from models.results import storage
-from models.studies import fold_statistics, trajectory_baseline
+from models.results.training import Epoch
+from models.studies import fold_choices, fold_statistics, trajectory_baseline
+from models.studies.fold_choices import Own
 from models.studies.fold_statistics import TOUCHED, CrossValidation, Windows
-from models.training import checkpoint
+from models.training import checkpoint, symmetry_search
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
 
@@ -38,9 +39,13 @@ Answers = dict[str, NDArray[np.float32]]  # of each model, (windows of the fold,
 Done = tuple[Answers, dict[str, Any]]  # "cpu_s" of each model; "chosen", in words
 
 EDGES: Final = (1 / 1000, 1 / 2, 1.0)  # touched shares of a window: between two of `TOUCHED`
-DISTANCES: Final = (0, 1, 2)  # taxels by which examples may be shifted, to choose from
-SHORT: Final = 3  # steps of a full training over those of one to choose by
 MOST_EPOCHS: Final = 1000  # no limit in practice
+# Passes over the examples from which on a network may learn people by heart: some are held out,
+# and the epoch that is best for them is kept.
+OFTEN: Final = 12
+MEASURED: Final = 3  # batches by which the time of a training is estimated
+REPORT_S: Final = 30.0  # between two lines on progress, seconds
+PATIENCE: Final = 0.25  # epochs without a better one before training stops, share of all
 OURS: Final = "ours"
 NAMES: Final = {
     OURS: "CNN-3D", "plain": "trajectory trees", "mended": "trajectory trees, mended"
@@ -57,13 +62,13 @@ class Request:
     out: Path  # JSON file of the results; finished parts are kept beside it until all are
     by: str = "user"  # group that is held out together: "user" or "session"
     folds: int = 5  # number of folds
-    steps: int = 0  # training batches of each network; 0: the recipe's
+    steps: int = FOLD_STEPS  # training batches of each network
     window: int = 0  # images in a window; 0: those of a second
     labels: Choice = "auto"  # source of the labels
     all: bool = False  # take recordings that fail the check
     given: bool = False  # take labels as given; else they are moved to the touch
-    choose: bool = False  # each fold chooses settings among its own people
     sound: bool = False  # no taxel or electrode dies in training
+    declared: bool = False  # try no symmetries that are not declared
     plain: bool = True  # judge trees on the touch's trajectory, too
     seed: int = 0  # of everything random
     command: str = ""  # command line
@@ -84,7 +89,8 @@ def cross(request: Request, say: Say) -> CrossValidation:
     study = _Study(request, data, _course(recipe.gesture, request), device, say)
     reading_s = time.process_time() - begun
     say(f"{study.describe()}; {len(study.folds)} folds by {request.by}")
-    done = [study.judge(number) for number in range(len(study.folds))]
+    say(f"about {span(study.expected_s())} of training on this machine")
+    done = [*study.judged()]
     how = replace(recipe, gesture=study.course).sentences(gesture=True, location=False)
     found = _results(study, done, tuple(how), reading_s)
     storage.write_json(request.out, found)
@@ -110,7 +116,7 @@ class _Study:
                 "one for each"
             )
         self.folds = splits.by_group(examples.ends, examples.window, self.group, request.folds)
-        self.symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
+        self.searched = symmetry_search.undeclared(data) and not request.declared
         self.rows = {
             name: trajectory_baseline.features(examples, mended=name == "mended")
             for name in NAMES if name != OURS and request.plain
@@ -130,6 +136,37 @@ class _Study:
             f"at {self.data.settings.rate_hz:g} Hz, in {int(windows.stretch[-1]) + 1} stretches, "
             f"of {count(len(windows.people), 'person', 'people')}"
         )
+
+    def sentences(self) -> list[str]:
+        """Return the declared symmetries in sentences; none if each fold finds its own."""
+        if self.searched:
+            return ["symmetries: found in each fold among its own people"]
+        vocabulary, grid = self.data.vocabulary, self.data.examples.images.shape[1:]
+        return Symmetry.of(vocabulary, *grid).sentences(vocabulary.labels)
+
+    def expected_s(self) -> float:
+        """Return the time of all trainings by that of a few batches, seconds; without trees."""
+        parts = Parts(self.folds[0].train[: 2 * self.course.batch], NONE, NONE)
+        classes, generator = len(self.windows.labels), torch.Generator(self.device)
+        own = Own(self.data, None)
+        task = GestureTask(
+            self.data.examples, parts, classes, own.symmetry, self.course, self.device
+        )
+        batch, times = next(task.batches(np.random.default_rng(0))), [time.monotonic()]
+        for _ in range(MEASURED):
+            task.loss(batch, generator)[0].backward()  # type: ignore[no-untyped-call]
+            times.append(time.monotonic())
+        each = float(np.median(np.diff(times))) * self.course.batch / len(batch)
+        return each * self.course.steps * len(self.folds)
+
+    def judged(self) -> Iterator[Done]:
+        """Yield the models' answers to each fold's test part; report the time that is left."""
+        begun = time.monotonic()
+        for number in range(len(self.folds)):
+            yield self.judge(number)
+            left = (time.monotonic() - begun) / (number + 1) * (len(self.folds) - number - 1)
+            if left:
+                self.say(f"about {span(left)} left")
 
     def judge(self, number: int) -> Done:
         """Return the models' answers to a fold's test part, which are kept in a file."""
@@ -151,11 +188,9 @@ class _Study:
         """Train all models on a fold."""
         begun = time.process_time()
         label, seed = self.windows.label[fold.train], self.request.seed
-        course, temperature, chosen = self.course, 1.0, ""
-        if self.request.choose:
-            course, temperature, chosen = self._choose(number, fold)
-        logits, _ = self._train(f"fold-{number}-last", fold, course)
-        answers = {OURS: scores.softmax(logits, temperature).astype(np.float32)}
+        own = self._own(fold)
+        chosen = f"({own.words})" * bool(own.words)
+        answers = {OURS: self._train(number, fold, own)}
         cpu_s = {OURS: time.process_time() - begun}
         for name, rows in self.rows.items():
             begun = time.process_time()
@@ -165,53 +200,57 @@ class _Study:
             cpu_s[name] = time.process_time() - begun
         return answers, {"cpu_s": cpu_s, "chosen": chosen}
 
-    def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
-        """Return the recipe and temperature of a fold, and the choice in words."""
-        examples, shifts = self.data.examples, self.symmetry.shifts
-        inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
-        least, most = self.course.limits
-        steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
-        tried = {}
-        for distance in DISTANCES if shifts else (0,):
-            brief = replace(_shifting(self.course, distance), steps=steps, limits=limits)
-            logits, label = self._train(f"fold-{number}-by-{distance}", inner, brief)
-            temperature = scores.temperature(logits, label)
-            own = scores.softmax(logits, temperature)[np.arange(len(label)), label]
-            loss = float(-np.log(np.maximum(own, 1e-12)).mean())
-            tried[distance] = loss, temperature
-            self.say(f"  within fold {number + 1}, shifted by {distance}: loss {loss:.4f}")
-        best = min(tried, key=lambda distance: tried[distance][0])
-        temperature = tried[best][1]
-        words = f"(shifted by {best} at most, " if shifts else "("
-        return _shifting(self.course, best), temperature, f"{words}temperature {temperature:.2f})"
+    def _own(self, fold: Fold) -> Own:
+        """Return what a fold's own people decide."""
+        own = fold_choices.of(self.data, fold, self.group)
+        if not (self.searched and own.inner):
+            return own
+        own = fold_choices.searched(own, self.course, self.request.seed, self.device)
+        self.say(f"  among the people of fold {fold.name}: {own.words}")
+        return own
 
-    def _train(
-        self, name: str, fold: Fold, course: NetworkRecipe
-    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Train on a fold; return logits (windows, classes) and classes of its test part."""
-        seed, examples = self.request.seed, self.data.examples
+    def _train(self, number: int, fold: Fold, own: Own) -> NDArray[np.float32]:
+        """Train on a fold; return probabilities (windows, classes) of its test part.
+
+        If the examples come by often, some of the fold's own people stop it.
+        """
+        seed, examples = self.request.seed, own.data.examples
+        parts, classes = Parts(fold.train, NONE, NONE), len(self.windows.labels)
+        if own.inner is not None and self.course.passes(len(fold.train)) > OFTEN:
+            parts = Parts(own.inner.train, own.inner.test, NONE)
         torch.manual_seed(seed)
-        parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
-        classes = len(self.windows.labels)
-        task = GestureTask(examples, parts, classes, self.symmetry, course, self.device)
-        fit(task, seed, self.folder / f"{name}.npz")
-        logits, label = task.answers(examples.ends[fold.test])
-        return logits.cpu().numpy(), label.cpu().numpy()
+        task = GestureTask(examples, parts, classes, own.symmetry, self.course, self.device)
+        fit(task, seed, self.folder / f"fold-{number}-last.npz", self._watch(task))
+        logits, _ = task.answers(examples.ends[fold.test])
+        return scores.softmax(logits.cpu().numpy()).astype(np.float32)
+
+    def _watch(self, task: GestureTask) -> Callable[[Epoch], None]:
+        """Return what reports a training's progress, every `REPORT_S` seconds at most."""
+        begun = said = time.monotonic()
+        passes = task.recipe.passes(task.steps() * task.recipe.batch)
+
+        def watch(epoch: Epoch) -> None:
+            nonlocal said
+            now = time.monotonic()
+            if now - said >= REPORT_S:
+                said, left = now, (now - begun) / epoch.number * (passes - epoch.number)
+                self.say(f"  {epoch.number} of {passes} epochs, at most {span(left)} to go")
+
+        return watch
+
+
+def span(seconds: float) -> str:
+    """Return a time in words."""
+    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
-    """Return the recipe of the folds: training to the last step, without held-out data."""
-    plain = replace(course, keep_best=False, patience=0.0)
+    """Return the recipe of the folds, with their number of batches."""
+    plain = replace(course, patience=PATIENCE)
     if request.sound:
         sound = replace(course.augmentation, dropout=0.0, electrode=0.0)
         plain = replace(plain, augmentation=sound)
-    if not request.steps:
-        return plain
     return replace(plain, epochs=0, steps=request.steps, limits=(1, MOST_EPOCHS))
-
-
-def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
-    return replace(course, augmentation=replace(course.augmentation, shifted=distance))
 
 
 def _windows(data: Data) -> Windows:
@@ -251,18 +290,19 @@ def _results(
     ]
     people = (np.unique(windows.person[fold.test]).tolist() for fold in folds)
     classes = np.bincount(windows.label)
+    chosen = tuple(str(words["chosen"]) for _, words in done)
     return CrossValidation(
         command=request.command,
         software=software(),
         data=study.describe(),
-        how=(*how, *SOUND[: request.sound], *study.symmetry.sentences(windows.labels)),
+        how=(*how, *SOUND[: request.sound], *study.sentences()),
         labels=windows.labels,
         majority=float(classes.max() / classes.sum()),
         windows=len(windows.label),
         stretches=int(windows.stretch[-1]) + 1,
         people=windows.people,
         held=tuple(", ".join(windows.people[one] for one in some) for some in people),
-        chosen=tuple(str(words["chosen"]) for _, words in done) if request.choose else (),
+        chosen=chosen if any(chosen) else (),
         touched=tuple(np.bincount(windows.touched, minlength=len(TOUCHED)).tolist()),
         models=tuple(models),
         gains=tuple(gains),

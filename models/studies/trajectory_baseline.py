@@ -79,7 +79,7 @@ def mend(signal: NDArray[np.float32], least: float) -> NDArray[np.float32]:
 
 def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
     """Return x, y, spread (grid units), sum, (n, 4), of touches in images (n, rows, columns)."""
-    signal = np.maximum(images - 1.0, np.float32(0.0))
+    signal = _signal(images)
     peak = signal.reshape(len(signal), -1).max(axis=1)
     firm = float(np.quantile(peak, FIRM))
     if mended:
@@ -94,3 +94,11 @@ def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
     found = np.stack([x, y, np.sqrt(np.maximum(square, 0.0)), total], axis=1)
     found[peak < LITTLE * firm] = NOWHERE, NOWHERE, 0.0, 0.0
     return np.asarray(found, dtype=np.float32)
+
+
+def _signal(images: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what a touch adds to images, or takes from them: the direction that is stronger."""
+    rise = images.max(axis=(1, 2)) - 1.0
+    fall = 1.0 - images.min(axis=(1, 2))
+    sign = 1.0 if np.quantile(rise, FIRM) >= np.quantile(fall, FIRM) else -1.0
+    return np.asarray(np.maximum(sign * (images - 1.0), 0.0), dtype=np.float32)

@@ -14,7 +14,8 @@ from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
 from models.evaluation import scores
 from models.results.training import Epoch, GestureResult
-from models.training.loop import Index, Task, TrainingJob, batched, fit_shown
+from models.training import transfer
+from models.training.loop import AT_ONCE, Index, Task, TrainingJob, batched, fit_shown
 from models.training.networks import Network, gesture_net
 
 WINDOWS_HZ: Final = 10.0  # windows of a second that an epoch draws: neighbours are nearly the same
@@ -71,7 +72,7 @@ class GestureTask(Task):
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
         """Return the loss of a batch (windows,), and its share of right answers."""
-        windows, label = self._cut(batch)
+        windows, label = self.cut(batch)
         how = self.recipe.augmentation
         windows, label = vary_windows(how, windows, label, self.symmetry, generator)
         logits = self.net(windows)
@@ -92,9 +93,9 @@ class GestureTask(Task):
     def answers(self, ends: Index) -> tuple[Tensor, Tensor]:
         """Return logits (windows, classes) and classes (windows,) by the windows' last frames."""
         label = self._label[torch.from_numpy(ends).to(self._device)]
-        return batched(self.net, lambda some: self._cut(some)[0], ends), label
+        return batched(self.net, lambda some: self.cut(some)[0], ends), label
 
-    def _cut(self, ends: Index) -> tuple[Tensor, Tensor]:
+    def cut(self, ends: Index) -> tuple[Tensor, Tensor]:
         """Return windows (batch, window, rows, columns) and their classes (batch,)."""
         last = torch.from_numpy(ends).to(self._device)
         return self._images[last[:, None] + self._steps], self._label[last]
@@ -108,6 +109,10 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
     torch.manual_seed(job.seed)
     recipe, parts = job.recipe.gesture, job.split.windows
     task = GestureTask(examples, parts, len(labels), symmetry, recipe, job.device, classes)
+    if job.start.gesture:
+        known = task.ends["train"]
+        some = task.cut(known[:: 1 + len(known) // AT_ONCE])[0]
+        transfer.begin(task.net, job.start.gesture, some)
     fitted = fit_shown(task, "CNN-3D", _describe, job.seed, job.folder)
     # From here on there are no auxiliary classes, nor their windows.
     ends = {part: every[examples.label[every] < classes] for part, every in task.ends.items()}

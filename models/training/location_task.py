@@ -14,7 +14,8 @@ from models.data.splits import Parts
 from models.data.touch_images import Touches
 from models.evaluation import position_error, scores
 from models.results.training import Epoch, LocationResult
-from models.training.loop import Index, Task, TrainingJob, fit_shown
+from models.training import transfer
+from models.training.loop import AT_ONCE, Index, Task, TrainingJob, fit_shown
 from models.training.networks import Network, location_net
 
 
@@ -91,6 +92,8 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     if parts.words:
         print(parts.words, file=sys.stderr)
     task = LocationTask(found, parts, whole.common(located), job.recipe.location, job.device)
+    if job.start.location:
+        transfer.begin(task.net, job.start.location, torch.from_numpy(found.images[:AT_ONCE]))
     fitted = fit_shown(task, "CNN-2D", _describe, job.seed, job.folder)
     off = task.errors(parts.check)
     last = found.last[parts.check]

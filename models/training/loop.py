@@ -5,7 +5,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +20,7 @@ from models.data.splits import Split
 from models.results.training import Epoch
 from models.training import checkpoint
 from models.training.networks import Network
+from models.training.transfer import Start
 
 WARM_UP: Final = 0.1  # share of the steps in which the learning rate rises
 FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
@@ -44,6 +45,7 @@ class TrainingJob:
     # classes that the gesture network answers, the first ones; 0: all. The others are auxiliary:
     # learned beside them, so that the embedding keeps more
     answers: int = 0
+    start: Start = field(default_factory=Start)  # weights that the networks start from
 
 
 class Task(ABC):

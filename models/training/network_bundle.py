@@ -29,11 +29,13 @@ from models.evaluation import evaluate
 from models.reports import page
 from models.results.evaluation import numbers
 from models.results.training import Training
-from models.training import advice, export
+from models.training import advice, export, symmetry_search, transfer
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
+from models.training.networks import gesture_net, location_net
 from models.training.train import Request, Say
+from models.training.transfer import Start
 
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
 LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
@@ -54,6 +56,7 @@ class NetworkPlan:
     location: bool  # CNN-2D is trained
     lender: Bundle | None  # bundle of the network that is not trained; None: there is none
     answers: int  # classes that the bundle answers; further ones are auxiliary
+    start: Start  # weights of another bundle
 
     @property
     def auxiliary(self) -> tuple[str, ...]:
@@ -76,17 +79,37 @@ class NetworkPlan:
             raise ValueError("--auxiliary is for gestures alone; add --task gesture")
         lender = None if request.bare else _lender(request, base, data, gesture, location)
         split = splits.split_windows(data, request.split, request.seed)
-        made = cls(request, data, split, recipe, found, gesture, location, lender, answers)
+        start = _start(request.start, data, recipe, gesture, location)
+        made = cls(request, data, split, recipe, found, gesture, location, lender, answers, start)
         for line in _announcement(made, _expected(made)):
             say(line)
         return made
 
     def train(self, device: torch.device, folder: Path, say: Say) -> Training:
         """Train the networks; write the bundle, its card and its report."""
+        return self._searched(device, say)._train(device, folder, say)
+
+    def _searched(self, device: torch.device, say: Say) -> "NetworkPlan":
+        """Return the plan with the symmetries found by trial, where none are declared."""
+        data, windows, recipe = self.data, self.split.windows, self.recipe.gesture
+        known = not symmetry_search.undeclared(data) or self.request.declared
+        if known or not self.gesture or not len(windows.check):
+            return self
+        say("trying symmetries, since no gestures.toml declares them (--declared: do not)")
+        seed = self.request.seed
+        judge = symmetry_search.trial(data, windows.train, windows.check, recipe, seed, device)
+        found = symmetry_search.search(judge, data.vocabulary)
+        say(f"on what is held out: {found.words}; declare in gestures.toml what holds")
+        return replace(self, data=replace(data, vocabulary=found.vocabulary))
+
+    def _train(self, device: torch.device, folder: Path, say: Say) -> Training:
+        """Train the networks with the symmetries that are known."""
         request, data, split, lender = self.request, self.data, self.split, self.lender
         shape = data.examples.images.shape[1:]
         result = _expected(self)
-        job = TrainingJob(data, split, self.recipe, request.seed, device, folder, self.answers)
+        job = TrainingJob(
+            data, split, self.recipe, request.seed, device, folder, self.answers, self.start
+        )
         networks = export.networks_of(lender) if lender is not None else None
         gesture, location = networks or (None, export.no_location(*shape))
         if self.gesture:
@@ -147,6 +170,21 @@ def _lender(
             "another with --with, or train --task both"
         )
     return None if why else base
+
+
+def _start(path: Path | None, data: Data, recipe: Recipe, gesture: bool, location: bool) -> Start:
+    """Return the weights that the networks start from, read from a bundle; None: random."""
+    if path is None:
+        return Start()
+    examples, labels = data.examples, data.vocabulary.labels
+    shape = examples.window, *examples.images.shape[1:]
+    return transfer.start(
+        bundle.read(path),
+        labels,
+        gesture_net(shape, len(labels), recipe.gesture) if gesture else None,
+        location_net(shape[1:], recipe.location) if location else None,
+        shape,
+    )
 
 
 def _misfit(lender: Bundle, data: Data, *, location: bool) -> str:
@@ -243,6 +281,7 @@ def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
     ]
     lines += [result.split, *result.symmetries, f"recipe {result.recipe}"]
     lines += [f"  {line}" for line in result.how]
+    lines += plan.start.lines
     if plan.lender is not None:
         which = "location" if plan.gesture else "gesture"
         lines.append(f"the {which} network is that of the bundle {plan.lender.hash[:12]}")
@@ -276,6 +315,8 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
     }
     if plan.auxiliary:
         made["auxiliary"] = ", ".join(plan.auxiliary)
+    if plan.request.start is not None:
+        made["from"] = bundle.read(plan.request.start).hash[:16]
     if lender is not None:
         made["with"] = lender.hash[:16]
     if plan.gesture or lender is None:

@@ -75,6 +75,14 @@ class Request:
         flag="with",
         type=Path,
     )
+    start: Path | None = _option(
+        None,
+        "bundle whose networks the training starts from, of any grid, rate and labels; what fits "
+        "is taken (default: random)",
+        "BUNDLE",
+        flag="from",
+        type=Path,
+    )
     seed: int = _option(0, "of everything random (default: 0)", range=(0, 2**32 - 1))
     epochs: int = _option(
         0,
@@ -119,6 +127,11 @@ class Request:
         "with --task user: recordings of people who are not enrolled, strangers",
         "DIR",
         **FOLDERS,
+    )
+    declared: bool = _option(
+        False,
+        "try no symmetries beside those in gestures.toml; else, on another sensor than the orb, "
+        "those that help people held out are used (docs/people.md)",
     )
     unmeasured: bool = _option(
         False, "do not measure how much more examples would help", flag="no-advice"

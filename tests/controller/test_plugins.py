@@ -8,14 +8,17 @@ import sys
 from pathlib import Path
 from typing import Any, cast
 
+import pygame
 import pytest
 
 from controller import links, plugins
 from controller.__main__ import main
 from controller.cli import sensors as sensors_command
+from controller.protocol.messages import Command
 from controller.sensors import base as sensors
 from controller.sensors.base import SensorError
 from host import taps, targets
+from host.connection.receiver import Delivered
 from tests.support import ROOT
 
 PIP = ("-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--no-index")
@@ -23,12 +26,13 @@ PIP = ("-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--no-
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the template's package, as pip installs it, without the network."""
+    """A folder with the templates' packages, as pip installs them, without the network."""
     pytest.importorskip("setuptools")
     work = tmp_path_factory.mktemp("plugin")
-    shutil.copytree(ROOT / "examples" / "own-sensor", work / "source")
-    where = work / "site"
-    command = [sys.executable, *PIP, "--target", str(where), str(work / "source")]
+    where, sources = work / "site", [work / "own-sensor", work / "own-target"]
+    for source in sources:
+        shutil.copytree(ROOT / "examples" / source.name, source)
+    command = [sys.executable, *PIP, "--target", str(where), *map(str, sources)]
     subprocess.run(command, check=True, timeout=300)
     return where
 
@@ -62,6 +66,18 @@ def test_the_template_s_sensor_can_be_tried(capsys: pytest.CaptureFixture[str]) 
     assert re.search("rest +good +0 counts, about zero", printed)
     assert re.search("touch +good +the reading rises", printed)
     assert re.search(r"taxels +good +12 of 12 move", printed)
+
+
+@pytest.mark.usefixtures("drum")
+def test_the_template_s_target_takes_commands() -> None:
+    lamp: Any = targets.load("lamp")
+    surface = pygame.Surface((2, 2))
+    lamp.tick(1.0, [Delivered(Command("drop", "pinch", 0.9, None, 7), 1000)])
+    lamp.draw(surface)
+    assert surface.get_at((0, 0)) == pygame.Color("red")
+    lamp.tick(2.5)
+    lamp.draw(surface)
+    assert surface.get_at((0, 0)) == pygame.Color("black")
 
 
 @pytest.mark.usefixtures("drum")

@@ -43,7 +43,6 @@ MESSAGES: tuple[m.Message, ...] = (
     teaching.GestureInfo(
         "swipe", "swipe", True, 5, bytes(25), (teaching.CommandRule("hold", 1.0, 0.0, 2.0, 1.0),)
     ),
-    teaching.UserRules("ann", "swipe", (teaching.CommandRule("hold", 1.0, 0.0, 2.0, 1.0),)),
     teaching.ExampleTaken(7, "swipe", True, "", 0.5, bytes(25)),
     teaching.LearnStatus(1, 1.0, "learned", (1.0, 1.0)),
 )

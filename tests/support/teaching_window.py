@@ -20,7 +20,7 @@ from controller.protocol.teaching import (
     SaveAs,
     SetCommand,
     Undo,
-    UserRules,
+    UserInfo,
     Vocabulary,
 )
 from host.app.application import SIZE, OrbApp
@@ -43,9 +43,8 @@ class FakeOrb:
     def __init__(self) -> None:
         self.heard: list[Message] = []
         self.taught: dict[str, str] = {}  # labels and their commands
-        self.users: dict[str, dict[str, str]] = {}  # their own commands, by label
+        self.users: dict[str, dict[str, str]] = {}  # own commands of each by label
         self.pending: dict[int, ExampleTaken] = {}
-        self.guess = ("none", False)  # symmetries
         self.weak = False  # whether the next example cannot be learned
         self.objects = False  # whether nothing can be learned
         self._started = ("", 0)
@@ -75,13 +74,12 @@ class FakeOrb:
             case Forget(label=label):
                 del self.taught[label]
                 return [*self.described(), LearnStatus(DONE, 1.0, "forgotten")]
-            case SetCommand(label=label, command=command, user=user, own=own):
-                rules_of = self.users[user] if user else self.taught
-                if own:
-                    rules_of[label] = command
-                else:
-                    self.users[user] = {k: v for k, v in rules_of.items() if label not in ("", k)}
-                return [*self.described(), LearnStatus(DONE, 1.0, "")]
+            case SetCommand(label="", user=user):
+                self.users[user] = {}
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
+            case SetCommand(label=label, command=command, user=user):
+                self.users[user][label] = command or "none"
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
             case Undo() | SaveAs():
                 return [LearnStatus(DONE, 1.0, "done")]
         return []
@@ -91,7 +89,7 @@ class FakeOrb:
         assert started == number
         if self.weak:
             return ExampleTaken(number, label, False, "that touch is too weak", 0.0, b"")
-        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT, *self.guess)
+        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT)
         return self.pending[number]
 
     def described(self) -> list[Message]:
@@ -100,12 +98,10 @@ class FakeOrb:
             GestureInfo(label, label, label in self.taught, 0, DENT, rules(command))
             for label, command in (OF | self.taught).items()
         ]
-        people = [
-            UserRules(user, label, rules(command) if label else ())
-            for user, own in self.users.items()
-            for label, command in {"": "", **own}.items()
+        users = [
+            UserInfo(name, tuple(own), tuple(own.values())) for name, own in self.users.items()
         ]
-        return [head, *infos, *people]
+        return [head, *infos, *users]
 
 
 def rules(command: str) -> tuple[CommandRule, ...]:

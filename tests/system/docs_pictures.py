@@ -28,11 +28,12 @@ from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.window_loop import window
+from tetris.engine.pieces import KINDS
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
-from tetris.window.theme import ACCENT, GOOD, PIECES
+from tetris.window.theme import DARK
 from tetris.window.video import video_file
 
 from .desktop import arc
@@ -218,7 +219,7 @@ class Camera:
 def _swatch() -> bytes:
     """Return a picture with the pieces' colours, so that a film's palette has them."""
     picture = pygame.Surface(FILM)
-    colours = [*PIECES.values(), GOOD, ACCENT]
+    colours = [*(DARK.pieces[kind] for kind in KINDS), DARK.good, DARK.accent]
     for number, colour in enumerate(colours):
         picture.fill(colour, (number * FILM[0] // len(colours), 0, FILM[0], FILM[1]))
     return pygame.image.tobytes(picture, "RGB")

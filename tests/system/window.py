@@ -71,6 +71,7 @@ def run(name: str, keep: Path | None) -> Outcome:
             trouble = str(error)
         seconds = time.monotonic() - begun_s
         if keep is not None and desk.window is not None:
+            keep.mkdir(parents=True, exist_ok=True)
             desk.window.picture(keep / f"{name}.png")
     return Outcome(name, seconds, trouble, desk.seen)
 

@@ -9,16 +9,7 @@ from collections.abc import Iterator
 from operator import itemgetter
 from typing import Final, NamedTuple
 
-from tetris.bots.greedy import (
-    BCTS,
-    HEADROOM_ROWS,
-    LOST,
-    Plan,
-    loses,
-    middle,
-    settled,
-    surface,
-)
+from tetris.bots.greedy import BCTS, HEADROOM_ROWS, LOST, Plan, loses, middle, settled, surface
 from tetris.bots.placements import find, path
 from tetris.engine.events import Action
 from tetris.engine.game import Game
@@ -102,7 +93,6 @@ class _Search:
         return best
 
     def _next(self, way: _Way, first: bool = False) -> Iterator[_Way]:
-        """Continue a way by one move."""
         game, bits = self._game, way.bits
         choices = self._choices(way.hold, way.used, not first or game.can_hold)
         for holding, (kind, hold, used) in enumerate(choices):

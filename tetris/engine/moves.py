@@ -10,16 +10,7 @@ from functools import cache
 from typing import Final
 
 from tetris.engine.board import cell_bit
-from tetris.engine.pieces import (
-    KICKS,
-    LAST_KICK,
-    OFFSETS,
-    STRIDE,
-    Cell,
-    Kicks,
-    Piece,
-    piece_at,
-)
+from tetris.engine.pieces import KICKS, LAST_KICK, OFFSETS, STRIDE, Cell, Kicks, Piece, piece_at
 
 TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
 """Index of a kick table's clockwise turns in `Piece.turned`; the others come next."""

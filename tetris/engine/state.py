@@ -202,7 +202,6 @@ class State:
         self._schedule()
 
     def _pace(self) -> None:
-        """Work out how fast pieces fall."""
         row_s = seconds_per_row(min(self.level, self.gravity_cap))
         self._gravity_ns = round(row_s * NS) if self.config.gravity else NEVER
         self._soft_ns = round(row_s * NS / self.config.soft_drop_factor)
@@ -221,7 +220,6 @@ class State:
             self._schedule_fall()
 
     def _schedule_fall(self) -> None:
-        """The same for a piece in the air of a game that runs."""
         next_ns = self._row_since_ns + self._gravity_ns
         if self._soft:
             soft_ns = max(self._row_since_ns, self._soft_since_ns) + self._soft_ns

@@ -64,8 +64,6 @@ class Totals:
 
 @dataclass(slots=True)
 class _Record:
-    """What the file holds of a mode."""
-
     best: list[Entry] = field(default_factory=list)
     totals: Totals = field(default_factory=Totals)
 

@@ -137,7 +137,6 @@ class Player:
     """Plays a replay, and goes to any time of the recording's clock, forwards and back."""
 
     def __init__(self, replay: Replay) -> None:
-        """Go to the replay's first moment."""
         self.replay = replay
         self.game = Game(replay.seed, replay.config)
         self.moments_played = 0

@@ -169,7 +169,6 @@ def _value(lines: Iterator[str], name: str) -> str:
 
 
 def _number(lines: Iterator[str], name: str, most: int = _MOST_NUMBER) -> int:
-    """Return the value of the next line as a whole number."""
     return _whole(name, _value(lines, name), most)
 
 

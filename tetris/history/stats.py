@@ -67,7 +67,6 @@ class Statistics:
     """Counts along with one game."""
 
     def __init__(self, config: Config) -> None:
-        """Count a game of these rules from its beginning."""
         self._config = config
         self._begin()
 

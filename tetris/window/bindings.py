@@ -4,7 +4,9 @@ A binding is written down by name (`space`, `pad_a`), because pygame's numbers m
 a reader. Keys are numbers to `tetris.window.keys`, pad buttons stay names.
 """
 
+import tomllib
 from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from types import MappingProxyType
 from typing import Final
 
@@ -26,54 +28,16 @@ _KEY_CODES: Final[Mapping[str, int]] = {
 }
 _KEY_NAMES: Final[Mapping[int, str]] = {code: name for name, code in _KEY_CODES.items()}
 
-# What stands on the keys, where it is not the name; "caps_lock" and the like need no entry.
-_CAPS: Final[Mapping[str, str]] = {
-    "left": "←",
-    "right": "→",
-    "up": "↑",
-    "down": "↓",
-    "lshift": "⇧ L",
-    "rshift": "⇧ R",
-    "lctrl": "Ctrl L",
-    "rctrl": "Ctrl R",
-    "lalt": "Alt L",
-    "ralt": "Alt R",
-    "return": "⏎",
-    "kp_enter": "Num ⏎",
-    "escape": "Esc",
-    "backspace": "⌫",
-}
+_DEFAULTS: Final = tomllib.loads((files("assets") / "tetris" / "bindings.toml").read_text("utf-8"))
+_CAPS: Final[Mapping[str, str]] = _DEFAULTS["captions"]
 
-KEYS: Final[Names] = MappingProxyType(
-    {
-        "left": ("left",),
-        "right": ("right",),
-        "down": ("down",),
-        "hard_drop": ("space",),
-        "rotate_cw": ("up", "x"),
-        "rotate_ccw": ("z", "lctrl"),
-        "hold": ("c", "lshift", "rshift"),
-        "pause": ("p", "escape"),
-        "restart": ("r",),
-        "undo": ("u", "backspace"),
-        "hint": ("h",),
-    }
-)
-PADS: Final[Names] = MappingProxyType(
-    {
-        "left": ("pad_left", "stick_left"),
-        "right": ("pad_right", "stick_right"),
-        "down": ("pad_down", "stick_down"),
-        "hard_drop": ("pad_up",),
-        "rotate_cw": ("pad_a", "pad_y"),
-        "rotate_ccw": ("pad_b", "pad_x"),
-        "hold": ("pad_l1", "pad_r1", "pad_l2", "pad_r2"),
-        "pause": ("pad_start",),
-        "restart": ("pad_back",),
-        "undo": ("pad_l3",),
-        "hint": ("pad_r3",),
-    }
-)
+
+def _names(kind: str) -> Names:
+    return MappingProxyType({action: tuple(names) for action, names in _DEFAULTS[kind].items()})
+
+
+KEYS: Final = _names("keys")
+PADS: Final = _names("pads")
 
 
 def key_name(code: int) -> str | None:

@@ -94,17 +94,14 @@ class MenuView:
 
     @property
     def _row(self) -> int:
-        """Height of a row of the table."""
         return max(self._px(_TABLE), theme.font(self._px(25)).get_linesize())
 
     @property
     def _line(self) -> int:
-        """Height of a line of the sentence."""
         size = self._px(_SENTENCE)
         return max(self._px(_SENTENCE + 2), theme.font(size).get_linesize())
 
     def _foot(self, menu: Menu) -> int:
-        """Return how high the place for a sentence is."""
         if menu.notice or any(item.hint for item in menu.items):
             return max(self._px(_FOOT), 3 * self._line + self._px(4))
         return 0
@@ -213,7 +210,6 @@ class MenuView:
     # -- an item -----------------------------------------------------------------------
 
     def _draw_item(self, line: pygame.Rect, item: Item, chosen: bool) -> tuple[pygame.Rect, ...]:
-        """Draw an item, and return where its arrows are."""
         palette = self._palette
         if chosen:
             bar = line.inflate(0, -self._px(4))

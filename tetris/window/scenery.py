@@ -160,15 +160,16 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
     return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, True)
 
 
-def draw_scenery(layout: Layout, look: ThemeChoice, *, stats: bool = True) -> pygame.Surface:
-    """Return a picture of the layout's area, with or without the card of the figures."""
+def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
+    """Return a picture of the layout's area."""
     palette, cell = look.palette, layout.cell
     scenery = pygame.Surface(layout.area.size)
     scenery.fill(palette.background)
     here = -layout.area.left, -layout.area.top
     _draw_well(scenery, layout.board.move(here), layout, look)
-    for card in (layout.hold, layout.next, *([layout.stats] * stats)):
-        draw_card(scenery, card.move(here), cell // 3, look)
+    for card in (layout.hold, layout.next, layout.stats):
+        if card.width:
+            draw_card(scenery, card.move(here), cell // 3, look)
     pad, letter = round(PAD * cell), layout.letter
     for card, key in ((layout.hold, "view.hold"), (layout.next, "view.next")):
         place = card.move(here)

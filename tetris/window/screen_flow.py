@@ -44,7 +44,6 @@ class ScreenFlow:
     """Leads from screen to screen."""
 
     def __init__(self, stage: ScreenStack, shelf: Saves) -> None:
-        """Lead over a stage; finished games go on a shelf."""
         self._stage, self._shelf = stage, shelf
         self._attract = AttractMode()
         self._help: MenuScreen | None = None  # shown last

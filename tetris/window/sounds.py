@@ -52,7 +52,6 @@ class Note:
 
 
 def _pitch(semitones: int) -> float:
-    """Return a frequency so many semitones above A4."""
     return 440.0 * float(2.0 ** (semitones / 12))
 
 

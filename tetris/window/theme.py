@@ -17,28 +17,6 @@ Colour = tuple[int, int, int]
 
 BLACK: Final[Colour] = (0, 0, 0)
 WHITE: Final[Colour] = (255, 255, 255)
-BACKGROUND: Final[Colour] = (13, 16, 24)
-SURFACE: Final[Colour] = (21, 26, 38)
-SURFACE_RAISED: Final[Colour] = (30, 37, 53)
-LINE: Final[Colour] = (44, 53, 74)
-TEXT: Final[Colour] = (232, 236, 245)
-TEXT_DIM: Final[Colour] = (140, 150, 174)
-ACCENT: Final[Colour] = (255, 138, 92)  # the orb's warmth: coral
-ACCENT_COOL: Final[Colour] = (92, 200, 255)
-GOOD: Final[Colour] = (94, 214, 140)
-WARN: Final[Colour] = (255, 200, 87)
-BAD: Final[Colour] = (255, 99, 110)
-
-# Guideline hues, softened to sit on the dark background: docs/tetris.md "colours".
-PIECES: Final[dict[str, Colour]] = {
-    "I": (77, 208, 225),
-    "O": (255, 213, 79),
-    "T": (186, 104, 200),
-    "S": (129, 199, 100),
-    "Z": (239, 100, 97),
-    "J": (92, 132, 235),
-    "L": (255, 160, 72),
-}
 DEBRIS: Final = "?"  # the colour of blocks that no piece left, such as those to be dug away
 _EM: Final = 0.7  # of a size: what its letters measure, from ascender to descender
 LEAST_PX: Final = 12  # of a font: smaller letters cannot be read
@@ -59,7 +37,7 @@ def _font_file() -> bytes:
 
 
 @lru_cache(maxsize=256)
-def text(words: str, size: int, colour: Colour = TEXT) -> pygame.Surface:
+def text(words: str, size: int, colour: Colour) -> pygame.Surface:
     """Return words as a picture; the same picture for the same words, so do not change it."""
     return font(size).render(words, True, colour)
 
@@ -119,26 +97,6 @@ class Palette:
         return mix(self.line, self.surface, 0.55 if self.edge else 0.1)
 
 
-DARK: Final = Palette(
-    name="dark",
-    background=BACKGROUND,
-    surface=SURFACE,
-    raised=SURFACE_RAISED,
-    line=LINE,
-    text=TEXT,
-    dim=TEXT_DIM,
-    accent=ACCENT,
-    cool=ACCENT_COOL,
-    good=GOOD,
-    warn=WARN,
-    bad=BAD,
-    well=(16, 20, 30),
-    grid=(30, 37, 53),
-    flash=WHITE,
-    pieces=MappingProxyType({**PIECES, DEBRIS: (112, 120, 140)}),
-)
-
-
 def _load() -> Iterator[Palette]:
     """Yield the themes of the colour file."""
     file = files("assets") / "tetris" / "palettes.toml"
@@ -150,5 +108,7 @@ def _load() -> Iterator[Palette]:
         yield Palette(name=name, pieces=MappingProxyType(dict(pieces)), **values)
 
 
-PALETTES: Final = MappingProxyType({palette.name: palette for palette in (DARK, *_load())})
+PALETTES: Final = MappingProxyType({palette.name: palette for palette in _load()})
 """By name, in the order of the menu."""
+
+DARK: Final = PALETTES["dark"]

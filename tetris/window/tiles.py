@@ -131,7 +131,6 @@ class Tiles:
 def _gradient(
     picture: pygame.Surface, rect: pygame.Rect, top: Colour, bottom: Colour, radius: int
 ) -> None:
-    """Fill a rounded rectangle with colours from top to bottom."""
     band = pygame.Surface(rect.size, pygame.SRCALPHA)
     for row in range(rect.height):
         colour = theme.mix(top, bottom, row / rect.height)

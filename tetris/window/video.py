@@ -213,7 +213,6 @@ class VideoExport:
     """Export beside the window: a few pictures with every frame."""
 
     def __init__(self, replay: Replay, path: Path, look: ThemeChoice) -> None:
-        """Begin a film of a replay."""
         self.path, self.share = path, 0.0  # how much of it is done, 0 to 1
         self.trouble = ""  # a sentence if it cannot be made
         self.going_on = True

@@ -1,7 +1,7 @@
 """Drawing of a game into a rectangle of a surface, and the figures beside its board."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
 
@@ -81,13 +81,14 @@ class GameView:
         *,
         hints: Mapping[Phase, str] = MappingProxyType({}),
         look: ThemeChoice | None = None,
-        figures: bool = True,
+        card: bool = True,
     ) -> None:
         """Draw into an area; hints say what to do when the game pauses or is over.
 
-        Without `figures` there is no card for them.
+        `card` is whether there is a card for figures.
         """
-        self._hints, self._has_figures = hints, figures
+        self._card = card
+        self._hints = hints
         self._look = look or ThemeChoice()
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
@@ -95,10 +96,12 @@ class GameView:
         self._lay_out(Layout.inside(area, scale=self._look.scale))
 
     def _lay_out(self, layout: Layout) -> None:
+        if not self._card:
+            layout = replace(layout, stats=pygame.Rect(layout.board.topleft, (0, 0)))
         self.layout = layout
         self._effects.clear()  # their pictures have the old size
         self._callouts.clear()
-        self._scenery = draw_scenery(layout, self._look, stats=self._has_figures)
+        self._scenery = draw_scenery(layout, self._look)
         self._veil = pygame.Surface(layout.board.size)
         self._veil.fill(self._look.palette.background)
         self._veil.set_alpha(_VEIL_ALPHA)
@@ -225,7 +228,6 @@ class GameView:
 
     @property
     def _small(self) -> int:
-        """The side of a block beside the board."""
         return max(4, round(self.layout.cell * 0.82))
 
     def _draw_figures(self, surface: pygame.Surface, figures: Sequence[Figure]) -> None:
@@ -250,7 +252,7 @@ class GameView:
 
     def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
         """Show at the foot of the figures which chains are alive, where there is room."""
-        if self.layout.tall:
+        if self.layout.tall or not self._card:
             return
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
         left, widest = card.left + round(PAD * cell), card.width - 2 * round(PAD * cell)

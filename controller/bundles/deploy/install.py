@@ -33,13 +33,12 @@ def install(
     other_sensor: bool,
     report: Callable[[str], object],
     corrects: str | None = None,
-    title: str = "",
 ) -> str:
     """Test a bundle and take it into use; return a sentence that names the one in use.
 
     With `other_sensor` another grid, pitch or rate is accepted; `corrects` names the bundle in use
-    that it is a change of, and then only the engine of that one is tested, for less time; `title`
-    is its name for people (default: that of the file); lines of intermediate results are reported.
+    that it is a change of, and then only the engine of that one is tested, for less time; lines of
+    intermediate results are reported.
 
     Raises:
         BundleError: It is damaged, does not fit, or fails its self-test.
@@ -64,8 +63,7 @@ def install(
     if hashlib.sha256(data).hexdigest() != new.hash:
         raise BundleError(f"{path} has changed while it was tested; install it once more")
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    title = codec.fitted(title or path.stem, messages.MAX_TEXT)
-    entry = StoredBundle(name_of(new), best.engine, round(best.step_us, 1), now, corrects, title)
+    entry = StoredBundle(name_of(new), best.engine, round(best.step_us, 1), now, corrects)
     back = shown_name(store.install(data, entry).previous)
     back = back and f"; `controller rollback` goes back to {back}"
     return f"{entry.name} is in use with {best.engine}{back}"

@@ -38,7 +38,6 @@ class StoredBundle:
     step_us: float  # median control step with that engine, microseconds
     installed: str  # time of installation, ISO 8601
     corrects: str | None = None  # name of the bundle that it is a correction of; None if it is none
-    title: str = ""  # name of the file that it was installed from
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +57,6 @@ class InstalledRecord:
     def entry(self, name: str) -> StoredBundle | None:
         """Return the entry of a bundle; None for the shipped one."""
         return next((entry for entry in self.entries if entry.name == name), None)
-
-    def title(self, name: str) -> str:
-        """Return the name of the file that a bundle, or the one it corrects, came from.
-
-        It is "" for the shipped one, and a hash where the file is unknown.
-        """
-        entry = self.entry(name)
-        if entry is None or entry.corrects is None:
-            return name if entry is None else entry.title or name
-        return self.title(entry.corrects)
 
     @property
     def before(self) -> str | None:

@@ -28,7 +28,6 @@ class UploadReceiver:
     def __init__(self, store: Path, objection: str = "") -> None:
         """Receive into the folder of the bundle store; decline all if there is an objection."""
         self.whole: Path | None = None
-        self.title = ""  # of it, as offered
         self.objection = objection
         self._folder = store / FOLDER
         self._offer: UploadOffer | None = None
@@ -67,7 +66,7 @@ class UploadReceiver:
             self._size = file.tell()
             if self._size > offer.size:
                 self._size = file.truncate(0)
-        self._offer, self.title = offer, Path(offer.name).stem
+        self._offer = offer
         return self._status(offer)
 
     def _add(self, chunk: UploadChunk) -> UploadStatus:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response_slope, without_lead
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
+from controller.recognition.scale import FIRM
 from controller.recognition.sensor_health import taxel_names
 from controller.recordings.quality.rest import rest_frames
 from controller.recordings.recording import PICOFARAD, Recording
@@ -45,9 +46,6 @@ FASTEST_HZ: Final = 200.0  # limit of the device's stages; bounds the work
 TOUCHED: Final = 0.2
 IDLE_SHARE: Final = 0.05  # quantile of the energy that counts as idle
 FIRM_SHARE: Final = 0.95  # and as a firm touch
-# What a firm touch is on the orb, mean of |z - 1|; other sensors are scaled to it, because the
-# device's gate and the networks' first layer are made for it. Measured on simulated presses.
-FIRM: Final = 0.08
 LEAST_FRAMES: Final = 6  # of the untouched sensor, for the device's stage to begin with
 RARE: Final = 0.995  # quantile of the strength that is a firm touch even where touches are rare
 # A light touch of few taxels: so much stronger than noise, and than a firm touch's share.

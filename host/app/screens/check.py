@@ -19,7 +19,6 @@ class CheckScreen(OrbScreen):
     """Leads through a calibration and the checks, which run in the orb."""
 
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
-        """Begin a check."""
         self.orb = orb
         self._begin()
         super().__init__(stage, orb)
@@ -74,7 +73,6 @@ class CheckScreen(OrbScreen):
                 self.rebuild()
 
     def _ghost(self) -> tuple[Contact, ...]:
-        """Return a finger on the taxel to press."""
         if self._step.step != "press":
             return ()
         y = self.orb.state.shape[0] - 1.0 - self._step.row

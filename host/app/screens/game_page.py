@@ -25,21 +25,13 @@ _ICON: Final = 1.1  # of the letters' size
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A paragraph of the column.
+    """A paragraph of the column."""
 
-    Attributes:
-        text: Its words; wrapped.
-        size: Of the letters, design units.
-        colour: Of the letters, and of the icon.
-        icon: Name of an icon before them; "": none.
-        after: Space below it, design units.
-    """
-
-    text: str
-    size: int
-    colour: Colour
-    icon: str = ""
-    after: int = 12
+    text: str  # wrapped
+    size: int  # of the letters, design units
+    colour: Colour  # of the letters, and of the icon
+    icon: str = ""  # name of one before the letters; "": none
+    after: int = 12  # space below it, design units
 
 
 class GamePage(OrbScreen):
@@ -101,10 +93,10 @@ class GamePage(OrbScreen):
         self._view.draw(surface, items, menu, self.selected, unit)
 
     def _placed(self, area: pygame.Rect) -> GameView:
-        """Return the game's picture, laid out in an area."""
         if self._game_view is None or self._game_area != area:
-            look, figures = self._stage.look, bool(self.figures())
-            self._game_view, self._game_area = GameView(area, look=look, figures=figures), area
+            card = bool(self.figures())
+            self._game_view = GameView(area, look=self._stage.look, card=card)
+            self._game_area = area
         return self._game_view
 
     def _draw_lines(

@@ -28,7 +28,6 @@ class LabScreen(OrbScreen):
     """Shows what the orb measures, and asks a virtual one for faults."""
 
     def __init__(self, stage: ScreenStack, orb: Orb, data: LabData) -> None:
-        """Show a buffer that the application fills."""
         self.data = data
         self._kind = 0  # place in `_KINDS`
         self._taxel = 0  # row by row
@@ -63,12 +62,10 @@ class LabScreen(OrbScreen):
         return items
 
     def _turn(self, step: int) -> None:
-        """Choose another kind of fault."""
         self._kind = (self._kind + step) % len(_KINDS)
         self._inject()
 
     def _move(self, step: int) -> None:
-        """Choose another taxel, row or column."""
         rows, columns = self.data.shape
         stride = columns if FAULTS[_KINDS[self._kind]] == "row" else 1
         self._taxel = (self._taxel + step * stride) % (rows * columns)
@@ -114,7 +111,6 @@ class LabScreen(OrbScreen):
         lab_view.probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
 
     def _sentences(self) -> list[str]:
-        """Return the latency by hop, and the rate, in words."""
         words, state = self._stage.look.words, self.orb.state
         if state.link != "live":
             return [words("lab.no_orb")]

@@ -1,8 +1,10 @@
 """The orbs: which there are, the one that is connected, and what can be done with it."""
 
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from controller.errors import UserError
 from controller.files import data_folder
@@ -19,6 +21,8 @@ from host.connection import bundle_upload
 from host.ui.naming import said
 from tetris.window.menu import Item, Menu, Row
 from tetris.window.screen_stack import ScreenStack
+
+_HASH: Final = re.compile(r"[0-9a-f]{16}")  # name of an installed bundle
 
 
 class OrbsScreen(OrbScreen):
@@ -130,18 +134,22 @@ class PresentOrbScreen(OrbScreen):
         if not state.ready:
             lines += rows(words("orb.resting"), marked=True)
         if self._bundle is not None:
-            lines.append(Row((words("orb.bundle"), self._named(self._bundle))))
+            lines.append(Row((words("orb.bundle"), self._gestures(self._bundle))))
         if state.sure:
             lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
         found = [row for one in state.health for row in rows(said(words, one))]
         return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 
-    def _named(self, bundle: Vocabulary) -> str:
-        words = self._stage.look.words
-        name = bundle.bundle or words("orb.shipped")
-        if bundle.taught:
-            return words("orb.and_taught", name=name, count=bundle.taught)
-        return name
+    def _gestures(self, bundle: Vocabulary) -> str:
+        """Return a bundle's name for people, with the number of taught gestures."""
+        words, name = self._stage.look.words, bundle.bundle
+        if _HASH.fullmatch(name):
+            name = words("orb.installed")
+        name = name or words("orb.shipped")
+        if not bundle.taught:
+            return name
+        key = "orb.taught_one" if bundle.taught == 1 else "orb.taught_more"
+        return f"{name}, {words(key, count=bundle.taught)}"
 
     def report(self, message: Report, time_s: float) -> None:
         """Take what the orb says of its gestures."""

@@ -12,7 +12,6 @@ class PairScreen(OrbScreen):
     """Shows the pairing that is under way."""
 
     def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
-        """Show the pairing of `orbs`, which has been started."""
         self._orbs = orbs
         super().__init__(stage, orb)
 

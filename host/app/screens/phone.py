@@ -15,7 +15,6 @@ class PhoneScreen(OrbScreen):
     """Shows the code of a phone's page, how the connection is, and what can be done."""
 
     def __init__(self, stage: ScreenStack, orb: Orb) -> None:
-        """Show the page; nothing is served before an address has been chosen."""
         self._problem = ""
         super().__init__(stage, orb)
 
@@ -60,7 +59,6 @@ class PhoneScreen(OrbScreen):
 
 @lru_cache(maxsize=1)
 def _picture(url: str) -> pygame.Surface:
-    """Return the QR code of an address, a pixel a module."""
     from host.phone import qr  # in here: an optional extra
 
     modules = qr.code(url).get_matrix()

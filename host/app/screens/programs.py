@@ -17,7 +17,6 @@ class ProgramsScreen(OrbScreen):
     """Lists the mappings, and switches the control of other programs on and off."""
 
     def __init__(self, stage: ScreenStack, orb: Orb, control: Programs, own: Path) -> None:
-        """Show the shipped mappings and those of the folder `own`."""
         self._control, self._own = control, own
         self._mappings = programs.mappings(own)
         self._chosen, self._profile = 0, 0
@@ -83,7 +82,6 @@ class KeysScreen(OrbScreen):
     """The key of each command in a profile."""
 
     def __init__(self, stage: ScreenStack, orb: Orb, page: ProgramsScreen) -> None:
-        """Edit what is chosen on the page."""
         self._page = page
         self._before = self._mapping = page.mapping
         self._problem = ""

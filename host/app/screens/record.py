@@ -111,7 +111,6 @@ class RecordPage(TeachPage):
         self.orb.send(Perform(self._number, label, *cue.place))
 
     def _shown(self) -> tuple[Contact, ...]:
-        """Return the target, or the fingers of the gesture to make now."""
         run, cue = self.run, self.run.cue
         if run.paused or run.phase not in ("ready", "go") or self.orb.state.contacts:
             return ()

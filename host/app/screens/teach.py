@@ -5,18 +5,17 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Correction, Report, UploadStatus
+from controller.protocol.messages import COMMANDS, Correction, Report, UploadStatus
 from controller.protocol.teaching import GestureInfo, LearnStatus
 from host.app.screens.teach_examples import ExamplesPage
-from host.app.screens.teach_new import NAMES, Plan, new_plan, plan_of
+from host.app.screens.teach_new import NAMES, DetailsPage, Plan, new_plan, plan_of
 from host.app.screens.teach_page import (
     ChoicePage,
     Course,
     Do,
     NamePage,
     TeachPage,
-    command_choices,
-    commands_of,
+    command_name,
     gesture_name,
 )
 from host.app.screens.teach_try import save_as
@@ -46,7 +45,11 @@ class TeachScreen(TeachPage):
         items = [
             Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
             *(self._item(one) for one in self._listed),
-            self._users_item(),
+            Item(
+                words("teach.users"),
+                self._users if self.lessons.users else None,
+                hint=words("teach.users_hint" if self.lessons.users else "teach.no_users"),
+            ),
             Item(words("train.item"), self._train, hint=words("train.hint")),
             Item(words("teach.that_was"), self._correct, hint=words("teach.that_was_hint")),
             Item(words("teach.files"), self._files, hint=words("teach.files_hint")),
@@ -56,21 +59,14 @@ class TeachScreen(TeachPage):
 
     def _item(self, one: GestureInfo) -> Item:
         words = self.words
-        value = commands_of(words, one.rules)
+        commands = dict.fromkeys(rule.command for rule in one.rules) or ("",)
+        value = " / ".join(command_name(words, command) for command in commands)
         if not one.taught:
             return Item(naming.gesture(words, one.label), value=value, hint=one.say)
         hint = words("teach.taught_hint", count=one.examples)
         return Item(
             naming.gesture(words, one.label), lambda: self._change(one), value=value, hint=hint
         )
-
-    def _users_item(self) -> Item:
-        """Return the item of the users; without any, its hint says how to get them."""
-        words, users = self.words, self.orb.state.users
-        if not users:
-            return Item(words("users.title"), value="–", hint=words("users.none"))
-        show = lambda: self.show(UsersPage(self.course))  # noqa: E731
-        return Item(words("users.title"), show, value=str(len(users)), hint=words("users.hint"))
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; the answer to a request stands below the list."""
@@ -92,7 +88,7 @@ class TeachScreen(TeachPage):
         self._teach(plan_of(known) if known else new_plan(label, self.orb.state.gestures.values()))
 
     def _teach(self, plan: Plan) -> None:
-        self.show(ExamplesPage(self.course, plan))
+        self.show(DetailsPage(self.course, plan, lambda done: ExamplesPage(self.course, done)))
 
     def _change(self, one: GestureInfo) -> None:
         words = self.words
@@ -104,8 +100,14 @@ class TeachScreen(TeachPage):
         self.show(ChoicePage(self.course, naming.gesture(words, one.label), choices))
 
     def _set_command(self, label: str) -> None:
-        choices = command_choices(self.words, partial(self.lessons.set_command, label))
+        choices = [
+            (command_name(self.words, each), partial(self.lessons.set_command, label, each))
+            for each in (*COMMANDS, "")
+        ]
         self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
+
+    def _users(self) -> None:
+        self.show(UsersPage(self.course))
 
     def _train(self) -> None:
         self.show(TrainPage(self.course))

@@ -1,14 +1,13 @@
 """Base of the pages of Teach, a page of choices, and one on which a name is chosen or typed."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Final
 
 import pygame
 
-from controller.protocol.messages import COMMANDS, Command, Report, Telemetry
-from controller.protocol.teaching import CommandRule, RecordingStatus
+from controller.protocol.messages import Command, Report, Telemetry
+from controller.protocol.teaching import RecordingStatus
 from host.app.screen import Orb, OrbScreen
 from host.app.touch_watch import TouchEvent, TouchWatch
 from host.gestures import failed
@@ -153,17 +152,6 @@ def gesture_name(words: Words, label: str) -> str:
 def command_name(words: Words, command: str) -> str:
     """Return a command's name in a language; "" is nothing."""
     return naming.command(words, command) if command else words("teach.nothing")
-
-
-def commands_of(words: Words, rules: Iterable[CommandRule]) -> str:
-    """Return the names of the commands of rules, each once; those of no rules are nothing."""
-    commands = dict.fromkeys(rule.command for rule in rules) or ("",)
-    return " / ".join(command_name(words, command) for command in commands)
-
-
-def command_choices(words: Words, take: Callable[[str], None]) -> list[tuple[str, Do]]:
-    """Return all commands as choices; `take` gets the one chosen, "" for nothing."""
-    return [(command_name(words, each), partial(take, each)) for each in (*COMMANDS, "")]
 
 
 class ChoicePage(TeachPage):

@@ -1,14 +1,9 @@
-"""Pages of the users that the orb knows, each with commands of their own."""
+"""Pages of the users that a bundle knows, with the commands of each."""
 
 from functools import partial
 
-from host.app.screens.teach_page import (
-    ChoicePage,
-    Course,
-    TeachPage,
-    command_choices,
-    commands_of,
-)
+from controller.protocol.messages import COMMANDS
+from host.app.screens.teach_page import ChoicePage, Course, TeachPage, command_name
 from host.ui import naming
 from tetris.window.menu import Item, Menu
 
@@ -17,55 +12,69 @@ class UsersPage(TeachPage):
     """Lists the users."""
 
     def page(self) -> Menu:
-        """Return the users; the one who touches the orb is marked."""
-        words, state = self.words, self.orb.state
-        items = []
-        for user, own in state.users.items():
-            value = words("users.own", count=len(own)) if own else words("users.common")
-            if user == state.user:
-                value = f"{words('users.here')}, {value}"
-            items.append(Item(user, partial(self._choose, user), value=value))
-        return Menu(words("users.title"), [*items, self.back_item()], notice=self.notice())
+        """Return the users, each with what is their own."""
+        words = self.words
+        items = [
+            Item(
+                name,
+                partial(self._open, name),
+                value=words("teach.own" if info.labels else "teach.as_all"),
+            )
+            for name, info in self.lessons.users.items()
+        ]
+        return Menu(words("teach.users"), [*items, self.back_item()], notice=self.notice())
 
-    def _choose(self, user: str) -> None:
-        self.show(UserPage(self.course, user))
+    def _open(self, name: str) -> None:
+        self.show(UserPage(self.course, name))
 
 
 class UserPage(TeachPage):
-    """Lists the gestures with a user's commands, and changes them."""
+    """Shows the mapping of one user, and changes it."""
 
     def __init__(self, course: Course, user: str) -> None:
-        """Show the commands of a user."""
+        """Show the mapping of a user."""
         self.user = user
         super().__init__(course)
 
     def page(self) -> Menu:
-        """Return the gestures with their commands."""
-        words, own = self.words, self.orb.state.users.get(self.user, {})
-        items = []
-        for label, info in self.orb.state.gestures.items():
-            value = commands_of(words, info.rules)
-            hint = words("users.common_hint", name=self.user)
-            if label in own:
-                hint = words("users.own_hint", name=self.user, command=value)
-                value = commands_of(words, own[label])
-            choose = partial(self._choose, label, own=label in own)
-            items.append(Item(naming.gesture(words, label), choose, value=value, hint=hint))
-        if own:
-            reset = partial(self.lessons.reset_command, "", self.user)
-            hint = words("users.reset_hint", name=self.user)
-            items.append(Item(words("users.reset"), reset, hint=hint))
+        """Return the gestures with the commands that they have for the user."""
+        words, own = self.words, self._own()
+        items = [
+            Item(
+                naming.gesture(words, label),
+                partial(self._set, label),
+                value=" / ".join(command_name(words, each) for each in commands),
+                hint=words("teach.own_hint" if label in own else "teach.as_all_hint"),
+            )
+            for label, commands in {**self._common(), **own}.items()
+        ]
+        back = partial(self.lessons.set_command, "", "", self.user)
+        items.append(Item(words("teach.like_all"), back if own else None))
         return Menu(self.user, [*items, self.back_item()], notice=self.notice())
 
-    def notice(self) -> str:
-        """Return what is wrong, or that a change is under way."""
-        return super().notice() or (self.words("teach.moment") if self.lessons.busy else "")
+    def _common(self) -> dict[str, list[str]]:
+        """Return the commands of all users, by gesture."""
+        return {
+            label: list(dict.fromkeys(rule.command for rule in one.rules)) or [""]
+            for label, one in self.orb.state.gestures.items()
+        }
 
-    def _choose(self, label: str, *, own: bool) -> None:
-        words, lessons = self.words, self.lessons
-        choices = command_choices(words, lambda name: lessons.set_command(label, name, self.user))
-        if own:
-            again = partial(lessons.reset_command, label, self.user)
-            choices = [(words("users.as_all"), again), *choices]
+    def _own(self) -> dict[str, list[str]]:
+        """Return the user's own commands, by gesture."""
+        found: dict[str, list[str]] = {}
+        if info := self.lessons.users.get(self.user):
+            for label, command in zip(info.labels, info.commands, strict=False):
+                found.setdefault(label, []).append("" if command == "none" else command)
+        return found
+
+    def _set(self, label: str) -> None:
+        words = self.words
+        choices = [
+            (
+                command_name(words, each),
+                partial(self.lessons.set_command, label, each, self.user),
+            )
+            for each in (*COMMANDS, "")
+        ]
         title = f"{self.user}: {naming.gesture(words, label)}"
         self.show(ChoicePage(self.course, title, choices))

@@ -30,7 +30,6 @@ class TrainPage(TeachPage):
     """Counts the recorded sessions, records more, and begins the training."""
 
     def __init__(self, course: Course) -> None:
-        """Count the sessions of the orb's folder."""
         self._repetitions, self._by_hand, self._problem = REPETITIONS[1], False, ""
         self._missing = trainer.missing()
         super().__init__(course)
@@ -120,7 +119,6 @@ class TrainPage(TeachPage):
 
 
 def _written_s(path: Path) -> float:
-    """Return when a file was written, seconds; 0 if it has just gone."""
     try:
         return path.stat().st_mtime
     except OSError:
@@ -157,7 +155,6 @@ class TrainingPage(TeachPage):
     """Shows how far the training is; leaving it asks once, and ends it."""
 
     def __init__(self, course: Course, run: TrainingRun, folder: Path, out: Path) -> None:
-        """Show a run that writes its evaluation into a folder, and its bundle to `out`."""
         self.run, self._folder, self._out = run, folder, out
         self._begun_s = course.stage.time_s
         super().__init__(course)
@@ -216,7 +213,6 @@ class ResultPage(TeachPage):
     """
 
     def __init__(self, course: Course, found: list[GestureResult], bundle: Path) -> None:
-        """Show results, worst first, of a bundle's file."""
         self._found, self._bundle, self._problem = found, bundle, ""
         self.upload: BundleUpload | None = None
         super().__init__(course)

@@ -106,7 +106,6 @@ class WatchScreen(GamePage):
 
     @property
     def _away(self) -> bool:
-        """Whether the orb cannot play now."""
         return self.orb.state.link != "live" or not self.orb.state.ready
 
     def tick(self, time_s: float) -> None:
@@ -136,7 +135,6 @@ class WatchScreen(GamePage):
         self.orb.send(performance)
 
     def _hand_over(self) -> None:
-        """Stop the hand, and let the player go on with its game."""
         self._stop()
         self._take_over(self.session.recorder)
 

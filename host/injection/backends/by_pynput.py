@@ -21,7 +21,6 @@ class X11(Backend):
     system = "the X server"
 
     def __init__(self, controller: Any, key_code: Any) -> None:
-        """Prepare with pynput's open Controller and its class KeyCode."""
         self._controller, self._key_code = controller, key_code
 
     def set(self, key: str, *, down: bool) -> None:

@@ -98,7 +98,6 @@ class Uinput(Backend):
 
 
 def _why(device: str, error: OSError) -> str:
-    """Return the reason that the device cannot be opened, and advice."""
     if error.errno in (errno.EACCES, errno.EPERM):
         return (
             f"you may not write to {device}; once, type: sudo cp {RULE} /etc/udev/rules.d/ && "

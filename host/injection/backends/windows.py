@@ -52,7 +52,6 @@ class Windows(Backend):
     """The keyboard of the desktop."""
 
     def __init__(self, send: Send) -> None:
-        """Prepare the keyboard; `send` is SendInput for one input."""
         self._send = send
 
     def set(self, key: str, *, down: bool) -> None:

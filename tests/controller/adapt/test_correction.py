@@ -113,7 +113,7 @@ def test_the_loop_hears_at_once_and_again_at_the_outcome(tmp_path: Path, problem
             raise AdaptError(problem)
         return "learned"
 
-    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda *_: "", learn)
+    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
     told = clerk.correct(Correction("pinch"), list(images()))
     assert told == UploadStatus(PROVING, 0, "learning")
     assert clerk._thread is not None
@@ -125,7 +125,9 @@ def test_the_loop_hears_at_once_and_again_at_the_outcome(tmp_path: Path, problem
 
 
 def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path) -> None:
-    clerk = BundleUpdater(UploadReceiver(tmp_path, "no key"), lambda *_: "", lambda label, seen: "")
+    clerk = BundleUpdater(
+        UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
+    )
     assert clerk.correct(Correction("pinch"), []) == UploadStatus(DECLINED, 0, "no key")
 
 

@@ -1,6 +1,5 @@
 """A forgotten gesture leaves nothing behind; one that is taught again replaces its old examples."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,6 +12,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recognition.mapping import Rule
 from tests.controller.adapt.test_correction import SHIPPED, images
+from tests.support import user_bundles
 
 DATA = SHIPPED.read_bytes()
 
@@ -100,56 +100,6 @@ def test_a_command_is_changed_and_nothing_else() -> None:
     assert silent.mapping.command("pinch", None) is None
 
 
-@cache
-def enrolled() -> bytes:
-    """The shipped bundle after a lesson of Ann's and Bob's pinch."""
-    pinch = examples("pinch", (9, 15))
-    return file_of(
-        adapt.teach(DATA, [replace(one, user=u) for u in ("ann", "bob") for one in pinch])
-    )
-
-
-def test_a_command_is_changed_for_one_user_and_given_back() -> None:
-    before = bundles.parse(enrolled())
-    data = file_of(unlearn.set_command(enrolled(), "pinch", "hold", "ann"))
-    data = file_of(unlearn.set_command(data, "press", "", "ann"))
-    changed = bundles.parse(data)
-    assert changed.mapping == before.mapping
-    assert changed.users.mapping("bob", changed.mapping) == before.mapping
-    own = changed.users.mapping("ann", changed.mapping)
-    assert (own.command("pinch", None), own.command("press", None)) == ("hold", None)
-    for label in ("pinch", ""):  # one gesture, then all that are left
-        data = file_of(unlearn.set_command(data, label, None, "ann"))
-        users = bundles.parse(data).users
-        assert set(users.mappings["ann"].rules) == ({"press"} if label else set())
-
-
-@pytest.mark.parametrize(
-    ("label", "command", "user", "why"),
-    [
-        ("pinch", "hold", "eve", "no user 'eve'"),
-        ("jump", "hold", "ann", "no gesture 'jump'"),
-        ("", "hold", "ann", "no gesture ''"),
-        ("pinch", None, "", "no user ''"),
-    ],
-)
-def test_what_is_unknown_has_no_command(
-    label: str, command: str | None, user: str, why: str
-) -> None:
-    with pytest.raises(AdaptError, match=why):
-        unlearn.set_command(enrolled(), label, command, user)
-
-
-def test_own_commands_stay_when_a_gesture_is_learned_anew_and_forgotten() -> None:
-    data = file_of(unlearn.learn(enrolled(), examples("swipe", (10, 16)), "down"))
-    for label in ("swipe", "pinch"):
-        data = file_of(unlearn.set_command(data, label, "hold", "bob"))
-    data = file_of(unlearn.learn(data, examples("swipe", (10, 14)), "down"))
-    assert set(bundles.parse(data).users.mappings["bob"].rules) == {"swipe", "pinch"}
-    forgot = bundles.parse(file_of(unlearn.forget(data, "swipe")))
-    assert forgot.users.mappings["bob"].rules == {"pinch": (Rule("hold"),)}
-
-
 def test_two_changes_in_a_row_are_never_the_same_file() -> None:
     there = file_of(unlearn.counted(unlearn.set_command(DATA, "pinch", "hold")))
     back = unlearn.counted(unlearn.set_command(there, "pinch", "drop"))
@@ -170,3 +120,18 @@ def test_a_bundle_of_an_older_version_knows_no_way_back() -> None:
     content = {**bundles.content(parts), bundles.REHEARSAL: known.pack()}
     with pytest.raises(AdaptError, match="controller rollback"):
         adapt.forget(bundles.assembled(parts[bundles.MANIFEST], content), "swipe")
+
+
+def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
+    data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
+    made = file_of(unlearn.set_command(data, "twist_cw", "drop", "bob"))
+    before, after = bundles.parse(data), bundles.parse(made)
+    assert after.mapping == before.mapping
+    own = {"pinch": (Rule("hold"),), "twist_cw": (Rule("drop"),)}
+    assert {name: mapping.rules for name, mapping in after.users.mappings.items()} == {"bob": own}
+    first = bundles.parse(file_of(unlearn.set_command(made, "press", "", "ann")))
+    assert first.users.mapping("ann", first.mapping).command("press", None) is None
+    back = bundles.parse(file_of(unlearn.set_command(made, "", "", "bob")))
+    assert back.users.mappings == {}
+    with pytest.raises(AdaptError, match="no user 'cleo'"):
+        unlearn.set_command(data, "press", "drop", "cleo")

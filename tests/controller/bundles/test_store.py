@@ -38,9 +38,9 @@ def variant(folder: Path, number: int) -> Path:
     return path
 
 
-def put(shelf: BundleStore, path: Path, corrects: str | None = None, title: str = "") -> str:
+def put(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
     name = name_of(bundles.read(path))
-    entry = StoredBundle(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects, title)
+    entry = StoredBundle(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
     shelf.install(path.read_bytes(), entry)
     return name
 
@@ -120,20 +120,6 @@ def test_undo_ends_at_the_bundle_that_ships(tmp_path: Path, shelf: BundleStore) 
     assert shelf.undo().current == ""
     with pytest.raises(BundleError, match="there is no change to undo"):
         shelf.undo()
-
-
-def test_a_taught_bundle_has_the_title_of_the_one_that_was_taught(
-    tmp_path: Path, shelf: BundleStore
-) -> None:
-    over_shipped = put(shelf, variant(tmp_path, 1), corrects="", title="taught-1")
-    family = put(shelf, variant(tmp_path, 2), title="family")
-    taught = put(shelf, variant(tmp_path, 3), corrects=family, title="taught-2")
-    assert [shelf.record().title(name) for name in ("", over_shipped, family, taught)] == [
-        "",
-        "",
-        "family",
-        "family",
-    ]
 
 
 def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:

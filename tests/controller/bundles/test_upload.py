@@ -165,17 +165,17 @@ def hand_over(clerk: BundleUpdater, data: bytes) -> UploadStatus:
 
 
 def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path) -> None:
-    seen: list[tuple[bytes, str]] = []
+    seen: list[bytes] = []
 
-    def install(path: Path, corrects: str | None, title: str) -> str:
-        seen.append((path.read_bytes(), title))
+    def install(path: Path) -> str:
+        seen.append(path.read_bytes())
         return "it is in use"
 
     clerk = BundleUpdater(UploadReceiver(tmp_path), install)
     assert clerk.poll() is None
     assert hand_over(clerk, b"bundle") == UploadStatus(IN_USE, 0, "it is in use")
     assert clerk.switched
-    assert seen == [(b"bundle", "new")]
+    assert seen == [b"bundle"]
     assert not list((tmp_path / FOLDER).iterdir())
 
 
@@ -191,7 +191,7 @@ def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path)
     ],
 )  # fmt: skip
 def test_every_error_on_the_orb_is_answered(tmp_path: Path, error: Exception, told: str) -> None:
-    def install(path: Path, corrects: str | None, title: str) -> str:
+    def install(path: Path) -> str:
         raise error
 
     clerk = BundleUpdater(UploadReceiver(tmp_path), install)

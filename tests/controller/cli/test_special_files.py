@@ -75,7 +75,7 @@ ROWS = {
     ("recordings recover", "paths"): Row("recordings recover @", fine=("folder",)),
     ("recordings export", "files"): Row("recordings export @ --out %"),
     ("recordings export", "--out"): Row("recordings export {DEMO} --out @", fine=NEW),
-    ("recordings import", "source"): Row(
+    ("recordings import", "sources"): Row(
         "recordings import @ %/told.toml --out %/out", name="x.npy", prepare=_frames
     ),
     ("recordings import", "description"): Row(

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from controller.cli import bundles
 from controller.protocol.messages import Telemetry
-from controller.protocol.teaching import DONE, GestureInfo, Vocabulary
+from controller.protocol.teaching import DONE, GestureInfo, UserInfo, Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Receiver, Stale
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.gestures import Lessons, Trial
 from host.ui.pointer_input import PointerInput
+from tests.support import user_bundles
 
 PATIENCE_S = 120.0
 AFTER_S = 1.0  # between two swipes
@@ -144,3 +146,29 @@ def test_a_killed_orb_has_all_examples_and_the_old_bundle_or_the_new_one(player:
     player.wait(lambda: player.lessons.vocabulary is None)
     player.wait(lambda: "swipe" in player.infos)
     assert player.infos["swipe"].examples == 2
+
+
+@pytest.mark.slow
+def test_a_users_command_is_set_and_undone_without_losing_the_link(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    file = user_bundles.write(tmp_path / "family.orb")
+    assert bundles.install([str(file)]) == 0
+    player = Player()
+    try:
+        player.wait(lambda: player.ready and set(player.lessons.users) == {"ann", "bob"})
+        assert player.lessons.users["bob"] == UserInfo("bob", ("pinch",), ("hold",))
+        player.lessons.set_command("press", "", "ann")
+        assert player.outcome() == DONE
+        assert player.lessons.users["ann"] == UserInfo("ann", ("press",), ("none",))
+        player.lessons.set_command("", "", "bob")
+        assert player.outcome() == DONE
+        assert player.lessons.users["bob"] == UserInfo("bob", (), ())
+        player.lessons.undo()
+        assert player.outcome() == DONE
+        assert player.lessons.users["bob"] == UserInfo("bob", ("pinch",), ("hold",))
+        assert player.interrupted == []
+    finally:
+        player.receiver.close()
+        player.orb.close()

@@ -1,9 +1,11 @@
 """Captions have room: no page cuts a word in the smallest window, in any language."""
 
+from collections.abc import Iterator
+
 import pygame
 import pytest
 
-from host.connection.receiver import Connected, Delivered, Received
+from host.connection.receiver import Connected, Delivered
 from tests.support.pytest_types import Patch
 from tests.support.teaching_window import WELCOME, FakeOrb
 from tests.system.pictures import Album
@@ -14,7 +16,7 @@ pytestmark = [pytest.mark.slow]
 
 
 @pytest.fixture
-def cut(monkeypatch: Patch) -> list[str]:
+def cut(monkeypatch: Patch) -> Iterator[list[str]]:
     """Captions that are wider than their room, as they are drawn."""
     found: list[str] = []
     real = theme.fitted
@@ -31,7 +33,6 @@ def cut(monkeypatch: Patch) -> list[str]:
 
 @pytest.mark.parametrize("name", language.names())
 def test_no_caption_is_cut_in_the_smallest_window(name: str, cut: list[str]) -> None:
-    orb: list[Received] = [Connected(WELCOME)]
-    orb += [Delivered(one, 0) for one in FakeOrb().described()]
+    orb = [Connected(WELCOME), *(Delivered(one, 0) for one in FakeOrb().described())]
     for page, _ in Album((640, 360), "light", name, orb).pages():
         assert not cut, page

@@ -182,3 +182,10 @@ def test_the_first_start_offers_it_once(tmp_path: Path) -> None:
     first.pass_s(0.1, made("press", "down"), made("pinch", "drop"))  # the orb chooses "Later"
     assert not isinstance(first.app.stage.screen, LearnScreen)
     assert not isinstance(Window(config=tmp_path).app.stage.screen, LearnScreen)
+
+
+def test_without_figures_there_is_no_card_for_them() -> None:
+    pupil = Pupil()
+    view = pupil.learn._game_view
+    assert view is not None
+    assert view.layout.stats.size == (0, 0)

@@ -13,14 +13,12 @@ from host import discovery
 from host.app import pairing_run
 from host.app.orbs import OWN, OrbEntry, Orbs
 from host.app.pairing_run import CANCELLED, PairingRun
-from host.app.screens.orbs import PresentOrbScreen
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Lost
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.discovery import Answer, DevicePort, Port
-from tests.support.teaching_window import Window
 
 PATIENCE_S = 20.0
 LABELS = ("null", "press")
@@ -195,13 +193,3 @@ def test_without_bluetooth_one_sentence_is_said(monkeypatch: pytest.MonkeyPatch)
     run = PairingRun()
     run.run()
     assert (run.over, run.lines) == (True, ["pairing needs dbus-fast"])
-
-
-def test_the_page_of_the_orb_names_its_bundle_and_counts_what_was_taught(orbs: Orbs) -> None:
-    window = Window()
-    window.orb.taught = {"swipe": "hold", "knock": ""}
-    stage = window.app.stage
-    stage.push(PresentOrbScreen(stage, window.app, orbs))
-    window.pass_s(0.5)
-    rows = [row.cells for row in window.menu.table]
-    assert ("Gestures", "those that come with it, 2 taught") in rows

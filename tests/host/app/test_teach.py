@@ -3,7 +3,7 @@
 import pygame
 import pytest
 
-from controller.protocol.messages import Command, UserIdentified
+from controller.protocol.messages import Command
 from controller.protocol.teaching import (
     ExampleDrop,
     ExampleEnd,
@@ -24,7 +24,7 @@ from tetris.window.screens.play_screen import PlayScreen
 
 def examples_page(window: Window) -> None:
     """Go to the page of the examples of a swipe by keys."""
-    for item in ("Teach", "New gesture", "swipe"):
+    for item in ("Teach", "New gesture", "swipe", "Do it now"):
         window.choose(item)
     assert isinstance(window.screen, ExamplesPage)
 
@@ -36,13 +36,13 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
     for item, page in [
         ("Teach", TeachScreen),
         ("New gesture", NamePage),
-        ("swipe", ExamplesPage),
+        ("swipe", DetailsPage),
+        ("Do it now", ExamplesPage),
     ]:
         take(item)
         assert isinstance(window.screen, page)
     for _ in range(3):
         window.touch()
-    take("Next")
     take("Learn")
     assert isinstance(window.screen, TryPage)
     assert window.sent(Learn) == [Learn("swipe", "hold", "none", False, "")]
@@ -52,12 +52,11 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
 
 def test_a_gesture_is_taught_by_the_orb_only() -> None:
     window = Window()
-    for item in ("Teach", "New gesture", "swipe"):
+    for item in ("Teach", "New gesture", "swipe", "Do it now"):
         window.make(item)
     for _ in range(5):
         window.touch()
-    window.pass_s(4.0)  # the next page comes by itself
-    window.make("Learn")
+    window.pass_s(4.0)  # it is learned by itself
     for _ in range(5):
         window.pass_s(0.2, image=DENT)
         window.pass_s(0.1, Delivered(Command("drop", "swipe", 0.9, None, 1), 0), image=DENT)
@@ -67,17 +66,17 @@ def test_a_gesture_is_taught_by_the_orb_only() -> None:
     assert isinstance(window.app.stage.screen, PlayScreen)
 
 
-def test_the_questions_come_from_three_examples_on_and_by_themselves_after_five() -> None:
+def test_learning_begins_with_three_examples_and_by_itself_after_five() -> None:
     window = Window()
     examples_page(window)
     for count in range(5):
         assert (window.menu.items[0].do is not None) is (count >= 3)
         window.touch()
     window.pass_s(4.0)
-    assert isinstance(window.screen, DetailsPage)
+    assert isinstance(window.screen, TryPage)
 
 
-def test_the_questions_can_wait() -> None:
+def test_learning_by_itself_can_wait() -> None:
     window = Window()
     examples_page(window)
     for _ in range(5):
@@ -139,7 +138,6 @@ def test_the_trial_counts_what_is_understood_and_what_it_is_taken_for() -> None:
     examples_page(window)
     for _ in range(3):
         window.touch()
-    window.choose("Next")
     window.choose("Learn")
     for label in ("swipe", "swipe", "press", "", "swipe"):
         window.pass_s(0.2, image=DENT)
@@ -163,16 +161,14 @@ def test_a_name_is_typed() -> None:
         pygame.K_w, pygame.K_a, pygame.K_x, pygame.K_BACKSPACE, pygame.K_MINUS, pygame.K_RETURN
     )
     screen = window.screen
-    assert isinstance(screen, ExamplesPage)
+    assert isinstance(screen, DetailsPage)
     assert screen.plan.label == "wa_"
 
 
 def test_the_pictures_choose_how_it_may_be_turned() -> None:
     window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
-    window.choose("Next")
+    for item in ("Teach", "New gesture", "knock"):
+        window.choose(item)
     screen = window.screen
     assert isinstance(screen, DetailsPage)
     half, mirror = screen._pictures[1][0], screen._pictures[3][0]
@@ -212,7 +208,6 @@ def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
     for _ in range(3):
         window.touch()
     window.orb.objects = True
-    window.choose("Next")
     window.choose("Learn")
     screen = window.screen
     assert isinstance(screen, ExamplesPage)
@@ -220,75 +215,31 @@ def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
     assert "too different" in window.menu.notice
 
 
-def test_what_the_examples_suggest_is_chosen_and_one_press_accepts_it() -> None:
+def values(window: Window) -> dict[str, str]:
+    return {item.label: item.value for item in window.menu.items if item.value}
+
+
+def test_a_user_gets_a_command_and_goes_back_to_those_of_all() -> None:
     window = Window()
-    window.orb.guess = "half", True
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
-    window.choose("Next")
-    values = [item.value for item in window.menu.items]
-    assert values[2:4] == ["half turn: same", "is the same gesture"]
-    window.key(pygame.K_RETURN)
-    assert window.sent(Learn) == [Learn("swipe", "hold", "half", True, "")]
+    window.orb.users = {"ann": {}, "bob": {"pinch": "hold"}}
+    window.pass_s(0.2, *(Delivered(each, 0) for each in window.orb.described()))
+    window.choose("Teach")
+    window.choose("Users")
+    assert values(window) == {"ann": "as everybody", "bob": "own commands"}
+    window.choose("bob")
+    assert values(window)["pinch"] == "hold"
+    window.choose("press")
+    window.choose("nothing")
+    assert window.sent(SetCommand) == [SetCommand("press", "", "bob")]
+    assert values(window)["press"] == "nothing"
+    window.choose("Use everybody's commands")
+    assert window.sent(SetCommand)[1:] == [SetCommand("", "", "bob")]
+    assert (values(window)["press"], values(window)["pinch"]) == ("left", "drop")
 
 
-def test_more_examples_can_be_taken_after_the_questions() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
-    window.choose("Next")
-    window.choose("Take more examples")
-    screen = window.screen
-    assert isinstance(screen, ExamplesPage)
-    assert len(screen.examples) == 3
-
-
-# -- commands of single users ----------------------------------------------------------
-
-
-def test_without_users_the_page_says_how_to_get_them() -> None:
+def test_without_users_the_entry_says_how_to_get_them() -> None:
     window = Window()
     window.choose("Teach")
-    item = window.menu.items[window.number("People")]
-    assert item.do is None
-    assert "models train --task user" in item.hint
-
-
-def people_page(window: Window, *way: str) -> None:
-    """Go to the page of the users, and on."""
-    window.orb.users = {"ada": {}, "ben": {"pinch": "hold"}}
-    window.pass_s(0.2, Connected(WELCOME))
-    for item in ("Teach", "People", *way):
-        window.choose(item)
-
-
-def test_each_user_is_listed_with_the_number_of_own_commands_and_the_one_who_touches() -> None:
-    window = Window()
-    people_page(window)
-    window.pass_s(0.2, Delivered(UserIdentified("ada", 0.97), 0))
-    values = [(item.label, item.value) for item in window.menu.items]
-    assert values == [("ada", "now, as everybody"), ("ben", "own: 1"), ("Back", "")]
-
-
-def test_a_command_is_changed_for_one_user_only() -> None:
-    window = Window()
-    people_page(window, "ada", "pinch", "down")
-    assert window.sent(SetCommand) == [SetCommand("pinch", "down", "ada")]
-    values = {item.label: item.value for item in window.menu.items}
-    assert (values["pinch"], values["press"]) == ("down", "left")
-    window.key(pygame.K_ESCAPE, pygame.K_ESCAPE)
-    values = {item.label: item.value for item in window.menu.items}
-    assert values["pinch"] == "drop"  # everybody's
-
-
-@pytest.mark.parametrize("way", [("pinch", "As for everybody"), ("All as for everybody",)])
-def test_a_user_has_the_commands_of_everybody_again(way: tuple[str, ...]) -> None:
-    window = Window()
-    people_page(window, "ben", *way)
-    label = "" if len(way) == 1 else "pinch"
-    assert window.sent(SetCommand) == [SetCommand(label, "", "ben", own=False)]
-    values = {item.label: item.value for item in window.menu.items}
-    assert values["pinch"] == "drop"
-    assert not any(item.label == "All as for everybody" for item in window.menu.items)
+    entry = window.menu.items[window.number("Users")]
+    assert entry.do is None
+    assert "models train --task user" in entry.hint

@@ -247,7 +247,7 @@ def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
     assert cut == "press and…"
     assert sprites.fitted("press", font, 1) == ""
     for width in range(10, 200, 10):
-        assert sprites.text(WIDE, 20, theme.TEXT, width).get_width() <= width
+        assert sprites.text(WIDE, 20, theme.WHITE, width).get_width() <= width
 
 
 def test_a_panel_on_which_nothing_changes_is_copied_not_drawn(surface: pygame.Surface) -> None:

@@ -56,3 +56,12 @@ def test_every_file_is_used_or_named(tmp_path: Path) -> None:
     assert len(found.notes) == 4
     assert "it is meant for 14 Hz, others for 40 Hz (--all takes it" in notes
     assert set(np.unique(found.examples.label)) >= {0, 1, 2}
+
+
+def test_the_names_of_the_orb_s_gestures_mean_nothing_on_other_sensors() -> None:
+    counts = imported(1, Sensor()).origin
+    assert not load.of_orb(counts)
+    skin = replace(counts, unit="pF", rows=27, columns=15)
+    assert not load.of_orb(skin)
+    assert load.of_orb(replace(skin, hardware="virtual orb"))
+    assert load.of_orb(replace(skin, rows=5, columns=5))

@@ -2,9 +2,11 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.support import ROOT
@@ -16,7 +18,9 @@ pytest.importorskip("sklearn", reason="needs the [train] extra")
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller
 from models.__main__ import main as models
-from models.studies import cross_validation
+from models.data import load
+from models.data.recipe import DEFAULT
+from models.studies import cross_validation, fold_choices
 from models.studies.cross_validation import Request
 from tests.benchmarks.people import main as benchmark
 
@@ -39,7 +43,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def asked(recordings: Path, out: Path, **other: Any) -> Request:
-    plain = {"folds": 2, "steps": 12, "window": 10, "given": True, "choose": True}
+    plain = {"folds": 2, "steps": 12, "window": 10, "given": True}
     return Request((recordings,), out, **(plain | other))
 
 
@@ -67,21 +71,20 @@ def test_unseen_people_s_tasks_are_told(recordings: Path, tmp_path: Path, capsys
 def test_an_interrupted_run_goes_on(recordings: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
     trained = cross_validation._Study._train
-    calls: list[str] = []
+    calls: list[int] = []
 
-    def stop(study: Any, name: str, *rest: Any) -> Any:
-        calls.append(name)
-        if len(calls) == 6:  # in the second fold
+    def stop(study: Any, number: int, *rest: Any) -> Any:
+        calls.append(number)
+        if len(calls) == 2:  # in the second fold
             raise KeyboardInterrupt
-        return trained(study, name, *rest)
+        return trained(study, number, *rest)
 
     monkeypatch.setattr(cross_validation._Study, "_train", stop)
     out = tmp_path / "again.json"
     with pytest.raises(KeyboardInterrupt):
         cross_validation.cross(asked(recordings, out), print)
     again = cross_validation.cross(asked(recordings, out), print)
-    assert all(name.startswith("fold-1") for name in calls[6:])  # fold 0 is not done again
-    assert all("shifted by" in words for words in again.chosen)
+    assert calls == [0, 1, 1]  # fold 0 is not done again
     for one, other in zip(whole.models, again.models, strict=True):
         assert one.confusion == other.confusion
     calls.clear()
@@ -89,6 +92,32 @@ def test_an_interrupted_run_goes_on(recordings: Path, tmp_path: Path, monkeypatc
         cross_validation.cross(asked(recordings, out), print)
     with pytest.raises(ValueError, match="other data or options"):
         cross_validation.cross(asked(recordings, out, seed=1), print)
+
+
+def test_without_a_declaration_each_fold_finds_its_own(
+    recordings: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    bare = tmp_path / "bare"
+    shutil.copytree(recordings, bare, ignore=shutil.ignore_patterns("gestures.toml"))
+    line = f"folds {bare} --folds 2 --steps 12 --no-plain --out {tmp_path / 'out.json'}"
+    assert models(line.split()) == 0
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert len(found["chosen"]) == 2
+    assert all("points" in words or "no symmetry helps" in words for words in found["chosen"])
+    assert "about" in (told := capsys.readouterr().err)
+    assert "of training on this machine" in told
+    # The look-alike's labels are whole stretches, without null beside them: they are not moved.
+    assert all(sum(row) == 0 for model in found["models"] for row in model["confusion"][:1])
+    assert models([*line.split(), "--declared"]) == 0
+    assert json.loads((tmp_path / "out.json").read_text())["chosen"] == []
+
+
+def test_the_scale_of_a_fold_is_that_of_its_own_people(recordings: Path) -> None:
+    data = load.read([recordings], DEFAULT, "auto", print)
+    ends = data.examples.ends[data.user[data.examples.session[data.examples.ends]] < 8]
+    stronger = replace(data.examples, images=1.0 + 3.0 * (data.examples.images - 1.0))
+    one, other = (fold_choices.scaled(each, ends) for each in (data.examples, stronger))
+    np.testing.assert_allclose(one.images, other.images, atol=1e-4)
 
 
 @pytest.mark.parametrize("folds", [1, 5])

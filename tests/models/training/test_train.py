@@ -75,6 +75,23 @@ def train(out: Path, *words: str | Path) -> int:
     return main([str(word) for word in asked(out, *words)])
 
 
+def test_a_training_from_a_bundle_begins_better_than_from_random(
+    data: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    gestures = data, "--task", "gesture"
+    shipped = ROOT / "models" / "orbtouch.orb"
+    assert train(tmp_path / "random.orb", *gestures) == 0
+    capsys.readouterr()
+    assert train(tmp_path / "from.orb", *gestures, "--from", shipped) == 0
+    assert "CNN-3D starts from the bundle's conv1, conv2, dense1" in capsys.readouterr().err
+    first = {
+        name: json.loads((tmp_path / f"{name}.json").read_text())["gesture"]["epochs"][0]["loss"]
+        for name in ("random", "from")
+    }
+    assert first["from"] < 0.5 * first["random"]
+    assert bundle.read(tmp_path / "from.orb").card["from"] == bundle.read(shipped).hash[:16]
+
+
 def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "my.orb"
     assert train(out, data) == 0

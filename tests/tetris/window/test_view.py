@@ -12,7 +12,6 @@ from tetris.engine.pieces import Piece
 from tetris.window import display, theme
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout
-from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------
@@ -42,7 +41,7 @@ def test_a_block_has_the_colour_of_its_piece(view: GameView) -> None:
     cell = view.layout.cell
     x, y = view.layout.at(0, 0)
     red, green, blue, _ = surface.get_at((x + cell // 2, y + cell // 2))
-    expected = theme.PIECES["S"]
+    expected = theme.DARK.pieces["S"]
     assert max(abs(a - b) for a, b in zip((red, green, blue), expected, strict=True)) < 30
 
 
@@ -85,10 +84,10 @@ def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:
 
 
 def test_words_can_be_drawn_again_after_pygame_was_quit() -> None:
-    theme.text("TETRIS", 31)
+    theme.text("TETRIS", 31, theme.WHITE)
     pygame.quit()
     pygame.font.init()
-    assert theme.text("PLAY AGAIN", 31).get_width() > 0
+    assert theme.text("PLAY AGAIN", 31, theme.WHITE).get_width() > 0
 
 
 def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
@@ -97,16 +96,6 @@ def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
     parts = [layout.board, layout.hold, layout.stats, layout.next]
     assert all(area.contains(part) for part in parts)
     assert all(len(part.collidelistall(parts)) == 1 for part in parts)
-
-
-def test_a_page_without_figures_has_no_card_for_them() -> None:
-    area, look = pygame.Rect(0, 0, 640, 480), ThemeChoice()
-    for figures in (True, False):
-        view = GameView(area, look=look, figures=figures)
-        surface = drawn(Game(1), view, 0.0)
-        colour = surface.get_at(view.layout.stats.midbottom - pygame.Vector2(0, 4))[:3]
-        palette = look.palette
-        assert colour == (palette.surface if figures else palette.background)
 
 
 # -- display and the bot in the window -----------------------------------------------------

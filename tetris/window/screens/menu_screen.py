@@ -171,7 +171,6 @@ class MenuScreen(Screen):
                 self.nav(MenuStep.UP if event.y > 0 else MenuStep.DOWN, time_s)
 
     def _click(self, spot: Spot, at: tuple[int, int], time_s: float) -> None:
-        """Take an item, or turn its value by one of its arrows."""
         hit = pygame.Rect(at, (1, 1)).collidelist(spot.arrows)
         steps = {-1: MenuStep.CONFIRM, 0: MenuStep.LEFT, 1: MenuStep.RIGHT}
         self.nav(steps[hit], time_s)

@@ -96,7 +96,6 @@ def _page(stage: ScreenStack, title: str, names: Sequence[str]) -> Menu:
 
 
 def _item(stage: ScreenStack, name: str) -> Item:
-    """One number or switch."""
     words, value = stage.look.words, getattr(stage.settings, name)
 
     def step(direction: int) -> None:
@@ -125,7 +124,6 @@ class BindingScreen(MenuScreen):
     """Binds the keys ("keys") or the buttons of pads ("pads")."""
 
     def __init__(self, stage: ScreenStack, kind: str, attract: AttractMode | None = None) -> None:
-        """Show the bindings of one kind."""
         self._kind = kind
         self._waiting = ""  # the action that gets the next key
         self._until_s: float | None = None
