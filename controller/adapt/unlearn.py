@@ -132,6 +132,8 @@ def _again(
     rules = {k: rule for k, rule in before["mapping"].items() if k not in commands}
     rules |= {label: command for label, command in commands.items() if command}
     table["mapping"] |= {k: rule for k, rule in rules.items() if k in table["labels"]}
+    if "users" in table:
+        table["users"]["mapping"] = _own_rules(before, table)
     if CHANGES in before["card"]:
         table["card"][CHANGES] = before["card"][CHANGES]
     kept = {one.label for one in rest}
@@ -141,6 +143,15 @@ def _again(
         again = sorted({f"{one.label} again" for one in fresh})
         table["card"]["added"] = [*notes, *again]
     return replace(made, manifest=_text(table))
+
+
+def _own_rules(before: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
+    """Return the rules of single users before, as far as user and gesture are still there."""
+    return {
+        user: {label: rule for label, rule in own.items() if label in table["labels"]}
+        for user, own in before.get("users", {}).get("mapping", {}).items()
+        if user in table["users"]["names"]
+    }
 
 
 def _of_kept(note: str, kept: set[str]) -> bool:

@@ -203,6 +203,8 @@ class ExampleTaken(Report):
     text: codec.Text500  # why not, a sentence; "" if it is
     seconds: codec.Deviation  # duration of its touch; 0 without one
     image: Image  # at its firmest; b"" without a touch
+    rotations: codec.Text40 = "none"  # as in Learn: guess from the examples of the label so far
+    mirrored: codec.Bool = False  # guess, too
 
 
 @message(29)

@@ -13,6 +13,7 @@ import numpy as np
 from controller import files, npz
 from controller.adapt import rehearsal
 from controller.adapt.examples import NULL_LABEL, Example, Images
+from controller.adapt.symmetry import guess
 from controller.errors import UserError, reason
 from controller.protocol.codec import fitted, quantise_image
 from controller.protocol.messages import MAX_SENTENCE, Message
@@ -50,12 +51,12 @@ class PendingExample:
     example: Example  # with its span
     rate_hz: float
 
-    def report(self) -> ExampleTaken:
-        """Return the message about it."""
+    def report(self, guess: tuple[str, bool]) -> ExampleTaken:
+        """Return the message about it, with the guess of its gesture's symmetries."""
         span = self.example.span or (0.0, 0.0)
         seconds = round(float(span[1] - span[0]) / self.rate_hz, 3)
         image = image_bytes(firmest(self.example))
-        return ExampleTaken(self.number, self.example.label, True, "", seconds, image)
+        return ExampleTaken(self.number, self.example.label, True, "", seconds, image, *guess)
 
 
 def taken(number: int, label: str, images: Images, rate_hz: float) -> PendingExample:
@@ -122,6 +123,10 @@ class ExampleStore:
         """Return the pending examples of a label, in the order of their numbers."""
         found = (one for one in self.pending.values() if one.example.label == label)
         return sorted(found, key=lambda one: one.number)
+
+    def report(self, one: PendingExample) -> ExampleTaken:
+        """Return the message about an example, with the symmetries of all of its label."""
+        return one.report(guess([each.example for each in self.of(one.example.label)]))
 
     def _path(self, number: int) -> Path:
         return self.folder / f"example-{number}.npz"
@@ -209,7 +214,7 @@ class ExampleTaker:
             self._store.keep(pending)
         except ExampleError as error:
             return [untaken(one.number, one.label, str(error))]
-        return [pending.report()]
+        return [self._store.report(pending)]
 
     def _drop(self, number: int) -> Iterable[Message]:
         self._store.drop([number])

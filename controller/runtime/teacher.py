@@ -148,7 +148,7 @@ class Teacher:
         if self._updater.objection:
             return described
         pending = sorted(self._examples.pending.values(), key=lambda one: one.number)
-        return [*described, *(one.report() for one in pending)]
+        return [*described, *(self._examples.report(one) for one in pending)]
 
     def _delete(self) -> Iterable[Message]:
         """Delete all pending examples and recordings."""

@@ -45,6 +45,7 @@ class FakeOrb:
         self.taught: dict[str, str] = {}  # labels and their commands
         self.users: dict[str, dict[str, str]] = {}  # own commands of each by label
         self.pending: dict[int, ExampleTaken] = {}
+        self.guess = ("none", False)  # symmetries that examples suggest
         self.weak = False  # whether the next example cannot be learned
         self.objects = False  # whether nothing can be learned
         self._started = ("", 0)
@@ -89,7 +90,7 @@ class FakeOrb:
         assert started == number
         if self.weak:
             return ExampleTaken(number, label, False, "that touch is too weak", 0.0, b"")
-        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT)
+        self.pending[number] = ExampleTaken(number, label, True, "", 0.4, DENT, *self.guess)
         return self.pending[number]
 
     def described(self) -> list[Message]:

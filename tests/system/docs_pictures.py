@@ -239,13 +239,15 @@ def teach(camera: Camera) -> None:
     camera.speed = 1.8
     for item in ("Teach", "New gesture…", "swipe"):
         camera.choose(item)
-    camera.save(PICTURES / "app-new.png")
-    camera.choose("Do it now")
     for number in range(1, 6):
         swipe(camera, number)
         if number == 4:
             camera.run(0.5)
             camera.save(PICTURES / "app-examples.png")
+    camera.at("DetailsPage")
+    camera.run(0.5)
+    camera.save(PICTURES / "app-new.png")
+    camera.choose("Learn")
     camera.at("LearningPage")
     camera.speed = 4.0
     camera.at("TryPage")

@@ -74,6 +74,7 @@ def killed_orb(desk: Desk) -> None:
     for count in range(3, 6):
         swipe(window, count)
         window.until(_taken(count), "an example")
+    _accept(window)
     window.until(lambda shown: shown["screen"] == "LearningPage", "the learning", 30.0)
     time.sleep(1.0)
     orb.kill()
@@ -87,9 +88,15 @@ def killed_orb(desk: Desk) -> None:
 
 def _begin(window: Window, name: str) -> None:
     """Go to the page on which examples are taken."""
-    for item in ("Teach", "New gesture…", name, "Do it now"):
+    for item in ("Teach", "New gesture…", name):
         window.choose(item)
     window.at("ExamplesPage")
+
+
+def _accept(window: Window) -> None:
+    """Accept the symmetries that the examples suggest."""
+    window.at("DetailsPage", 30.0)
+    window.choose("Learn")
 
 
 def _learn(desk: Desk, window: Window, name: str, make: Make) -> float:
@@ -101,6 +108,7 @@ def _learn(desk: Desk, window: Window, name: str, make: Make) -> float:
         make(window, count)
         window.until(_taken(count), "an example")
     desk.seen["examples_s"] = time.monotonic() - begun_s
+    _accept(window)
     window.at("TryPage", 60.0)
     desk.seen["learned_s"] = time.monotonic() - begun_s
     kept = [row[1] for row in window.shown["table"] if "kept" in row[0]]

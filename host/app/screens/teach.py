@@ -8,7 +8,7 @@ import pygame
 from controller.protocol.messages import COMMANDS, Correction, Report, UploadStatus
 from controller.protocol.teaching import GestureInfo, LearnStatus
 from host.app.screens.teach_examples import ExamplesPage
-from host.app.screens.teach_new import NAMES, DetailsPage, Plan, new_plan, plan_of
+from host.app.screens.teach_new import NAMES, Plan, new_plan, plan_of
 from host.app.screens.teach_page import (
     ChoicePage,
     Course,
@@ -88,7 +88,7 @@ class TeachScreen(TeachPage):
         self._teach(plan_of(known) if known else new_plan(label, self.orb.state.gestures.values()))
 
     def _teach(self, plan: Plan) -> None:
-        self.show(DetailsPage(self.course, plan, lambda done: ExamplesPage(self.course, done)))
+        self.show(ExamplesPage(self.course, plan))
 
     def _change(self, one: GestureInfo) -> None:
         words = self.words

@@ -1,12 +1,14 @@
 """Pages on which examples of a gesture are taken, and learned."""
 
+from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import pygame
 
 from controller.protocol.messages import Command, Report
 from controller.protocol.teaching import DONE, FAILED, ExampleTaken
-from host.app.screens.teach_new import Plan
+from host.app.screens.teach_new import DetailsPage, Plan
 from host.app.screens.teach_page import Course, TeachPage
 from host.app.screens.teach_try import TryPage
 from host.app.touch_watch import TouchEvent
@@ -14,7 +16,7 @@ from host.ui import naming
 from tetris.window.menu import Item, Menu, MenuStep
 
 LEAST: Final = 3  # examples from which a gesture can be learned
-_ENOUGH: Final = 5  # examples after which it is learned by itself, after
+_ENOUGH: Final = 5  # examples after which the next page comes by itself, after
 _MOMENT_S: Final = 3.0
 _ANSWER_S: Final = 3.0  # in which the orb answers an example
 _IDLE_S: Final = 30.0  # without a touch, after which the orb steers the menu again
@@ -32,7 +34,7 @@ class ExamplesPage(TeachPage):
         self._armed_s = course.stage.time_s  # of the last touch; examples are taken for a while
         self._armed = True
         self._due_s: float | None = None  # until when the orb's answer is waited for
-        self._learn_s: float | None = None  # when it is learned by itself
+        self._ask_s: float | None = None  # when the page after this one comes by itself
         self._automatic = True
         self._chosen = 0
         self._refused = ""  # why the last example cannot be learned
@@ -48,12 +50,12 @@ class ExamplesPage(TeachPage):
         """Return what can be done with the examples."""
         words, count = self.words, len(self.examples)
         enough = count >= LEAST
-        left_s = None if self._learn_s is None else max(0.0, self._learn_s - self._stage.time_s)
+        left_s = None if self._ask_s is None else max(0.0, self._ask_s - self._stage.time_s)
         value = f"{count}/{_ENOUGH}"
         if left_s is not None:
             value = words("teach.in_s", seconds=f"{left_s:.0f}")
         hint = words("teach.learn_hint" if enough else "teach.learn_least", least=LEAST)
-        items = [Item(words("teach.learn"), self._learn if enough else None, value, hint=hint)]
+        items = [Item(words("teach.next"), self._ask if enough else None, value, hint=hint)]
         if left_s is not None:
             items.append(Item(words("teach.not_yet"), self._wait))
         elif not self._armed:
@@ -82,11 +84,15 @@ class ExamplesPage(TeachPage):
         self._armed, self._armed_s = True, self._stage.time_s
 
     def _wait(self) -> None:
-        self._automatic, self._learn_s = False, None
+        self._automatic, self._ask_s = False, None
         self._arm()
 
-    def _learn(self) -> None:
-        self.become(LearningPage(self.course, self.plan))
+    def _ask(self) -> None:
+        """Ask for the rest of the plan, with the symmetries that the examples suggest."""
+        last, course = self.examples[-1], self.course
+        plan = replace(self.plan, rotations=last.rotations, mirrored=last.mirrored)
+        more = partial(ExamplesPage, course)
+        self.become(DetailsPage(course, plan, partial(LearningPage, course), more))
 
     # -- the touches ---------------------------------------------------------------------
 
@@ -101,11 +107,11 @@ class ExamplesPage(TeachPage):
                 self._due_s = time_s + _ANSWER_S
             self.lessons.end_example()
         elif self._armed and self._due_s is None:
-            self._armed_s, self._learn_s = time_s, None
+            self._armed_s, self._ask_s = time_s, None
             self.lessons.begin_example(self.plan.label)
 
     def report(self, message: Report, time_s: float) -> None:
-        """Take a report; learn after a moment when there are enough examples."""
+        """Take a report; go on after a moment when there are enough examples."""
         super().report(message, time_s)
         if isinstance(message, ExampleTaken):
             self._due_s = None
@@ -113,13 +119,13 @@ class ExamplesPage(TeachPage):
             self.lessons.status = None  # why it could not be learned before
             self._chosen = len(self.examples) - 1
             if self._automatic and len(self.examples) >= _ENOUGH:
-                self._learn_s = time_s + _MOMENT_S
+                self._ask_s = time_s + _MOMENT_S
 
     def link_lost(self) -> None:
         """Give up the example under way."""
         super().link_lost()
         self.lessons.end_example(keep=False)
-        self._due_s = self._learn_s = None
+        self._due_s = self._ask_s = None
 
     def tick(self, time_s: float) -> None:
         """Let time pass."""
@@ -128,15 +134,15 @@ class ExamplesPage(TeachPage):
         if time_s >= self._armed_s + _IDLE_S and self.lessons.open is None:
             self._armed = False
         if len(self.examples) < _ENOUGH:
-            self._learn_s = None
+            self._ask_s = None
         super().tick(time_s)
-        if self._learn_s is not None and time_s >= self._learn_s:
-            self._learn()
+        if self._ask_s is not None and time_s >= self._ask_s:
+            self._ask()
 
     def nav(self, nav: MenuStep, time_s: float) -> None:
         """Take a step; it postpones the learning."""
-        if self._learn_s is not None:
-            self._learn_s = time_s + _MOMENT_S
+        if self._ask_s is not None:
+            self._ask_s = time_s + _MOMENT_S
         super().nav(nav, time_s)
 
     def leave(self) -> None:

@@ -1,4 +1,4 @@
-"""Details of a gesture before it is taught: its command, and under which turns it is the same."""
+"""Details of a gesture before it is learned: its command, and which turns are the same."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -43,9 +43,15 @@ def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Plan:
 class DetailsPage(TeachPage):
     """Asks for a gesture's command, and shows in pictures which turns are the same gesture."""
 
-    def __init__(self, course: Course, plan: Plan, begin: Callable[[Plan], TeachPage]) -> None:
-        """Ask about a plan; `begin` returns the page of its examples."""
-        self.plan, self._begin = plan, begin
+    def __init__(
+        self,
+        course: Course,
+        plan: Plan,
+        learn: Callable[[Plan], TeachPage],
+        more: Callable[[Plan], TeachPage],
+    ) -> None:
+        """Ask about a plan; `learn` and `more` return the pages of learning and of examples."""
+        self.plan, self._learn, self._more = plan, learn, more
         self._pictures: list[tuple[pygame.Rect, str]] = []  # of rotations; "": of the mirror image
         super().__init__(course)
 
@@ -55,9 +61,9 @@ class DetailsPage(TeachPage):
         mirrored = words("teach.same" if plan.mirrored else "teach.other")
         items = [
             Item(
-                words("teach.begin"),
-                lambda: self.become(self._begin(self.plan)),
-                hint=words("teach.begin_hint"),
+                words("teach.learn"),
+                lambda: self.become(self._learn(self.plan)),
+                hint=words("teach.guessed"),
             ),
             Item(
                 words("teach.command"),
@@ -77,6 +83,7 @@ class DetailsPage(TeachPage):
                 step=lambda _: self._mirror(),
                 hint=words("teach.turned_hint"),
             ),
+            Item(words("teach.go_on"), lambda: self.become(self._more(self.plan))),
             self.back_item(),
         ]
         return Menu(naming.gesture(words, plan.label), items, notice=self.notice())

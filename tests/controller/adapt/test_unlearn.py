@@ -1,5 +1,6 @@
 """A forgotten gesture leaves nothing behind; one that is taught again replaces its old examples."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -135,3 +136,14 @@ def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
     assert back.users.mappings == {}
     with pytest.raises(AdaptError, match="no user 'cleo'"):
         unlearn.set_command(data, "press", "drop", "cleo")
+
+
+def test_a_users_commands_stay_when_a_gesture_is_learned_anew_and_forgotten() -> None:
+    pinch = [replace(one, user="bob") for one in examples("pinch", (9, 15))]
+    data = file_of(unlearn.learn(file_of(adapt.teach(DATA, pinch)), examples("swipe", (10, 16))))
+    for label in ("swipe", "pinch"):
+        data = file_of(unlearn.set_command(data, label, "hold", "bob"))
+    data = file_of(unlearn.learn(data, examples("swipe", (10, 14))))
+    assert set(bundles.parse(data).users.mappings["bob"].rules) == {"swipe", "pinch"}
+    forgot = bundles.parse(file_of(unlearn.forget(data, "swipe")))
+    assert forgot.users.mappings["bob"].rules == {"pinch": (Rule("hold"),)}

@@ -201,8 +201,8 @@ GOLDEN: list[tuple[wire.Message, str]] = [
         "01 04 686f6c64 0000807f 000080ff 0000803f 000080ff",
     ),
     (
-        teach.ExampleTaken(258, "tap", True, "ok", 0.5, b"\x80"),
-        "1c  02010000 03 746170 01 0200 6f6b 0000003f 0100 80",
+        teach.ExampleTaken(258, "tap", True, "ok", 0.5, b"\x80", "half", True),
+        "1c  02010000 03 746170 01 0200 6f6b 0000003f 0100 80 04 68616c66 01",
     ),
     (teach.LearnStatus(1, 1.0, "ok", (1.0, 0.0)), "1d  01 0000803f 0200 6f6b 02 ff00"),
     (teach.RecordingStatus(True, "here"), "1e  01 0400 68657265"),

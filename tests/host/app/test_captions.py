@@ -1,22 +1,22 @@
 """Captions have room: no page cuts a word in the smallest window, in any language."""
 
-from collections.abc import Iterator
-
 import pygame
 import pytest
 
-from host.connection.receiver import Connected, Delivered
+from host.app.screens.teach_new import DetailsPage
+from host.connection.receiver import Connected, Delivered, Received
 from tests.support.pytest_types import Patch
-from tests.support.teaching_window import WELCOME, FakeOrb
+from tests.support.teaching_window import WELCOME, FakeOrb, Window
 from tests.system.pictures import Album
 from tetris.window import language, theme
+from tetris.window.settings import changed
 from tetris.window.theme import Colour
 
 pytestmark = [pytest.mark.slow]
 
 
 @pytest.fixture
-def cut(monkeypatch: Patch) -> Iterator[list[str]]:
+def cut(monkeypatch: Patch) -> list[str]:
     """Captions that are wider than their room, as they are drawn."""
     found: list[str] = []
     real = theme.fitted
@@ -33,6 +33,28 @@ def cut(monkeypatch: Patch) -> Iterator[list[str]]:
 
 @pytest.mark.parametrize("name", language.names())
 def test_no_caption_is_cut_in_the_smallest_window(name: str, cut: list[str]) -> None:
-    orb = [Connected(WELCOME), *(Delivered(one, 0) for one in FakeOrb().described())]
+    orb: list[Received] = [Connected(WELCOME)]
+    orb += [Delivered(one, 0) for one in FakeOrb().described()]
     for page, _ in Album((640, 360), "light", name, orb).pages():
         assert not cut, page
+
+
+@pytest.mark.parametrize("name", language.names())
+def test_no_caption_is_cut_where_symmetries_are_asked(name: str, cut: list[str]) -> None:
+    window = Window((640, 360))
+    for item in ("Teach", "New gesture", "double tap"):
+        window.choose(item)
+    for _ in range(3):
+        window.touch()
+    window.choose("Next")
+    stage = window.app.stage
+    stage.change(changed(stage.settings, language=name))
+    cut.clear()
+    for _ in range(4):  # the values of all answers
+        for item in window.menu.items:
+            if item.step:
+                item.step(1)
+        window.screen.rebuild()
+        window.pass_s(0.1)
+    assert isinstance(window.screen, DetailsPage)
+    assert not cut

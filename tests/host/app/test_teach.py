@@ -24,7 +24,7 @@ from tetris.window.screens.play_screen import PlayScreen
 
 def examples_page(window: Window) -> None:
     """Go to the page of the examples of a swipe by keys."""
-    for item in ("Teach", "New gesture", "swipe", "Do it now"):
+    for item in ("Teach", "New gesture", "swipe"):
         window.choose(item)
     assert isinstance(window.screen, ExamplesPage)
 
@@ -36,13 +36,14 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
     for item, page in [
         ("Teach", TeachScreen),
         ("New gesture", NamePage),
-        ("swipe", DetailsPage),
-        ("Do it now", ExamplesPage),
+        ("swipe", ExamplesPage),
     ]:
         take(item)
         assert isinstance(window.screen, page)
     for _ in range(3):
         window.touch()
+    take("Next")
+    assert isinstance(window.screen, DetailsPage)
     take("Learn")
     assert isinstance(window.screen, TryPage)
     assert window.sent(Learn) == [Learn("swipe", "hold", "none", False, "")]
@@ -52,11 +53,12 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
 
 def test_a_gesture_is_taught_by_the_orb_only() -> None:
     window = Window()
-    for item in ("Teach", "New gesture", "swipe", "Do it now"):
+    for item in ("Teach", "New gesture", "swipe"):
         window.make(item)
     for _ in range(5):
         window.touch()
-    window.pass_s(4.0)  # it is learned by itself
+    window.pass_s(4.0)  # the next page comes by itself
+    window.make("Learn")
     for _ in range(5):
         window.pass_s(0.2, image=DENT)
         window.pass_s(0.1, Delivered(Command("drop", "swipe", 0.9, None, 1), 0), image=DENT)
@@ -66,17 +68,17 @@ def test_a_gesture_is_taught_by_the_orb_only() -> None:
     assert isinstance(window.app.stage.screen, PlayScreen)
 
 
-def test_learning_begins_with_three_examples_and_by_itself_after_five() -> None:
+def test_the_questions_come_from_three_examples_on_and_by_themselves_after_five() -> None:
     window = Window()
     examples_page(window)
     for count in range(5):
         assert (window.menu.items[0].do is not None) is (count >= 3)
         window.touch()
     window.pass_s(4.0)
-    assert isinstance(window.screen, TryPage)
+    assert isinstance(window.screen, DetailsPage)
 
 
-def test_learning_by_itself_can_wait() -> None:
+def test_the_questions_can_wait() -> None:
     window = Window()
     examples_page(window)
     for _ in range(5):
@@ -138,6 +140,7 @@ def test_the_trial_counts_what_is_understood_and_what_it_is_taken_for() -> None:
     examples_page(window)
     for _ in range(3):
         window.touch()
+    window.choose("Next")
     window.choose("Learn")
     for label in ("swipe", "swipe", "press", "", "swipe"):
         window.pass_s(0.2, image=DENT)
@@ -161,14 +164,16 @@ def test_a_name_is_typed() -> None:
         pygame.K_w, pygame.K_a, pygame.K_x, pygame.K_BACKSPACE, pygame.K_MINUS, pygame.K_RETURN
     )
     screen = window.screen
-    assert isinstance(screen, DetailsPage)
+    assert isinstance(screen, ExamplesPage)
     assert screen.plan.label == "wa_"
 
 
 def test_the_pictures_choose_how_it_may_be_turned() -> None:
     window = Window()
-    for item in ("Teach", "New gesture", "knock"):
-        window.choose(item)
+    examples_page(window)
+    for _ in range(3):
+        window.touch()
+    window.choose("Next")
     screen = window.screen
     assert isinstance(screen, DetailsPage)
     half, mirror = screen._pictures[1][0], screen._pictures[3][0]
@@ -208,11 +213,39 @@ def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
     for _ in range(3):
         window.touch()
     window.orb.objects = True
+    window.choose("Next")
     window.choose("Learn")
     screen = window.screen
     assert isinstance(screen, ExamplesPage)
     assert len(screen.examples) == 3
     assert "too different" in window.menu.notice
+
+
+def test_what_the_examples_suggest_is_chosen_and_one_press_accepts_it() -> None:
+    window = Window()
+    window.orb.guess = "half", True
+    examples_page(window)
+    for _ in range(3):
+        window.touch()
+    window.choose("Next")
+    assert [item.value for item in window.menu.items][2:4] == [
+        "half turn: same",
+        "is the same gesture",
+    ]
+    window.key(pygame.K_RETURN)
+    assert window.sent(Learn) == [Learn("swipe", "hold", "half", True, "")]
+
+
+def test_more_examples_can_be_taken_after_the_questions() -> None:
+    window = Window()
+    examples_page(window)
+    for _ in range(3):
+        window.touch()
+    window.choose("Next")
+    window.choose("Take more examples")
+    screen = window.screen
+    assert isinstance(screen, ExamplesPage)
+    assert len(screen.examples) == 3
 
 
 def values(window: Window) -> dict[str, str]:

@@ -13,6 +13,7 @@ import pytest
 
 from host.app.application import SIZE, OrbApp
 from host.app.screens.teach_examples import ExamplesPage
+from host.app.screens.teach_new import DetailsPage
 from host.app.screens.teach_try import TryPage
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -102,7 +103,7 @@ def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Player]:
 
 def test_a_swipe_is_taught_and_understood(player: Player) -> None:
     player.until(lambda: player.app.orb.ready)
-    for item in ("Teach", "New gesture", "swipe", "Do it now"):
+    for item in ("Teach", "New gesture", "swipe"):
         player.click(item)
     screen = player.screen
     assert isinstance(screen, ExamplesPage)
@@ -110,6 +111,10 @@ def test_a_swipe_is_taught_and_understood(player: Player) -> None:
         player.rest(BETWEEN_S)
         player.swipe(number)
         player.until(lambda number=number: len(screen.examples) > number)  # type: ignore[misc]
+    player.until(lambda: isinstance(player.screen, DetailsPage))
+    plan = player.screen.plan  # type: ignore[attr-defined]
+    assert (plan.rotations, plan.mirrored) == ("none", False)  # all swipes went the same way
+    player.click("Learn")
     player.until(lambda: isinstance(player.screen, TryPage))
     page = player.screen
     assert isinstance(page, TryPage)
