@@ -42,8 +42,8 @@ def test_no_caption_is_cut_in_the_smallest_window(name: str, cut: list[str]) -> 
 @pytest.mark.parametrize("name", language.names())
 def test_no_caption_is_cut_where_symmetries_are_asked(name: str, cut: list[str]) -> None:
     window = Window((640, 360))
-    for item in ("Teach", "New gesture", "double tap"):
-        window.choose(item)
+    for door in ("Teach", "New gesture", "double tap"):
+        window.choose(door)
     for _ in range(3):
         window.touch()
     window.choose("Next")
