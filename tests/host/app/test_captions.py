@@ -1,11 +1,9 @@
 """Captions have room: no page cuts a word in the smallest window, in any language."""
 
-from collections.abc import Iterator
-
 import pygame
 import pytest
 
-from host.connection.receiver import Connected, Delivered
+from host.connection.receiver import Connected, Delivered, Received
 from tests.support.pytest_types import Patch
 from tests.support.teaching_window import WELCOME, FakeOrb
 from tests.system.pictures import Album
@@ -16,7 +14,7 @@ pytestmark = [pytest.mark.slow]
 
 
 @pytest.fixture
-def cut(monkeypatch: Patch) -> Iterator[list[str]]:
+def cut(monkeypatch: Patch) -> list[str]:
     """Captions that are wider than their room, as they are drawn."""
     found: list[str] = []
     real = theme.fitted
@@ -33,6 +31,7 @@ def cut(monkeypatch: Patch) -> Iterator[list[str]]:
 
 @pytest.mark.parametrize("name", language.names())
 def test_no_caption_is_cut_in_the_smallest_window(name: str, cut: list[str]) -> None:
-    orb = [Connected(WELCOME), *(Delivered(one, 0) for one in FakeOrb().described())]
+    told = FakeOrb().described()
+    orb: list[Received] = [Connected(WELCOME), *(Delivered(one, 0) for one in told)]
     for page, _ in Album((640, 360), "light", name, orb).pages():
         assert not cut, page
