@@ -275,8 +275,7 @@ def pages(camera: Camera) -> None:
             camera.choose(item)
         camera.run(2.6)  # a gesture is shown on the dome
         camera.save(PICTURES / f"app-{name}.png")
-        for _ in way:
-            camera.choose("Skip" if name == "learn" else "Back")
+        camera.home()
 
 
 def lab(camera: Camera) -> None:

@@ -22,7 +22,8 @@ class UsersPage(TeachPage):
             )
             for name, info in self.lessons.users.items()
         ]
-        return Menu(words("teach.users"), [*items, self.back_item()], notice=self.notice())
+        title = words("teach.users").rstrip("…")
+        return Menu(title, [*items, self.back_item()], notice=self.notice())
 
     def _open(self, name: str) -> None:
         self.show(UserPage(self.course, name))

@@ -33,8 +33,8 @@ def cut(monkeypatch: Patch) -> list[str]:
 
 @pytest.mark.parametrize("name", language.names())
 def test_no_caption_is_cut_in_the_smallest_window(name: str, cut: list[str]) -> None:
-    orb: list[Received] = [Connected(WELCOME)]
-    orb += [Delivered(one, 0) for one in FakeOrb().described()]
+    told = FakeOrb().described()
+    orb: list[Received] = [Connected(WELCOME), *(Delivered(one, 0) for one in told)]
     for page, _ in Album((640, 360), "light", name, orb).pages():
         assert not cut, page
 
