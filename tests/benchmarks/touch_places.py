@@ -1,4 +1,4 @@
-"""Where fingers of unseen people touch a screen: CNN-2D beside centroid, ridge and an MLP.
+"""Position errors of unseen people's touches on a screen: CNN-2D, centroid, ridge, an MLP.
 
     python -m tests.benchmarks.touch_places [--people N] [--touches N] [--epochs N] [--json]
 
