@@ -67,6 +67,14 @@ def test_other_labels_leave_the_output_random() -> None:
     assert "dense2.weight" in start.gesture
 
 
+def test_fewer_labels_in_another_order_take_their_own_outputs() -> None:
+    some = ("null", "twist_cw", "press")
+    start = transfer.start(shipped(), some, gestures(40, 5, 5, classes=3), None, (40, 5, 5))
+    every = transfer.start(shipped(), LABELS, gestures(40, 5, 5), None, (40, 5, 5))
+    assert torch.equal(start.gesture["out.weight"], every.gesture["out.weight"][[0, 3, 1]])
+    assert torch.equal(start.gesture["out.bias"], every.gesture["out.bias"][[0, 3, 1]])
+
+
 def test_kernels_are_taken_for_another_grid_and_the_dense_layer_is_resampled() -> None:
     old = {
         "conv1.weight": torch.arange(9.0).reshape(1, 1, 3, 3),

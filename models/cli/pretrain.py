@@ -1,0 +1,73 @@
+"""`models pretrain`: a network trained on simulated skins of many shapes, for `train --from`."""
+
+import argparse
+import os
+import shutil
+from pathlib import Path
+from typing import Final
+
+from models.cli import _options as options
+
+SUMMARY: Final = "make a start for sensors that no bundle is for"
+DESCRIPTION: Final = (
+    "Simulate sessions on skins of many grids, sizes, rates, strengths and noises, resample them "
+    "onto one grid and rate, and train both networks on them. `models train --from` starts from "
+    "the result. Interrupted, the same command goes on where it was."
+)
+EXAMPLE: Final = (
+    "Try it (two minutes): models pretrain --out start.orb --skins 10 --epochs 3, then models "
+    "train DIR --from start.orb --out my.orb"
+)
+SKIN_S: Final = 0.8  # CPU time of a skin until it is learned from: simulation, check, images
+TRAINING_S: Final = 360.0  # CPU time of the training without --epochs
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.set_defaults(resumes=True)
+    add = parser.add_argument
+    add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
+    words = "skins, three minutes of another user each (default: 120)"
+    add("--skins", type=options.whole(4, 10_000), default=120, metavar="N", help=words)
+    words = "passes of CNN-3D over the examples, as in models train (default: the recipe's)"
+    add("--epochs", type=options.count, default=0, metavar="N", help=words)
+    add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
+    words = "processes that simulate (default: one per core)"
+    add("--workers", type=options.count, default=os.cpu_count() or 1, metavar="W", help=words)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate, train, and print the figures."""
+    options.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
+    from models import formatting
+    from models.data.examples import refuse_test_seed
+    from models.data.simulate import generate
+    from models.data.skins import Skins
+    from models.reports import cards
+    from models.results import storage
+    from models.results.training import Training
+    from models.training.train import Request, train
+
+    out, skins, seed, epochs = arguments.out, arguments.skins, arguments.seed, arguments.epochs
+    refuse_test_seed(seed, "this training")
+    storage.bundle_target(out)
+    rest = "the epochs" if epochs else formatting.duration(TRAINING_S)
+    options.say(f"about {formatting.duration(SKIN_S * skins)} of CPU time for skins, then {rest}")
+    folder, begun = out.with_name(f"{out.name}.skins"), sum(os.times()[:4])
+    generate(Skins(seed=seed), folder, skins, 1, arguments.workers, options.say)
+    most = f" --epochs {epochs}" * bool(epochs)
+    command = f"models pretrain --skins {skins} --seed {seed}{most} --out {out.name}"
+    request = Request(
+        (folder,), out, task="both", split="user", seed=seed, epochs=epochs, unmeasured=True,
+        command=command,
+    )  # fmt: skip
+    result = train(request, options.say)
+    assert isinstance(result, Training)
+    spent = formatting.duration(sum(os.times()[:4]) - begun)
+    card = out.with_suffix(".md")
+    words = f"Seed {seed}, {skins} skins. CPU time of the last run of the command: {spent}."
+    storage.write_text(card, f"{storage.read_text(card).rstrip()}\n\n{words}\n")
+    shutil.rmtree(folder)
+    print(cards.headline(result))
+    options.say(f"wrote {out}; next: models train DIR --from {out} --out my.orb")
+    return 0

@@ -1,0 +1,119 @@
+"""Data sets of simulated skins of many shapes, resampled onto one grid and rate.
+
+A network that learns from them is a start for sensors that no bundle is for (`models pretrain`).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recordings.recording import Recording
+from controller.simulator.faults import Fault
+from controller.simulator.orb import OrbModel
+from models.data.simulate import DataSet
+
+TAXELS: Final = (3, 12)  # rows, and columns, of a skin
+SPAN_MM: Final = (25.0, 75.0)  # length of its longer side, between the outer taxels
+RATES_HZ: Final = (10.0, 15.0, 20.0, 25.0, 40.0)
+STRETCH: Final = (1.25, 1.75)  # of its apex: a stiffer or softer dome
+STRENGTH: Final = 0.35  # deviation of ln of what a touch does to its readings: thickness, unit
+NOISY: Final = 0.4  # share of skins that are as noisy as the preset `paper-snr`
+SKIN: Final = 79  # tag of the seeds of skins
+
+
+@dataclass(frozen=True, slots=True)
+class Skin(DataSet):
+    """A data set of one skin.
+
+    Attributes:
+        stretch: Of the inflated apex.
+    """
+
+    stretch: float = 1.5
+
+    def model(self) -> OrbModel:
+        """Return the skin's model."""
+        model = DataSet.model(self)
+        return replace(model, mechanics=replace(model.mechanics, apex_stretch=self.stretch))
+
+
+@dataclass(frozen=True, slots=True)
+class Skins(DataSet):
+    """A data set in which each session has a skin of its own, resampled onto `rows` × `columns`."""
+
+    minutes: float = 3.0
+    rate_hz: float = 20.0
+    rows: int = 6
+    columns: int = 6
+
+    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> Recording:
+        """Simulate a session on a skin drawn for it; users and sessions count from 0."""
+        rng = np.random.default_rng([SKIN, self.seed, user, number])
+        made = self.skin(rng).session(user, number, faults)
+        strength = float(np.exp(rng.normal(0.0, STRENGTH)))
+        rest = np.median(made.frames, axis=0)
+        stronger = (rest + strength * (made.frames - rest)).astype(np.float32)
+        return resampled(replace(made, frames=stronger), self.rows, self.columns, self.rate_hz)
+
+    def skin(self, rng: np.random.Generator) -> Skin:
+        """Draw a skin."""
+        rows, columns = (int(side) for side in rng.integers(*TAXELS, 2, endpoint=True))
+        pitch_mm = float(rng.uniform(*SPAN_MM)) / (max(rows, columns) - 1)
+        return Skin(
+            seed=self.seed,
+            minutes=self.minutes,
+            preset="paper-snr" if rng.random() < NOISY else "nominal",
+            rate_hz=float(rng.choice(RATES_HZ)),
+            rows=rows,
+            columns=columns,
+            pitch_mm=round(pitch_mm, 2),
+            gestures=self.gestures,
+            files=self.files,
+            quick=self.quick,
+            stretch=float(rng.uniform(*STRETCH)),
+        )
+
+
+def resampled(made: Recording, rows: int, columns: int, rate_hz: float) -> Recording:
+    """Return a simulated recording as one of another grid, (rows, columns), and rate.
+
+    Readings are linear between taxels and frames; labels are those of the nearest frame.
+    """
+    assert made.truth is not None
+    old, before = made.origin, np.arange(len(made.frames))
+    times = np.arange(int(len(before) * rate_hz / old.rate_hz)) * (old.rate_hz / rate_hz)
+    times = times[times <= before[-1]]
+    near = np.rint(times).astype(np.int64)
+    low = np.minimum(times.astype(np.int64), before[-1] - 1)
+    share = (times - low)[:, None, None]
+    frames = (1.0 - share) * made.frames[low] + share * made.frames[low + 1]
+    frames = _between(old.rows, rows) @ frames @ _between(old.columns, columns).T
+    scale = np.array([(columns - 1) / (old.columns - 1), (rows - 1) / (old.rows - 1)])
+    contact = made.truth.contact[near] * np.append(scale, 1.0)
+    pitch_mm = old.pitch_mm * (max(old.rows, old.columns) - 1) / (max(rows, columns) - 1)
+    return replace(
+        made,
+        origin=replace(
+            old, rows=rows, columns=columns, pitch_mm=round(pitch_mm, 2), rate_hz=rate_hz
+        ),
+        frames=frames.astype(np.float32),
+        t=(times + 1.0) / old.rate_hz,
+        sequence=np.arange(1, len(times) + 1, dtype=np.int64),
+        **{name: getattr(made, name)[near] for name in ("label", "button", "key", "cue")},
+        excluded=made.excluded[near],
+        touch=made.touch[near],
+        truth=replace(
+            made.truth,
+            touch=(made.truth.touch[near] * scale).astype(np.float32),
+            contact=contact.astype(np.float32),
+        ),
+    )
+
+
+def _between(old: int, new: int) -> NDArray[np.float64]:
+    """Return the matrix (new, old) of linear interpolation along a side of the grid."""
+    places = np.linspace(0.0, old - 1.0, new)
+    return np.stack([np.interp(places, np.arange(old), one) for one in np.eye(old)], axis=1)
