@@ -10,7 +10,7 @@ from typing import Annotated, Final, TypeVar
 
 from controller.protocol import codec
 
-VERSION = 2  # of the payloads: the upper nibble of every packet
+VERSION = 3  # of the payloads: the upper nibble of every packet
 MAX_PAYLOAD = 1024  # bytes
 COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", "pause")
 HEARTBEAT_MS = 100  # between two heartbeats, each way
