@@ -93,7 +93,7 @@ class TeachScreen(TeachPage):
 
     def _change(self, one: GestureInfo) -> None:
         words, forget = self.words, partial(self.lessons.forget, one.label)
-        choices = [
+        choices: list[tuple[str, Do]] = [
             (words("teach.relearn"), lambda: self._teach(plan_of(one))),
             (words("teach.change_command"), lambda: self._set_command(one.label)),
             (words("teach.remove"), partial(self.ask, "teach.sure", forget)),
