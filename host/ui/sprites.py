@@ -15,6 +15,7 @@ from typing import Final
 import pygame
 
 from tetris.window import theme
+from tetris.window.menu_view import wrapped
 from tetris.window.theme import Colour, Palette
 
 SMOOTH: Final = 4  # times larger while drawing
@@ -47,15 +48,8 @@ class SpriteScale:
 
     def lines(self, words: str, size: int, width: int, most: int) -> list[str]:
         """Return words in at most so many lines for a width in pixels."""
-        font = theme.font(self.size(size) * SMOOTH)
-        lines = [""]
-        for word in words.split():
-            longer = f"{lines[-1]} {word}".strip()
-            if not lines[-1] or len(lines) == most or font.size(longer)[0] <= width * SMOOTH:
-                lines[-1] = longer
-            else:
-                lines.append(word)
-        return lines
+        lines = wrapped(words, self.size(size) * SMOOTH, width * SMOOTH)
+        return lines if len(lines) <= most else [*lines[: most - 1], " ".join(lines[most - 1 :])]
 
     def card(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
         """Draw the plate that a group of things lies on."""
