@@ -26,11 +26,7 @@ SKIN: Final = 79  # tag of the seeds of skins
 
 @dataclass(frozen=True, slots=True)
 class Skin(DataSet):
-    """A data set of one skin.
-
-    Attributes:
-        stretch: Of the inflated apex.
-    """
+    """A data set of one skin; `stretch` is that of its inflated apex."""
 
     stretch: float = 1.5
 
@@ -53,15 +49,14 @@ class Skins(DataSet):
         """Simulate a session on a skin drawn for it; users and sessions count from 0."""
         rng = np.random.default_rng([SKIN, self.seed, user, number])
         made = self.skin(rng).session(user, number, faults)
-        strength = float(np.exp(rng.normal(0.0, STRENGTH)))
         rest = np.median(made.frames, axis=0)
-        stronger = (rest + strength * (made.frames - rest)).astype(np.float32)
-        return resampled(replace(made, frames=stronger), self.rows, self.columns, self.rate_hz)
+        strength = np.exp(rng.normal(0.0, STRENGTH))
+        stronger = replace(made, frames=rest + strength * (made.frames - rest))
+        return resampled(stronger, self.rows, self.columns, self.rate_hz)
 
     def skin(self, rng: np.random.Generator) -> Skin:
         """Draw a skin."""
         rows, columns = (int(side) for side in rng.integers(*TAXELS, 2, endpoint=True))
-        pitch_mm = float(rng.uniform(*SPAN_MM)) / (max(rows, columns) - 1)
         return Skin(
             seed=self.seed,
             minutes=self.minutes,
@@ -69,47 +64,37 @@ class Skins(DataSet):
             rate_hz=float(rng.choice(RATES_HZ)),
             rows=rows,
             columns=columns,
-            pitch_mm=round(pitch_mm, 2),
-            gestures=self.gestures,
-            files=self.files,
-            quick=self.quick,
+            pitch_mm=float(rng.uniform(*SPAN_MM)) / (max(rows, columns) - 1),
             stretch=float(rng.uniform(*STRETCH)),
         )
 
 
 def resampled(made: Recording, rows: int, columns: int, rate_hz: float) -> Recording:
-    """Return a simulated recording as one of another grid, (rows, columns), and rate.
+    """Return a simulated recording, without its fingers' paths, of a grid (rows, columns) and rate.
 
-    Readings are linear between taxels and frames; labels are those of the nearest frame.
+    Readings are linear between taxels and between frames; labels are the nearest frame's.
     """
     assert made.truth is not None
-    old, before = made.origin, np.arange(len(made.frames))
-    times = np.arange(int(len(before) * rate_hz / old.rate_hz)) * (old.rate_hz / rate_hz)
-    times = times[times <= before[-1]]
-    near = np.rint(times).astype(np.int64)
-    low = np.minimum(times.astype(np.int64), before[-1] - 1)
+    old, last = made.origin, len(made.frames) - 1
+    times = np.arange(int(last * rate_hz / old.rate_hz) + 1) * (old.rate_hz / rate_hz)
+    near, low = np.rint(times).astype(np.int64), np.minimum(times.astype(np.int64), last - 1)
     share = (times - low)[:, None, None]
     frames = (1.0 - share) * made.frames[low] + share * made.frames[low + 1]
     frames = _between(old.rows, rows) @ frames @ _between(old.columns, columns).T
-    scale = np.array([(columns - 1) / (old.columns - 1), (rows - 1) / (old.rows - 1)])
-    contact = made.truth.contact[near] * np.append(scale, 1.0)
-    pitch_mm = old.pitch_mm * (max(old.rows, old.columns) - 1) / (max(rows, columns) - 1)
+    scale = (columns - 1) / (old.columns - 1), (rows - 1) / (old.rows - 1)
+    touch = np.multiply(made.truth.touch[near], scale, dtype=np.float32)
+    unseen = np.empty((len(times), 0, 3), dtype=np.float32)
+    columns_of = ("label", "button", "key", "cue", "excluded", "touch")
     return replace(
         made,
         origin=replace(
-            old, rows=rows, columns=columns, pitch_mm=round(pitch_mm, 2), rate_hz=rate_hz
+            old, rows=rows, columns=columns, rate_hz=rate_hz, pitch_mm=old.pitch_mm / scale[0]
         ),
         frames=frames.astype(np.float32),
         t=(times + 1.0) / old.rate_hz,
         sequence=np.arange(1, len(times) + 1, dtype=np.int64),
-        **{name: getattr(made, name)[near] for name in ("label", "button", "key", "cue")},
-        excluded=made.excluded[near],
-        touch=made.touch[near],
-        truth=replace(
-            made.truth,
-            touch=(made.truth.touch[near] * scale).astype(np.float32),
-            contact=contact.astype(np.float32),
-        ),
+        truth=replace(made.truth, touch=touch, contact=unseen),
+        **{name: getattr(made, name)[near] for name in columns_of},
     )
 
 

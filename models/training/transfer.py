@@ -77,22 +77,21 @@ def _resampled(weight: Tensor, size: Places) -> Tensor:
 
 def start(
     bundle: Bundle, labels: tuple[str, ...], gesture: Network | None, location: Network | None,
-    shape: tuple[int, int, int],
+    shape: tuple[int, int, int], grid: tuple[int, int],
 ) -> Start:  # fmt: skip
     """Return the weights of a bundle for new networks of windows (images, rows, columns).
 
-    A network that is None is not trained. ValueError if nothing fits.
+    `grid` are the rows and columns of CNN-2D's input. A network that is None is not trained.
+    ValueError if nothing fits.
     """
     states: list[State] = []
     lines = []
-    known = {label: number for number, label in enumerate(bundle.labels)}
-    rows = [known[label] for label in labels if label in known]
     asked = (
-        ("CNN-3D", gesture, bundle.gesture_onnx, shape, rows if len(rows) == len(labels) else []),
-        ("CNN-2D", location, bundle.location_onnx, shape[1:], [0, 1]),
+        ("CNN-3D", gesture, bundle.gesture_onnx, shape, labels == bundle.labels),
+        ("CNN-2D", location, bundle.location_onnx, grid, True),
     )
-    for name, net, model, size, outputs in asked:
-        taken, words = _taken(net, model, size, outputs) if net and model else ({}, "")
+    for name, net, model, size, same in asked:
+        taken, words = _taken(net, model, size, same=same) if net and model else ({}, "")
         states.append(taken)
         if net:
             lines.append(f"{name} starts from the bundle's {words or 'nothing: it is random'}")
@@ -104,13 +103,12 @@ def start(
     return Start(states[0], states[1], tuple(lines))
 
 
-def _taken(net: Network, model: bytes, size: Places, outputs: list[int]) -> tuple[State, str]:
-    """Return what a network takes from an ONNX file, as its outputs these; none: they are new."""
+def _taken(net: Network, model: bytes, size: Places, *, same: bool) -> tuple[State, str]:
+    """Return what a network takes from an ONNX file; its output only if it means the `same`."""
     graph = onnx_reader.read(model)
     flat = next(node for node in graph.nodes if node.op == "Flatten")
     old_places = onnx_shapes.sizes(graph).shapes[flat.inputs[0]][2:]
     old = {name: torch.tensor(array) for name, array in graph.weights.items()}
-    old |= {name: old[name][outputs] for name in (f"{OUTPUT}.weight", f"{OUTPUT}.bias")}
     folded = net.folded()
     layers = list(folded.children())
     depth = next(n for n, layer in enumerate(layers) if isinstance(layer, nn.Flatten))
@@ -119,7 +117,7 @@ def _taken(net: Network, model: bytes, size: Places, outputs: list[int]) -> tupl
     new = {
         name: weight
         for name, weight in folded.named_parameters()
-        if outputs or not name.startswith(OUTPUT)
+        if same or not name.startswith(OUTPUT)
     }
     return take(new, tuple(maps.shape[2:]), old, old_places)
 

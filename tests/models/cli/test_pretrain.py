@@ -21,6 +21,8 @@ def test_a_pretrained_network_is_a_start_for_another_grid(tmp_path: Path, capsys
     shown = capsys.readouterr().err
     assert "of CPU time" in shown.splitlines()[0]
     assert "4/4 sub-" in shown  # each skin
+    first = next(line for line in shown.splitlines() if line.startswith("CNN-2D epoch 1/4"))
+    assert first.endswith(" s left")
     made = bundle.read(start)
     assert (made.rows, made.columns, made.locates) == (6, 6, True)
     assert made.card["command"] == "models pretrain --skins 4 --seed 5 --epochs 1 --out start.orb"
