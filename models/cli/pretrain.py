@@ -11,14 +11,10 @@ from models.cli import _options as options
 
 SUMMARY: Final = "make a start for sensors that no bundle is for"
 DESCRIPTION: Final = (
-    "Simulate sessions on skins of many grids, sizes, rates, strengths and noises, resample them "
-    "onto one grid and rate, and train both networks on them. `models train --from` starts from "
-    "the result. Interrupted, the same command goes on where it was."
+    "Train both networks on simulated skins of many grids, sizes, rates, strengths and noises, for "
+    "models train --from. Interrupted, the same command goes on where it was."
 )
-EXAMPLE: Final = (
-    "Try it (two minutes): models pretrain --out start.orb --skins 10 --epochs 3, then models "
-    "train DIR --from start.orb --out my.orb"
-)
+EXAMPLE: Final = "Try it (two minutes): models pretrain --out start.orb --skins 10 --epochs 3"
 SKIN_S: Final = 0.8  # CPU time of a skin until it is learned from: simulation, check, images
 TRAINING_S: Final = 400.0  # CPU time of the training, without --epochs
 
@@ -30,8 +26,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
     words = "skins, three minutes of another user each (default: 120)"
     add("--skins", type=options.whole(4, 10_000), default=120, metavar="N", help=words)
-    words = "passes of CNN-3D over the examples, as in models train (default: the recipe's)"
-    add("--epochs", type=options.count, default=0, metavar="N", help=words)
+    words = "passes of CNN-3D over the examples, as in models train (default: 0: the recipe's)"
+    add("--epochs", type=options.whole(0, 100_000), default=0, metavar="N", help=words)
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 
 
@@ -52,14 +48,12 @@ def run(arguments: argparse.Namespace) -> int:
     options.say(f"about {formatting.duration(SKIN_S * skins)} of CPU time for skins, then {rest}")
     folder, begun = out.with_name(f"{out.name}.skins"), sum(os.times()[:4])
     generate(Skins(seed=seed), folder, skins, 1, os.cpu_count() or 1, options.say)
-    most = f" --epochs {epochs}" * bool(epochs)
-    command = f"models pretrain --skins {skins} --seed {seed}{most} --out {out.name}"
+    command = f"models pretrain --skins {skins} --seed {seed} --epochs {epochs} --out {out.name}"
     request = Request((folder,), out, "both", split="user", seed=seed, epochs=epochs)
     train(replace(request, unmeasured=True, command=command), options.say)
     card, spent = out.with_suffix(".md"), formatting.duration(sum(os.times()[:4]) - begun)
     words = f"Seed {seed}, {skins} skins. CPU time of the last run of the command: {spent}."
     storage.write_text(card, f"{storage.read_text(card).rstrip()}\n\n{words}\n")
     shutil.rmtree(folder)
-    options.say(f"wrote {out}, and its card and figures beside it")
-    options.say(f"next: models train DIR --from {out} --out my.orb")
+    options.say(f"wrote {out}; next: models train DIR --from {out} --out my.orb")
     return 0

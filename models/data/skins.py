@@ -25,41 +25,37 @@ SKIN: Final = 79  # tag of the seeds of skins
 
 
 @dataclass(frozen=True, slots=True)
-class Skin(DataSet):
-    """A data set of one skin; `stretch` is that of its inflated apex."""
-
-    stretch: float = 1.5
-
-    def model(self) -> OrbModel:
-        """Return the skin's model."""
-        model = DataSet.model(self)
-        return replace(model, mechanics=replace(model.mechanics, apex_stretch=self.stretch))
-
-
-@dataclass(frozen=True, slots=True)
 class Skins(DataSet):
-    """A data set in which each session has a skin of its own, resampled onto `rows` × `columns`."""
+    """A data set in which each session has a skin of its own, resampled onto `rows` × `columns`.
+
+    Attributes:
+        stretch: Of the inflated apex of a skin.
+    """
 
     minutes: float = 3.0
     rate_hz: float = 20.0
     rows: int = 6
     columns: int = 6
+    stretch: float = 1.5
+
+    def model(self) -> OrbModel:
+        """Return the model of a skin."""
+        model = DataSet.model(self)
+        return replace(model, mechanics=replace(model.mechanics, apex_stretch=self.stretch))
 
     def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> Recording:
         """Simulate a session on a skin drawn for it; users and sessions count from 0."""
         rng = np.random.default_rng([SKIN, self.seed, user, number])
-        made = self.skin(rng).session(user, number, faults)
-        rest = np.median(made.frames, axis=0)
-        strength = np.exp(rng.normal(0.0, STRENGTH))
+        made = DataSet.session(self.skin(rng), user, number, faults)
+        rest, strength = np.median(made.frames, axis=0), np.exp(rng.normal(0.0, STRENGTH))
         stronger = replace(made, frames=rest + strength * (made.frames - rest))
         return resampled(stronger, self.rows, self.columns, self.rate_hz)
 
-    def skin(self, rng: np.random.Generator) -> Skin:
-        """Draw a skin."""
+    def skin(self, rng: np.random.Generator) -> "Skins":
+        """Return the settings of a skin drawn at random, which is not resampled."""
         rows, columns = (int(side) for side in rng.integers(*TAXELS, 2, endpoint=True))
-        return Skin(
-            seed=self.seed,
-            minutes=self.minutes,
+        return replace(
+            self,
             preset="paper-snr" if rng.random() < NOISY else "nominal",
             rate_hz=float(rng.choice(RATES_HZ)),
             rows=rows,

@@ -12,7 +12,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 
 pytestmark = pytest.mark.train
 
-QUICK = ["--skins", "4", "--epochs", "1", "--seed", "5", "--workers", "1"]
+QUICK = ["--skins", "4", "--epochs", "1", "--seed", "5"]
 
 
 def test_a_pretrained_network_is_a_start_for_another_grid(tmp_path: Path, capsys: Capture) -> None:
