@@ -26,7 +26,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
     words = "skins, three minutes of another user each (default: 120)"
     add("--skins", type=options.whole(4, 10_000), default=120, metavar="N", help=words)
-    words = "passes of CNN-3D over the examples, as in models train (default: 0: the recipe's)"
+    words = "as in models train (default: 0: the recipe's)"
     add("--epochs", type=options.whole(0, 100_000), default=0, metavar="N", help=words)
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 
@@ -44,8 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
     out, skins, seed, epochs = arguments.out, arguments.skins, arguments.seed, arguments.epochs
     refuse_test_seed(seed, "this training")
     storage.bundle_target(out)
-    rest = "the epochs" if epochs else formatting.duration(TRAINING_S)
-    options.say(f"about {formatting.duration(SKIN_S * skins)} of CPU time for skins, then {rest}")
+    cost_s = SKIN_S * skins + TRAINING_S * (not epochs)
+    options.say(
+        f"about {formatting.duration(cost_s)} of CPU time{', and the epochs' * bool(epochs)}"
+    )
     folder, begun = out.with_name(f"{out.name}.skins"), sum(os.times()[:4])
     generate(Skins(seed=seed), folder, skins, 1, os.cpu_count() or 1, options.say)
     command = f"models pretrain --skins {skins} --seed {seed} --epochs {epochs} --out {out.name}"

@@ -1,14 +1,10 @@
-"""Data sets of simulated skins of many shapes, resampled onto one grid and rate.
-
-A network that learns from them is a start for sensors that no bundle is for (`models pretrain`).
-"""
+"""Data sets of simulated skins of many shapes, resampled onto one grid and rate."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.recordings.recording import Recording
 from controller.simulator.faults import Fault
@@ -26,17 +22,13 @@ SKIN: Final = 79  # tag of the seeds of skins
 
 @dataclass(frozen=True, slots=True)
 class Skins(DataSet):
-    """A data set in which each session has a skin of its own, resampled onto `rows` × `columns`.
-
-    Attributes:
-        stretch: Of the inflated apex of a skin.
-    """
+    """A data set in which each session has a skin of its own, resampled onto `rows` × `columns`."""
 
     minutes: float = 3.0
     rate_hz: float = 20.0
     rows: int = 6
     columns: int = 6
-    stretch: float = 1.5
+    stretch: float = 1.5  # of the inflated apex of a skin
 
     def model(self) -> OrbModel:
         """Return the model of a skin."""
@@ -55,14 +47,11 @@ class Skins(DataSet):
         """Return the settings of a skin drawn at random, which is not resampled."""
         rows, columns = (int(side) for side in rng.integers(*TAXELS, 2, endpoint=True))
         return replace(
-            self,
-            preset="paper-snr" if rng.random() < NOISY else "nominal",
-            rate_hz=float(rng.choice(RATES_HZ)),
-            rows=rows,
-            columns=columns,
+            self, preset="paper-snr" if rng.random() < NOISY else "nominal",
+            rate_hz=float(rng.choice(RATES_HZ)), rows=rows, columns=columns,
             pitch_mm=float(rng.uniform(*SPAN_MM)) / (max(rows, columns) - 1),
             stretch=float(rng.uniform(*STRETCH)),
-        )
+        )  # fmt: skip
 
 
 def resampled(made: Recording, rows: int, columns: int, rate_hz: float) -> Recording:
@@ -71,30 +60,25 @@ def resampled(made: Recording, rows: int, columns: int, rate_hz: float) -> Recor
     Readings are linear between taxels and between frames; labels are the nearest frame's.
     """
     assert made.truth is not None
-    old, last = made.origin, len(made.frames) - 1
-    times = np.arange(int(last * rate_hz / old.rate_hz) + 1) * (old.rate_hz / rate_hz)
-    near, low = np.rint(times).astype(np.int64), np.minimum(times.astype(np.int64), last - 1)
-    share = (times - low)[:, None, None]
-    frames = (1.0 - share) * made.frames[low] + share * made.frames[low + 1]
-    frames = _between(old.rows, rows) @ frames @ _between(old.columns, columns).T
+    old, frames = made.origin, np.asarray(made.frames, dtype=np.float64)
+    count = int((len(frames) - 1) * rate_hz / old.rate_hz) + 1
+    times = np.arange(count, dtype=np.float64) * (old.rate_hz / rate_hz)
+    near, size = np.rint(times).astype(np.int64), (rows, columns)
+    sides = [np.linspace(0.0, n - 1.0, m) for n, m in zip(frames.shape[1:], size, strict=True)]
+    for axis, places in enumerate((times, *sides)):
+        frames = np.apply_along_axis(
+            lambda row, at: np.interp(at, np.arange(len(row)), row), axis, frames, places
+        )
     scale = (columns - 1) / (old.columns - 1), (rows - 1) / (old.rows - 1)
     touch = np.multiply(made.truth.touch[near], scale, dtype=np.float32)
-    unseen = np.empty((len(times), 0, 3), dtype=np.float32)
-    columns_of = ("label", "button", "key", "cue", "excluded", "touch")
+    unseen, pitch_mm = np.empty((count, 0, 3), dtype=np.float32), old.pitch_mm / scale[0]
+    kept = ("label", "button", "key", "cue", "excluded", "touch")
     return replace(
         made,
-        origin=replace(
-            old, rows=rows, columns=columns, rate_hz=rate_hz, pitch_mm=old.pitch_mm / scale[0]
-        ),
+        origin=replace(old, rows=rows, columns=columns, rate_hz=rate_hz, pitch_mm=pitch_mm),
         frames=frames.astype(np.float32),
-        t=(times + 1.0) / old.rate_hz,
-        sequence=np.arange(1, len(times) + 1, dtype=np.int64),
+        t=(times + 1.0) / np.float64(old.rate_hz),
+        sequence=np.arange(1, count + 1, dtype=np.int64),
         truth=replace(made.truth, touch=touch, contact=unseen),
-        **{name: getattr(made, name)[near] for name in columns_of},
+        **{name: getattr(made, name)[near] for name in kept},
     )
-
-
-def _between(old: int, new: int) -> NDArray[np.float64]:
-    """Return the matrix (new, old) of linear interpolation along a side of the grid."""
-    places = np.linspace(0.0, old - 1.0, new)
-    return np.stack([np.interp(places, np.arange(old), one) for one in np.eye(old)], axis=1)

@@ -122,14 +122,12 @@ def fit_shown(
     """Train as `fit` does, its checkpoint in a folder, and show each epoch on standard error."""
     passes = task.recipe.passes(task.steps() * task.recipe.batch)
     live = sys.stderr.isatty()  # on a terminal one line is redrawn
-    done, before = 0, time.monotonic()
+    times = [time.monotonic()]
 
     def show(epoch: Epoch) -> None:
-        nonlocal done
-        done += 1
-        left_s = (time.monotonic() - before) / done * (passes - epoch.number)
-        left = f"; {duration(left_s)} left" * (epoch.number < passes)
-        line = f"{CLEAR * live}{name} epoch {epoch.number}/{passes}: {describe(epoch)}{left}"
+        times.append(time.monotonic())
+        left = duration((times[-1] - times[0]) / (len(times) - 1) * (passes - epoch.number))
+        line = f"{CLEAR * live}{name} epoch {epoch.number}/{passes}: {describe(epoch)}; {left} left"
         end = "" if live and epoch.number < passes else "\n"
         print(line, end=end, file=sys.stderr, flush=True)
 

@@ -246,10 +246,7 @@ def _expected(plan: NetworkPlan) -> Training:
         command=plan.request.command,
         software=software(),
         recipe=recipe.name,
-        how=(
-            *recipe.sentences(gesture=plan.gesture, location=plan.location),
-            *plan.start.lines,
-        ),
+        how=(*recipe.sentences(gesture=plan.gesture, location=plan.location), *plan.start.lines),
         rows=shape[0],
         columns=shape[1],
         pitch_mm=data.pitch_mm,
