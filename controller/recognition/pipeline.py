@@ -22,7 +22,8 @@ Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = (
-    *("preprocess.answers", "preprocess.answered", "touch.noise", "touch.skip"),
+    *("preprocess.answers", "preprocess.answered", "preprocess.local"),
+    *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
     "debounce.tapped",
 )

@@ -35,7 +35,7 @@ class Prepared:
         image: z = C / C0, (rows, columns).
         ready: The rest image exists; before that the image is a provisional one.
         deviation: Mean of |z - 1| over the taxels.
-        quiet: The deviation is below the gate: nothing touches.
+        quiet: Nothing touches: the deviation is below the gate, and no place is touched.
         idle: Mean deviation while nothing touches; 0 until it is known.
         lost: Taxels with an open lead, (rows, columns), interpolated in the image; None: none.
         dead: Dead taxels, interpolated in the same way.
@@ -56,6 +56,7 @@ class _Measured(NamedTuple):
     values: Reading
     felt: Reading  # z before dead taxels were interpolated
     gate: float
+    strength: float  # of the strongest place
     prepared: Prepared
 
 
@@ -140,13 +141,13 @@ class Preprocessor:
         """Update baseline and dead taxels by the latest frame."""
         if self._measured is None:
             return
-        (values, felt, gate, prepared), self._measured = self._measured, None
+        (values, felt, gate, strength, prepared), self._measured = self._measured, None
         if self._mend:
             self._responses.learn(felt - 1.0, self._interpolator, quiet=prepared.quiet)
         if prepared.lost is not None:
             values = self._rest.without(prepared.lost, values)
-        self._rest.step(values, prepared.image, prepared.deviation, gate)
-        if self._scale is not None and not prepared.quiet:
+        self._rest.step(values, prepared.image, prepared.deviation, gate, strength)
+        if self._scale is not None and prepared.deviation >= gate:
             self._rescale(self._scale.learn(prepared.deviation))
 
     def anew(self) -> "Preprocessor":
@@ -245,8 +246,9 @@ class Preprocessor:
             z = 1.0 + self._interpolator.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
         deviation, gate = mean_of(np.abs(image - 1.0)), self._rest.gate
-        quiet = deviation < gate
+        strength = self._rest.local.strength(image)
+        quiet = deviation < gate and not self._rest.local.touched(strength)
         prepared = Prepared(image, True, deviation, quiet, self._rest.idle, lost, dead)
-        self._measured = _Measured(values, felt, gate, prepared)
+        self._measured = _Measured(values, felt, gate, strength, prepared)
         self._images.append(image)
         return prepared
