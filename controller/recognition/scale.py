@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controller.recognition.frames import PreprocessSettings, State
 
 PICOFARAD: Final = "pF"
+SIGNS: Final = {"falls": -1, "rises": 1}  # what a touch does to the readings
 # Mean |z - 1| of a firm touch of the orb, measured on simulated presses. Other sensors are scaled
 # to it: the gate and the networks' first layer are made for it.
 FIRM: Final = 0.08
