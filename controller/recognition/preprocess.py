@@ -76,6 +76,7 @@ class Preprocessor:
         *,
         mend: bool = True,
         signal: Signal = SKIN,
+        learned: float = 0.0,
     ) -> None:
         """Begin before the first frame.
 
@@ -89,6 +90,7 @@ class Preprocessor:
                 with an open lead as untouched.
             signal: Unit and sign of the sensor; one that is not divided by rest begins without
                 its calibration, which is for quotients.
+            learned: Scale that was learned from its touches; 0: none.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -104,7 +106,7 @@ class Preprocessor:
         if self.settings is not settings:
             known = None
             if not signal.scale:
-                self._scale = ScaleEstimator(settings.rate_hz, self.shape)
+                self._scale = ScaleEstimator(settings.rate_hz, self.shape, learned)
         settings = self.settings
         self._images: deque[Image] = deque(maxlen=settings.window)
         self._rest = BaselineTracker(settings, self.shape, known)
@@ -165,6 +167,11 @@ class Preprocessor:
     def resting(self) -> Reading | None:
         """The same array as it is tracked, (rows, columns); not to be changed."""
         return self._rest.image if self._rest.seen else None
+
+    @property
+    def learned(self) -> float:
+        """Scale learned from touches; 0: none, or not yet."""
+        return 0.0 if self._scale is None else self._scale.learned
 
     def window(self) -> Window | None:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""
