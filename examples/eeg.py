@@ -1,7 +1,7 @@
 """Gestures beside EEG through Lab Streaming Layer: cut an epoch around each command.
 
 Start `host --tap lsl`, and an EEG amplifier's LSL program; then `python eeg.py 20`. Play in the
-window for these 20 s. Epochs (commands, samples, channels) reach from 0.5 s before to 1 s after each
+window for these 20 s. Epochs (commands, samples, channels) go from 0.5 s before to 1 s after each
 command, and are saved in epochs.npz.
 """
 
