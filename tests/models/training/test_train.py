@@ -126,7 +126,9 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
 def test_on_a_large_grid_positions_are_found_in_a_crop_at_any_strength(tmp_path: Path) -> None:
     folder, out = tmp_path / "data", tmp_path / "my.orb"
     large = "--users 1 --sessions 4 --minutes 1 --workers 1 --rate 10 --gestures press,pinch"
-    assert main(["simulate", "--out", str(folder), *large.split(), "--rows=16", "--columns=20"]) == 0
+    assert (
+        main(["simulate", "--out", str(folder), *large.split(), "--rows=16", "--columns=20"]) == 0
+    )
     assert train(out, folder) == 0
     loaded = bundle.read(out)
     assert loaded.golden.images.shape[1:] == (16, 20)
@@ -134,7 +136,7 @@ def test_on_a_large_grid_positions_are_found_in_a_crop_at_any_strength(tmp_path:
     device = Recognizer(loaded)  # replays the golden vectors
     images = loaded.golden.images
     places = np.array([device.touch(image) for image in images])
-    np.testing.assert_allclose(Batched(loaded).touches(images), places, atol=1e-5)
+    np.testing.assert_allclose(np.array(Batched(loaded).touches(images)), places, atol=1e-5)
     faint = np.array([device.touch(0.5 + 0.5 * image) for image in images])
     np.testing.assert_allclose(faint, places, atol=1e-3)
     assert (places.min(axis=0) >= -0.5).all()
