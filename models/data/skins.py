@@ -17,6 +17,7 @@ RATES_HZ: Final = (10.0, 15.0, 20.0, 25.0, 40.0)
 STRETCH: Final = (1.25, 1.75)  # of its apex: a stiffer or softer dome
 STRENGTH: Final = 0.35  # deviation of ln of what a touch does to its readings: thickness, unit
 NOISY: Final = 0.4  # share of skins that are as noisy as the preset `paper-snr`
+PITCH_MM: Final = 8.0  # of all as resampled: recordings of a training have one
 SKIN: Final = 79  # tag of the seeds of skins
 
 
@@ -71,11 +72,11 @@ def resampled(made: Recording, rows: int, columns: int, rate_hz: float) -> Recor
         )
     scale = (columns - 1) / (old.columns - 1), (rows - 1) / (old.rows - 1)
     touch = np.multiply(made.truth.touch[near], scale, dtype=np.float32)
-    unseen, pitch_mm = np.empty((count, 0, 3), dtype=np.float32), old.pitch_mm / scale[0]
+    unseen = np.empty((count, 0, 3), dtype=np.float32)
     kept = ("label", "button", "key", "cue", "excluded", "touch")
     return replace(
         made,
-        origin=replace(old, rows=rows, columns=columns, rate_hz=rate_hz, pitch_mm=pitch_mm),
+        origin=replace(old, rows=rows, columns=columns, rate_hz=rate_hz, pitch_mm=PITCH_MM),
         frames=frames.astype(np.float32),
         t=(times + 1.0) / np.float64(old.rate_hz),
         sequence=np.arange(1, count + 1, dtype=np.int64),
