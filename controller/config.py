@@ -176,29 +176,24 @@ def _within(value: Any, limits: Mapping[str, Any], item: Any = None) -> bool:
 
 
 def checked(
-    source: Path | tuple[str, str],
-    make: Callable[[dict[str, Any]], _Settings],
-    error: type[UserError],
-    page: str,
+    path: Path, make: Callable[[dict[str, Any]], _Settings], error: type[UserError], page: str
 ) -> _Settings:
-    """Return `make(table)` of a TOML file, or of (text, its name).
+    """Return `make(table)` of a TOML file.
 
     Trouble, and a ConfigError of `make`, become an `error` with file, line and the page to read.
     """
-    text, name = source if isinstance(source, tuple) else ("", str(source))
     try:
-        if isinstance(source, Path):
-            text = read_text(source, MAX_BYTES)
+        text = read_text(path, MAX_BYTES)
         table = parse_toml(text)
     except OSError as problem:
-        raise error(f"cannot read {name}: {reason(problem)}") from None
+        raise error(f"cannot read {path}: {reason(problem)}") from None
     except ConfigError as problem:
-        raise error(f"{name}, {problem}") from None
+        raise error(f"{path}, {problem}") from None
     try:
         return make(table)
     except ConfigError as problem:
         line = line_of(text, problem.table, problem.key) or line_of(text, problem.key)
-        raise error(f"{name}{line} {problem} ({page})") from None
+        raise error(f"{path}{line} {problem} ({page})") from None
 
 
 def line_of(text: str, table: str, key: str = "", count: int = 1, *, near: bool = False) -> str:

@@ -15,6 +15,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -105,11 +106,8 @@ def paired() -> list[str]:
     """Return the URLs of orbs that BlueZ has paired; none where there is no BlueZ."""
 
     async def objects() -> bluez.Objects:
-        bus = await Bus.connect()
-        try:
+        with closing(await Bus.connect()) as bus:
             return await bus.objects()
-        finally:
-            bus.close()
 
     try:
         found = asyncio.run(asyncio.wait_for(objects(), BLUEZ_S)) if bluez.available() else {}

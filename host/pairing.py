@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from contextlib import closing
 from typing import Any, Final
 
 from controller.links.bluetooth import bluez
@@ -54,8 +55,7 @@ async def pair(
     """
     from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
 
-    bus = await Bus.connect()
-    try:
+    with closing(await Bus.connect()) as bus:
         path_of_adapter = await bus.adapter(adapter)
         if not await bus.get(path_of_adapter, ADAPTER, "Powered"):
             await bus.set(path_of_adapter, ADAPTER, "Powered", "b", True)
@@ -76,8 +76,6 @@ async def pair(
         local = await bus.get(path_of_adapter, ADAPTER, "Address")
         await _look_up(device["Address"], local, tell)
         return f"rfcomm://{device['Address']}"
-    finally:
-        bus.close()
 
 
 async def _look_up(address: str, local: str, tell: Tell) -> None:

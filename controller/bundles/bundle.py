@@ -30,6 +30,7 @@ from controller.recognition.frames import PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.pipeline import PipelineSettings
+from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 from controller.recognition.user_id import NO_USERS, Users
 
@@ -79,6 +80,8 @@ class BundleSettings:
     card: dict[str, Any]  # origin of the model: data, accuracy, date
     # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
+    # input of the location network; older bundles lack it, and use images as they are
+    touch: TouchInput = field(default_factory=TouchInput)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,6 +5,7 @@ import json
 import logging
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import asdict
 from datetime import UTC, datetime
 
@@ -20,8 +21,7 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    sensor = load_skin(options)
-    try:
+    with closing(load_skin(options)) as sensor:
         if options.forget:
             there = calibration_store.forget(sensor.device_id)
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
@@ -30,8 +30,6 @@ def main(argv: Sequence[str]) -> int:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)
         rows, kept = keep(sensor, frames, datetime.now(UTC), anyway=options.anyway)
-    finally:
-        sensor.close()
     sound = all(row.verdict is Verdict.GOOD for row in rows)
     verdict = "failed" if kept is None else "good" if sound else "doubtful"
     if options.json:

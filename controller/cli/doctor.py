@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Final
@@ -77,10 +78,8 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
         yield from _board_alone(options.wiring)
         return
-    try:
+    with closing(sensor):
         yield from sensor_rows(sensor, None if options.no_touch else find_hand)
-    finally:
-        sensor.close()
 
 
 def _board_alone(wiring: Path | None) -> Iterator[Row]:
@@ -92,10 +91,8 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
         board = open_board(read(wiring))
     except SensorError:
         return  # the sensor cannot be opened, which another row reports
-    try:
+    with closing(board):
         yield from wiring_checks.judge(measurements.measure(board), bundles.SLOW_HZ)
-    finally:
-        board.close()
 
 
 def find_hand(watch: FrameReader) -> Finger | None:

@@ -7,6 +7,7 @@ import asyncio
 import logging
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -72,8 +73,7 @@ async def _pair(options: argparse.Namespace) -> int:
     )
 
     confirm: Confirm = accept_all if options.yes else Prompt().confirm
-    bus = await Bus.connect()
-    try:
+    with closing(await Bus.connect()) as bus:
         adapter = await bus.adapter(options.adapter)
         if not await bus.get(adapter, ADAPTER, "Powered"):
             await bus.set(adapter, ADAPTER, "Powered", "b", True)
@@ -82,8 +82,6 @@ async def _pair(options: argparse.Namespace) -> int:
         agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
         return await _wait(bus, adapter, agent, options.seconds or WINDOW_S)
-    finally:
-        bus.close()
 
 
 async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> int:

@@ -4,6 +4,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,8 +38,7 @@ def main(
         return 0
     if options.out is not None and options.out.exists():
         raise SensorError(f"{options.out} is there already; name another file with --out")
-    sensor = load(options)
-    try:
+    with closing(load(options)) as sensor:
         if options.out is not None and sensor.description is None:
             raise SensorError(f"--out is for sensors with a description; {options.sensor} has none")
         trial = _try(
@@ -47,8 +47,6 @@ def main(
         print(table(trial.rows))
         if sensor.description is not None and options.out is not None:
             _write(options.out, sensor.description, sensor.signal.unit, trial)
-    finally:
-        sensor.close()
     return TROUBLE if faulty(trial.rows) else 0
 
 

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -183,15 +184,12 @@ def service_lines(service: dict[str, str]) -> list[str]:
 async def _objects() -> Objects:
     if not bluez.available():
         raise BluetoothError(f"not checked: {how_to_install('bluetooth')}")
-    bus = await Bus.connect()
-    try:
+    with closing(await Bus.connect()) as bus:
         if not await bus.running():
             raise BluetoothError(
                 "the Bluetooth service is not running; sudo systemctl enable --now bluetooth"
             )
         return await bus.objects()
-    finally:
-        bus.close()
 
 
 def read_radio(objects: Objects) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Final
 
@@ -47,8 +48,7 @@ def rows() -> list[Row]:
 
 async def _ask() -> list[Row]:
     """Look at what BlueZ says."""
-    bus = await Bus.connect()
-    try:
+    with closing(await Bus.connect()) as bus:
         if not await bus.running():
             advice = "sudo apt install bluez; sudo systemctl enable --now bluetooth"
             return [Row("BlueZ", _FAULT, "bluetoothd is not running", advice, "no_bluez")]
@@ -58,8 +58,6 @@ async def _ask() -> list[Row]:
             return [Row("permission", _FAULT, "BlueZ does not answer this user", str(error),
                         "no_permission")]  # fmt: skip
         return [version(_version()), *judge(objects), plugin(_command_line())]
-    finally:
-        bus.close()
 
 
 def blocked(folder: Path) -> Iterator[Row]:

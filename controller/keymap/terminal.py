@@ -124,13 +124,9 @@ else:
 
         def poll(self) -> list[Timed]:
             """Return the events since the last call, and how long ago."""
-            events: list[Timed] = []
             now_s = time.monotonic()
-            with contextlib.suppress(queue.Empty):
-                while True:
-                    at_s, event = self._events.get_nowait()
-                    events.append((max(now_s - at_s, 0.0), event))
-            return events
+            events = [self._events.get() for _ in range(self._events.qsize())]
+            return [(max(now_s - at_s, 0.0), event) for at_s, event in events]
 
         def resume(self, number: int = 0, frame: FrameType | None = None) -> None:
             """Configure the terminal, at first and when the program returns to the foreground."""

@@ -113,10 +113,7 @@ class RequestQueue(Generic[Item]):
 
     def take(self) -> list[Item]:
         """Return all requests, oldest first, without waiting."""
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._ready.append(self._queue.get_nowait())
-        items = list(self._ready)
+        items = [*self._ready, *(self._queue.get() for _ in range(self._queue.qsize()))]
         self._ready.clear()
         return items
 

@@ -6,11 +6,11 @@ a field names its form in bytes, see `controller.protocol.codec`. Standard libra
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Final, TypeVar
+from typing import Annotated, Final, TypeVar, dataclass_transform
 
 from controller.protocol import codec
 
-VERSION = 2  # of the payloads: the upper nibble of every packet
+VERSION = 3  # of the payloads: the upper nibble of every packet
 MAX_PAYLOAD = 1024  # bytes
 COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", "pause")
 HEARTBEAT_MS = 100  # between two heartbeats, each way
@@ -38,14 +38,16 @@ class Report(Message):
     """A message from a device in a session."""
 
 
-M = TypeVar("M", bound=type[Message])
+M = TypeVar("M", bound=Message)
 TYPES: Final[dict[type[Message], tuple[int, codec.Codec]]] = {}  # numbers and codecs
 
 
-def message(number: int) -> Callable[[M], M]:
-    """Return the decorator that gives a message its type number."""
+@dataclass_transform(frozen_default=True)
+def message(number: int) -> Callable[[type[M]], type[M]]:
+    """Return the decorator that makes a frozen dataclass a message with its type number."""
 
-    def register(kind: M) -> M:
+    def register(plain: type[M]) -> type[M]:
+        kind = dataclass(frozen=True, slots=True)(plain)
         TYPES[kind] = number, codec.record(kind)
         return kind
 
@@ -53,7 +55,6 @@ def message(number: int) -> Callable[[M], M]:
 
 
 @message(1)
-@dataclass(frozen=True, slots=True)
 class Hello(Message):
     """Host to device: the start of a session, with versions and a random number as `token`.
 
@@ -68,7 +69,6 @@ class Hello(Message):
 
 
 @message(6)
-@dataclass(frozen=True, slots=True)
 class Offer(Message):
     """Device to host: the answer to Hello; the session in its header is the number from here on."""
 
@@ -78,7 +78,6 @@ class Offer(Message):
 
 
 @message(48)
-@dataclass(frozen=True, slots=True)
 class UploadOffer(Request):
     """Host to device: announcement of a bundle."""
 
@@ -88,7 +87,6 @@ class UploadOffer(Request):
 
 
 @message(49)
-@dataclass(frozen=True, slots=True)
 class UploadChunk(Request):
     """Host to device: a part of the bundle."""
 
@@ -97,7 +95,6 @@ class UploadChunk(Request):
 
 
 @message(50)
-@dataclass(frozen=True, slots=True)
 class Correction(Request):
     """Host to device: the label of the latest touch, given by the player, to learn."""
 
@@ -105,7 +102,6 @@ class Correction(Request):
 
 
 @message(35)
-@dataclass(frozen=True, slots=True)
 class Join(Message):
     """Host to device: its identity, and the last command that it received."""
 
@@ -118,7 +114,6 @@ class Join(Message):
 
 
 @message(2)
-@dataclass(frozen=True, slots=True)
 class Welcome(Message):
     """Device to host: the answer to Join, with the description of the device."""
 
@@ -140,7 +135,6 @@ class Welcome(Message):
 
 
 @message(3)
-@dataclass(frozen=True, slots=True)
 class Refuse(Message):
     """Device to host, in place of Offer or Welcome: the reason, in one sentence."""
 
@@ -148,7 +142,6 @@ class Refuse(Message):
 
 
 @message(4)
-@dataclass(frozen=True, slots=True)
 class Bye(Message):
     """Either side, before it closes: the reason."""
 
@@ -156,7 +149,6 @@ class Bye(Message):
 
 
 @message(5)
-@dataclass(frozen=True, slots=True)
 class Heartbeat(Report):
     """Device to host, ten times a second: clocks as in `ClockSync`, and the held commands."""
 
@@ -168,7 +160,6 @@ class Heartbeat(Report):
 
 
 @message(36)
-@dataclass(frozen=True, slots=True)
 class HostHeartbeat(Request):
     """Host to device, ten times a second and after commands: clocks and acknowledgements."""
 
@@ -191,7 +182,6 @@ class Command(Report):
 
 
 @message(16)
-@dataclass(frozen=True, slots=True)
 class NumberedCommand(Command):
     """Device to host: a command with its number, as encoded on the wire."""
 
@@ -201,7 +191,6 @@ class NumberedCommand(Command):
 
 
 @message(17)
-@dataclass(frozen=True, slots=True)
 class State(Report):
     """Device to host: all commands held now; () right after Welcome."""
 
@@ -209,7 +198,6 @@ class State(Report):
 
 
 @message(18)
-@dataclass(frozen=True, slots=True)
 class Telemetry(Report):
     """Device to host, one per frame: the device's measurements and estimates."""
 
@@ -223,7 +211,6 @@ class Telemetry(Report):
 
 
 @message(19)
-@dataclass(frozen=True, slots=True)
 class GroundTruth(Report):
     """Virtual device to host, at the end of a performance: its true label and times."""
 
@@ -234,7 +221,6 @@ class GroundTruth(Report):
 
 
 @message(20)
-@dataclass(frozen=True, slots=True)
 class Granted(Report):
     """Virtual device to host: every packet up to this time was sent before this one."""
 
@@ -242,7 +228,6 @@ class Granted(Report):
 
 
 @message(21)
-@dataclass(frozen=True, slots=True)
 class Health(Report):
     """Device to host: faults of the sensor with their remedies; () if there are none.
 
@@ -253,7 +238,6 @@ class Health(Report):
 
 
 @message(22)
-@dataclass(frozen=True, slots=True)
 class UploadStatus(Report):
     """Device to host: state of the upload of a bundle."""
 
@@ -273,7 +257,6 @@ class StageTime:
 
 
 @message(23)
-@dataclass(frozen=True, slots=True)
 class LatencyReport(Report):
     """Device to host, every second: latency of the latest frames by stage, milliseconds.
 
@@ -286,7 +269,6 @@ class LatencyReport(Report):
 
 
 @message(24)
-@dataclass(frozen=True, slots=True)
 class UserIdentified(Report):
     """Device to host, at each change and once to every new host: the user; no authentication."""
 
@@ -295,7 +277,6 @@ class UserIdentified(Report):
 
 
 @message(25)
-@dataclass(frozen=True, slots=True)
 class PositionUncertainty(Report):
     """Device to host, before the other messages of a frame: uncertainty of its touch's position."""
 
@@ -315,7 +296,6 @@ class Contact:
 
 
 @message(32)
-@dataclass(frozen=True, slots=True)
 class Contacts(Request):
     """Host to virtual device: all fingers on the membrane; () lifts them all."""
 
@@ -323,7 +303,6 @@ class Contacts(Request):
 
 
 @message(33)
-@dataclass(frozen=True, slots=True)
 class Perform(Request):
     """Host to virtual device: perform this gesture, "brush" or "rest" by the simulated hand now."""
 
@@ -334,7 +313,6 @@ class Perform(Request):
 
 
 @message(34)
-@dataclass(frozen=True, slots=True)
 class Grant(Request):
     """Host to virtual device: advance exactly to this time."""
 

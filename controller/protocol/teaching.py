@@ -17,13 +17,11 @@ Image = Annotated[bytes, codec.octets(MOST_PIXELS)]  # rows * columns or b"": `q
 
 
 @message(51)
-@dataclass(frozen=True, slots=True)
 class Describe(Request):
     """Host to device: a request for the gestures in use; Vocabulary and GestureInfos follow."""
 
 
 @message(52)
-@dataclass(frozen=True, slots=True)
 class ExampleStart(Request):
     """Host to device: the player begins an example of a gesture now."""
 
@@ -32,7 +30,6 @@ class ExampleStart(Request):
 
 
 @message(53)
-@dataclass(frozen=True, slots=True)
 class ExampleEnd(Request):
     """Host to device: the example ends now; ExampleTaken follows unless `keep` is False."""
 
@@ -41,7 +38,6 @@ class ExampleEnd(Request):
 
 
 @message(54)
-@dataclass(frozen=True, slots=True)
 class ExampleDrop(Request):
     """Host to device: delete an example that was taken."""
 
@@ -49,7 +45,6 @@ class ExampleDrop(Request):
 
 
 @message(55)
-@dataclass(frozen=True, slots=True)
 class Learn(Request):
     """Host to device: learn a gesture, anew if it was taught, from its pending examples."""
 
@@ -61,7 +56,6 @@ class Learn(Request):
 
 
 @message(56)
-@dataclass(frozen=True, slots=True)
 class Forget(Request):
     """Host to device: remove a taught gesture."""
 
@@ -69,13 +63,11 @@ class Forget(Request):
 
 
 @message(57)
-@dataclass(frozen=True, slots=True)
 class Undo(Request):
     """Host to device: take the bundle before the last change into use."""
 
 
 @message(58)
-@dataclass(frozen=True, slots=True)
 class SaveAs(Request):
     """Host to device: keep a copy of the bundle in use; an existing file is never replaced."""
 
@@ -83,7 +75,6 @@ class SaveAs(Request):
 
 
 @message(59)
-@dataclass(frozen=True, slots=True)
 class SetCommand(Request):
     """Host to device: the command of a gesture, wherever it is made, from now on."""
 
@@ -93,13 +84,11 @@ class SetCommand(Request):
 
 
 @message(60)
-@dataclass(frozen=True, slots=True)
 class DeleteExamples(Request):
     """Host to device: delete all pending examples and recordings made over the link."""
 
 
 @message(61)
-@dataclass(frozen=True, slots=True)
 class Record(Request):
     """Host to device: start or stop recording the session into the user's data folder."""
 
@@ -107,7 +96,6 @@ class Record(Request):
 
 
 @message(62)
-@dataclass(frozen=True, slots=True)
 class RecordLabel(Request):
     """Host to device: the gesture that the player is asked for from now on while recording."""
 
@@ -115,7 +103,6 @@ class RecordLabel(Request):
 
 
 @message(63)
-@dataclass(frozen=True, slots=True)
 class InjectFault(Request):
     """Host to virtual device: the only fault of the orb from now on, with its usual size."""
 
@@ -125,13 +112,11 @@ class InjectFault(Request):
 
 
 @message(64)
-@dataclass(frozen=True, slots=True)
 class Recalibrate(Request):
     """Host to device: measure the untouched sensor again; not ready until that is done."""
 
 
 @message(65)
-@dataclass(frozen=True, slots=True)
 class Check(Request):
     """Host to device: calibrate and check the sensor, or stop that; CheckStep, CheckRow follow."""
 
@@ -139,7 +124,6 @@ class Check(Request):
 
 
 @message(26)
-@dataclass(frozen=True, slots=True)
 class Vocabulary(Report):
     """Device to host: the gestures in use; the answer to Describe, and after every change.
 
@@ -170,7 +154,6 @@ class CommandRule:
 
 
 @message(27)
-@dataclass(frozen=True, slots=True)
 class GestureInfo(Report):
     """Device to host: one gesture of the Vocabulary before it."""
 
@@ -183,7 +166,6 @@ class GestureInfo(Report):
 
 
 @message(14)
-@dataclass(frozen=True, slots=True)
 class UserInfo(Report):
     """Device to host: one enrolled user of the bundle, after the GestureInfos."""
 
@@ -193,7 +175,6 @@ class UserInfo(Report):
 
 
 @message(28)
-@dataclass(frozen=True, slots=True)
 class ExampleTaken(Report):
     """Device to host: the outcome of an example; sent again after Describe while it is pending."""
 
@@ -208,7 +189,6 @@ class ExampleTaken(Report):
 
 
 @message(29)
-@dataclass(frozen=True, slots=True)
 class LearnStatus(Report):
     """Device to host: progress and outcome of a change, after the new Vocabulary if it has one."""
 
@@ -220,7 +200,6 @@ class LearnStatus(Report):
 
 
 @message(30)
-@dataclass(frozen=True, slots=True)
 class RecordingStatus(Report):
     """Device to host: the answer to Record, and when a recording ends by itself."""
 
@@ -229,7 +208,6 @@ class RecordingStatus(Report):
 
 
 @message(31)
-@dataclass(frozen=True, slots=True)
 class CheckStep(Report):
     """Device to host: what is to be done now: "rest", "press", "lift", or "over": nothing more."""
 
@@ -240,7 +218,6 @@ class CheckStep(Report):
 
 
 @message(15)
-@dataclass(frozen=True, slots=True)
 class CheckRow(Report):
     """Device to host: one row of the doctor's table, as `controller.diagnostics.report.Row`."""
 

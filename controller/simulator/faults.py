@@ -9,8 +9,10 @@ The faults of an emulated orb's wiring are parsed in the same way: sensors/hardw
 """
 
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import ClassVar, Final, Self
 
 from controller.errors import UserError
@@ -27,19 +29,13 @@ class Kind:
     meaning: str  # in words, with the unit of its size
 
 
-KINDS: Final[dict[str, Kind]] = {
-    "dead": Kind("taxel", 1.0, "a taxel does not react"),
-    "leaky": Kind("taxel", 0.01, "a taxel reacts at 60 % and is noisy; size: noise, relative"),
-    "open_row": Kind("row", 1.0, "a row's lead is off: only stray capacitance is read"),
-    "open_column": Kind("column", 1.0, "a column's lead is off"),
-    "short_row": Kind("rows", 1.0, "a row touches the next one: both read their sum"),
-    "short_column": Kind("columns", 1.0, "a column touches the next one: both read their sum"),
-    "air_leak": Kind("", 0.05, "the dome loses air; size: of its pressure, per minute"),
-    "temperature": Kind("", 0.02, "the permittivity drifts; size: relative, per minute"),
-    "saturation": Kind("", 0.8, "the converter clips; size: of the usual reading"),
-    "mains": Kind("", 0.03, "hum on every reading; size: relative amplitude"),
-    "jitter": Kind("", 0.02, "the loop is late at random; size: seconds"),
-}
+def read_kinds(package: str) -> dict[str, Kind]:
+    """Return the kinds of faults in the `faults.toml` of a package, by name."""
+    table = tomllib.loads((files(package) / "faults.toml").read_text("utf-8"))
+    return {name: Kind(*entry) for name, entry in table.items()}
+
+
+KINDS: Final = read_kinds("controller.simulator")
 
 
 class FaultError(UserError, ValueError):

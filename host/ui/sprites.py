@@ -5,14 +5,17 @@ returned is shared: blit it, never draw on it.
 """
 
 import math
+import tomllib
 from bisect import bisect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from importlib.resources import files
 from typing import Final
 
 import pygame
 
 from tetris.window import theme
+from tetris.window.menu_view import wrapped
 from tetris.window.theme import Colour, Palette
 
 SMOOTH: Final = 4  # times larger while drawing
@@ -45,15 +48,8 @@ class SpriteScale:
 
     def lines(self, words: str, size: int, width: int, most: int) -> list[str]:
         """Return words in at most so many lines for a width in pixels."""
-        font = theme.font(self.size(size) * SMOOTH)
-        lines = [""]
-        for word in words.split():
-            longer = f"{lines[-1]} {word}".strip()
-            if not lines[-1] or len(lines) == most or font.size(longer)[0] <= width * SMOOTH:
-                lines[-1] = longer
-            else:
-                lines.append(word)
-        return lines
+        lines = wrapped(words, self.size(size) * SMOOTH, width * SMOOTH)
+        return lines if len(lines) <= most else [*lines[: most - 1], " ".join(lines[most - 1 :])]
 
     def card(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
         """Draw the plate that a group of things lies on."""
@@ -216,7 +212,7 @@ def _arc_arrow(
         pygame.draw.polygon(surface, colour, [at(tip, radius), *wings])
 
 
-def _shape(*polygons: tuple[Point, ...]) -> Pen:
+def _shape(polygons: Sequence[Sequence[Point]]) -> Pen:
     """Return a pen for polygons whose points are shares of the icon's side."""
 
     def draw(surface: pygame.Surface, colour: Colour, side: float) -> None:
@@ -250,51 +246,13 @@ def _null(surface: pygame.Surface, colour: Colour, side: float) -> None:
     pygame.draw.circle(surface, colour, middle, side * 0.36, max(1, round(side * 0.09)))
 
 
-_LEFT: Final = (
-    (0.08, 0.5),
-    (0.5, 0.14),
-    (0.5, 0.38),
-    (0.92, 0.38),
-    (0.92, 0.62),
-    (0.5, 0.62),
-    (0.5, 0.86),
-)
-_DOWN: Final = tuple((1 - y, 1 - x) for x, y in _LEFT)
+_SHAPES: Final = tomllib.loads((files("assets") / "host" / "icons.toml").read_text("utf-8"))
 _ICONS: Final[dict[str, Pen]] = {
     "null": _null,
     "press": _press,
-    "pinch": _shape(
-        ((0.0, 0.22), (0.40, 0.5), (0.0, 0.78)),
-        ((1.0, 0.22), (0.60, 0.5), (1.0, 0.78)),
-    ),
     "twist_cw": _turning(True),
     "twist_ccw": _turning(False),
-    "left": _shape(_LEFT),
-    "right": _shape(tuple((1 - x, y) for x, y in _LEFT)),
-    "down": _shape(_DOWN),
-    "drop": _shape(
-        (
-            (0.5, 0.74),
-            (0.12, 0.34),
-            (0.36, 0.34),
-            (0.36, 0.04),
-            (0.64, 0.04),
-            (0.64, 0.34),
-            (0.88, 0.34),
-        ),
-        ((0.12, 0.84), (0.88, 0.84), (0.88, 0.98), (0.12, 0.98)),
-    ),
     "rotate_cw": _turning(True),
     "rotate_ccw": _turning(False),
-    "hold": _shape(
-        ((0.12, 0.2), (0.88, 0.2), (0.88, 0.34), (0.12, 0.34)),
-        ((0.12, 0.48), (0.88, 0.48), (0.88, 0.86), (0.12, 0.86)),
-    ),
-    "pause": _shape(
-        ((0.18, 0.12), (0.40, 0.12), (0.40, 0.88), (0.18, 0.88)),
-        ((0.60, 0.12), (0.82, 0.12), (0.82, 0.88), (0.60, 0.88)),
-    ),
-    "to": _shape(
-        ((0.25, 0.14), (0.42, 0.14), (0.78, 0.5), (0.42, 0.86), (0.25, 0.86), (0.58, 0.5))
-    ),
+    **{name: _shape(polygons) for name, polygons in _SHAPES.items()},
 }

@@ -1,9 +1,10 @@
 """Training recipes as plain values: the paper's, and the best known."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from controller.recognition.frames import PreprocessSettings
+from controller.recognition.touch_input import TouchInput
 
 STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe
 FOLD_STEPS: Final = 800  # those of a fold of `models folds`, by default
@@ -92,6 +93,8 @@ class NetworkRecipe:
     label_noise: float = 0.0  # deviation of what is added to each true place, grid units
     # errors beyond this count by their size, not by its square, grid units; 0: none do
     robust: float = 0.0
+    # input of CNN-2D; by default the touch image as it is
+    touch: TouchInput = field(default_factory=TouchInput)
     channels: tuple[int, int] = (12, 24)  # maps of the convolutions
     hidden: tuple[int, ...] = (64, 32)  # widths of the dense layers
     strides: bool = True  # convolutions take longer steps in space and time than the paper's
@@ -186,6 +189,7 @@ DEFAULT: Final = Recipe(
         rate=3e-3,
         l2=(0.0, 0.0),
         robust=0.03,
+        touch=TouchInput(crop=15, level=0.08),
         channels=(16, 24),
         hidden=(64, 32),
         strides=False,

@@ -55,6 +55,7 @@ class Batched:
     """The networks of a bundle, run in batches."""
 
     def __init__(self, bundle: Bundle) -> None:
+        self._touch = bundle.touch
         self._gesture = onnxruntime_engine.session(bundle.gesture_onnx)
         self._location = (
             onnxruntime_engine.session(bundle.location_onnx) if bundle.locates else None
@@ -66,7 +67,10 @@ class Batched:
 
     def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """Return touch positions in images, (images, 2); None if the bundle has no positions."""
-        return None if self._location is None else _outputs(self._location, images)
+        if self._location is None:
+            return None
+        inputs, corners = self._touch.of(images)
+        return _outputs(self._location, inputs) + corners
 
 
 def run(bundle: Bundle, networks: Batched, recording: Recording, truth: GroundTruth) -> Stream:

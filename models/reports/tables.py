@@ -210,6 +210,7 @@ def honesty(found: Training) -> Table:
             ["position error, grid units", number_interval(honest.figure), number(honest.random),
              number(-honest.gap)],
             ["– on the taxels, between them", sites, "", ""],
+            ["– change at half the strength", number(location.half_strength), "", ""],
         ]  # fmt: skip
     return Table(["", "unseen", "windows at random, as the paper's protocol", "gap"], rows)
 

@@ -158,6 +158,8 @@ class LocationResult:
     unseen: str = ""  # the hold-out rule, if it differs from the training's
     # calibrated position error; None: too few touches are held out
     spread: PositionSpread | None = None
+    # mean distance that places move if the touch has half its strength; NaN: not measured
+    half_strength: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ of the program that trained it. PyTorch and ONNX Runtime are compared before any
 
 from collections import OrderedDict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +21,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.golden import Golden
 from controller.bundles.inference import onnx_writer, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
+from controller.recognition.touch_input import TouchInput
 from models.training.networks import GAIN, GridPosition, Network, Scale
 
 TOLERANCE: Final = 1e-5  # greatest difference between PyTorch and ONNX Runtime
@@ -55,9 +56,17 @@ def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, flo
     return _export(Network(layers), windows, "windows", "probabilities")
 
 
-def export_location(net: Network, images: Values) -> tuple[ExportedNetwork, float]:
-    """Return CNN-2D as `export_gestures` does, for images of touches (n, rows, columns)."""
-    return _export(net, images, "images", "touches")
+def export_location(
+    net: Network, images: Values, settings: TouchInput
+) -> tuple[ExportedNetwork, float]:
+    """Return CNN-2D as `export_gestures` does, for images of touches (n, rows, columns).
+
+    Golden vectors are whole images and places on the grid.
+    """
+    inputs, corners = settings.of(images)
+    made, worst = _export(net, inputs, "images", "touches")
+    touches = made.outputs + corners[:GOLDEN]
+    return replace(made, inputs=images[:GOLDEN], outputs=touches), worst
 
 
 def networks_of(loaded: Bundle) -> tuple[ExportedNetwork, ExportedNetwork]:

@@ -17,6 +17,7 @@ from controller.bundles.vocabulary import Vocabulary
 from controller.errors import count
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import NONE
+from controller.recognition.touch_input import TouchInput
 from controller.recordings.recording import software
 from models.data import splits, touch_images
 from models.data.augment import Symmetry
@@ -120,7 +121,9 @@ class NetworkPlan:
         if self.location:
             located, net = train_locations(job, self.touches)
             result = replace(result, location=located)
-            location, worst = export.export_location(net, _images(self.touches, request.seed))
+            location, worst = export.export_location(
+                net, _images(self.touches, request.seed), self.recipe.location.touch
+            )
             say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
         assert gesture is not None
         manifest = _manifest(self, result, located=bool(location.onnx))
@@ -178,12 +181,14 @@ def _start(path: Path | None, data: Data, recipe: Recipe, gesture: bool, locatio
         return Start()
     examples, labels = data.examples, data.vocabulary.labels
     shape = examples.window, *examples.images.shape[1:]
+    grid = recipe.location.touch.shape(*shape[1:])
     return transfer.start(
         bundle.read(path),
         labels,
         gesture_net(shape, len(labels), recipe.gesture) if gesture else None,
-        location_net(shape[1:], recipe.location) if location else None,
+        location_net(grid, recipe.location) if location else None,
         shape,
+        grid,
     )
 
 
@@ -329,6 +334,9 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
         mapping = _lent_mapping(plan.request.base)
     spread = result.location.spread if result.location else lender and lender.spread
     accuracy = {} if spread is None else {"location": asdict(spread)}
+    touch = plan.recipe.location.touch if plan.location else lender.touch if lender else None
+    if touch not in (None, TouchInput()):
+        accuracy["touch"] = asdict(touch)
     return {
         "format": bundle.FORMAT,
         "labels": list(labels),

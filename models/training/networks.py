@@ -89,7 +89,7 @@ def gesture_net(shape: tuple[int, int, int], classes: int, recipe: NetworkRecipe
 
 
 def location_net(shape: tuple[int, int], recipe: NetworkRecipe) -> Network:
-    """Return CNN-2D: z images (batch, rows, columns) -> (x, y) in grid units (batch, 2)."""
+    """Return CNN-2D: inputs (batch, *shape) -> (x, y) in them, in grid units (batch, 2)."""
     step = 2 if recipe.strides else 1
     maps = recipe.channels
     convolutions = [

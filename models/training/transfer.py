@@ -77,17 +77,18 @@ def _resampled(weight: Tensor, size: Places) -> Tensor:
 
 def start(
     bundle: Bundle, labels: tuple[str, ...], gesture: Network | None, location: Network | None,
-    shape: tuple[int, int, int],
+    shape: tuple[int, int, int], grid: tuple[int, int],
 ) -> Start:  # fmt: skip
     """Return the weights of a bundle for new networks of windows (images, rows, columns).
 
-    A network that is None is not trained. ValueError if nothing fits.
+    `grid` are the rows and columns of CNN-2D's input. A network that is None is not trained.
+    ValueError if nothing fits.
     """
     states: list[State] = []
     lines = []
     asked = (
         ("CNN-3D", gesture, bundle.gesture_onnx, shape, labels == bundle.labels),
-        ("CNN-2D", location, bundle.location_onnx, shape[1:], True),
+        ("CNN-2D", location, bundle.location_onnx, grid, True),
     )
     for name, net, model, size, same in asked:
         taken, words = _taken(net, model, size, same=same) if net and model else ({}, "")

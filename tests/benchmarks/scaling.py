@@ -21,6 +21,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
+from controller.recognition.touch_input import TouchInput
 
 from .results import Results, command_line
 
@@ -55,7 +56,7 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
         window=window,
         preprocess=dataclasses.replace(shipped.preprocess, rate_hz=rate_hz, window=window),
         gesture_onnx=export_gestures(gesture.eval(), one)[0].onnx,
-        location_onnx=export_location(location.eval(), one[:, 0])[0].onnx,
+        location_onnx=export_location(location.eval(), one[:, 0], TouchInput())[0].onnx,
         golden=nothing,
     )
 

@@ -10,7 +10,7 @@ Errors are the driver's against sixty orbs of ngspice, noise is that of one coun
 
 import time
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,7 +114,7 @@ def readings(scheme: wirings.Scheme, chip: str) -> tuple[Array, Array]:
 def measure(results: Results) -> None:
     """Measure and note everything."""
     for grid, wiring in GRIDS.items():
-        for scheme in wirings.SCHEMES:
+        for scheme in get_args(wirings.Scheme):
             one = wiring.scanned(scheme)
             took, own = scan_ms(one), python_ms(one)
             results.note(f"scan_ms_{grid}_{scheme}", took, "ms", goal=PAPER_MS)
@@ -123,7 +123,7 @@ def measure(results: Results) -> None:
     slow = replace(_SMALL.scanned("taxel"), times=SLOW)
     results.note("scan_ms_5x5_papers_slots", scan_ms(slow), "ms", goal=PAPER_MS)
     for chip in ("mcp3208", "mcp3008"):
-        for scheme in wirings.SCHEMES:
+        for scheme in get_args(wirings.Scheme):
             error, noise = readings(scheme, chip)
             each = np.sqrt(np.mean(error**2, axis=0))
             results.note(f"z_error_{scheme}@{chip}", float(np.sqrt(np.mean(error**2))), "1")

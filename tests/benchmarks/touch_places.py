@@ -10,21 +10,21 @@ ours. Width, usual pitch, yaw, strength and their spread are a person's own. Noi
 touch. People are split in three folds; errors are Euclidean, in mm, with 95 % intervals over
 people.
 
-`ours` is CNN-2D as it is trained, on the whole screen; `cropped` the same network on 21×21 taxels
-round the centroid, which `models train` does not do yet.
+`ours` is CNN-2D as `models train` trains it: on a crop around the touch, scaled to one strength.
+`whole` is the same network on the whole screen, unscaled.
 """
 
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from sklearn.linear_model import Ridge
 from sklearn.neural_network import MLPRegressor
 
+from controller.recognition.touch_input import TouchInput
 from models.data.augment import Symmetry
-from models.data.recipe import DEFAULT
+from models.data.recipe import DEFAULT, NetworkRecipe
 from models.data.splits import Parts
 from models.data.touch_images import Touches
 from models.training.location_task import LocationTask
@@ -34,7 +34,6 @@ from .results import Results, command_line, row, say
 
 ROWS, COLUMNS, PITCH_MM = 40, 64, 2.0
 FOLDS: Final = 3
-HALF: Final = 10  # taxels from the middle of a crop to its edge
 NOISE: Final = 0.002  # of z; a firm touch has 0.1
 CHOSEN: Final = 0.15  # share of a fold's training people held out, whose error stops the training
 Floats = NDArray[np.float64]
@@ -106,8 +105,14 @@ def judged(data: Screen, fold: int, epochs: int, seed: int) -> dict[str, Floats]
         "centroid": centroid(data.images[test]) - _bias(data, learn | check),
         "ridge": ridge.predict(flat[test]),
         "mlp": mlp.predict(flat[test]) / scale,
-        "ours": _cnn(data, learn, check, epochs, seed)[test],
-        "cropped": _cropped(data, learn, check, epochs, seed)[test],
+        "ours": _cnn(data, learn, check, replace(DEFAULT.location, epochs=epochs), seed)[test],
+        "whole": _cnn(
+            data,
+            learn,
+            check,
+            replace(DEFAULT.location, epochs=epochs, touch=TouchInput()),
+            seed,
+        )[test],
     }
     return {
         name: PITCH_MM * np.linalg.norm(at - data.place[test], axis=1) for name, at in found.items()
@@ -120,36 +125,20 @@ def _bias(data: Screen, learn: NDArray[np.bool_]) -> Floats:
 
 
 def _cnn(
-    data: Screen, learn: NDArray[np.bool_], check: NDArray[np.bool_], epochs: int, seed: int
-) -> Floats:
+    data: Screen, learn: NDArray[np.bool_], check: NDArray[np.bool_],
+    recipe: NetworkRecipe, seed: int,
+) -> Floats:  # fmt: skip
     number = np.arange(len(data.images))
     last = np.ones(len(number), dtype=np.bool_)
     touches = Touches(data.images, data.place, number, number, last, np.full(len(number), np.nan))
     parts = Parts(np.flatnonzero(learn), np.flatnonzero(check), np.flatnonzero(check))
     task = LocationTask(
         touches, parts, Symmetry(((0,), (0,)), (-1, -1)).common([1]),
-        replace(DEFAULT.location, epochs=epochs), prepare_torch(seed),
+        recipe, prepare_torch(seed),
     )  # fmt: skip
     fit(task, seed)
-    with torch.no_grad():
-        places = [task.net(torch.from_numpy(part)) for part in np.array_split(data.images, 40)]
-    return torch.cat(places).numpy().astype(np.float64)
-
-
-def _cropped(
-    data: Screen, learn: NDArray[np.bool_], check: NDArray[np.bool_], epochs: int, seed: int
-) -> Floats:
-    middle = np.round(centroid(data.images)).astype(np.int64)
-    left = np.clip(middle[:, 0], HALF, COLUMNS - 1 - HALF) - HALF
-    low = np.clip(middle[:, 1], HALF, ROWS - 1 - HALF) - HALF
-    size, top = 2 * HALF + 1, ROWS - 1 - 2 * HALF - low
-    parts = [
-        image[r : r + size, c : c + size]
-        for image, r, c in zip(data.images, top, left, strict=True)
-    ]
-    corner = np.stack([left, low], axis=1).astype(np.float32)
-    part = Screen(np.stack(parts), data.place - corner, data.person)
-    return _cnn(part, learn, check, epochs, seed) + corner
+    errors = [task.errors(some) for some in np.array_split(number, 40)]
+    return np.concatenate(errors).astype(np.float64) + data.place
 
 
 def main() -> None:

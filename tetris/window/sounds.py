@@ -4,8 +4,10 @@ The mixer opens in a thread, because some systems take seconds to say that there
 device. Until it is open, and where there is none, playing is quietly nothing.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from threading import Thread
 from typing import Final
 
@@ -51,55 +53,22 @@ class Note:
     bright: float = 0.35  # how strong its overtones are, 0 to 1
 
 
-def _pitch(semitones: int) -> float:
-    return 440.0 * float(2.0 ** (semitones / 12))
+def _load() -> Iterator[tuple[str, list[Note]]]:
+    """Yield the sounds of the file by name, each with its notes."""
+    file = files("assets") / "tetris" / "sounds.toml"
+    for name, groups in tomllib.loads(file.read_text("utf-8")).items():
+        notes = []
+        for group in groups:
+            start_s, step_s = group.pop("start_s", 0.0), group.pop("step_s", 0.0)
+            steps = group.pop("semitones", ())
+            pitches_hz = [440.0 * 2.0 ** (step / 12) for step in steps] or [group.pop("hz")]
+            for place, hz in enumerate(pitches_hz):
+                notes.append(Note(hz, start_s + place * step_s, **group))
+        yield name, notes
 
 
-def _chime(
-    semitones: Sequence[int], step_s: float, lasts_s: float, loud: float = 0.42
-) -> list[Note]:
-    """Return notes that follow each other and ring on."""
-    return [
-        Note(_pitch(semitone), place * step_s, lasts_s, loud, 4.5, bright=0.25)
-        for place, semitone in enumerate(semitones)
-    ]
-
-
-# A pentatonic scale: whatever follows whatever, it never sounds wrong.
-SOUNDS: Final[Mapping[str, Sequence[Note]]] = {
-    "shift": [Note(_pitch(3), 0, 0.035, 0.16, 6, bright=0.1)],
-    "rotate": [Note(_pitch(10), 0, 0.05, 0.2, 5, glide=1.12, bright=0.15)],
-    "hold": [Note(_pitch(0), 0, 0.07, 0.25, 5), Note(_pitch(7), 0.05, 0.09, 0.25, 5)],
-    "lock": [Note(110, 0, 0.09, 0.5, 6, glide=0.6, bright=0.1), Note(0, 0, 0.025, 0.12, 6)],
-    "drop": [Note(82, 0, 0.13, 0.75, 6, glide=0.5, bright=0.1), Note(0, 0, 0.05, 0.3, 7)],
-    "single": _chime([0, 7], 0.05, 0.28),
-    "double": _chime([0, 5, 7], 0.05, 0.32),
-    "triple": _chime([0, 5, 7, 12], 0.05, 0.36),
-    "tetris": _chime([0, 5, 7, 12, 17, 19], 0.055, 0.55, 0.46),
-    "spin": _chime([-5, 2, 9, 14], 0.06, 0.5, 0.46),
-    "mini": _chime([2, 9], 0.05, 0.3),
-    "perfect": _chime([0, 4, 7, 12, 16, 19, 24], 0.07, 0.8, 0.46),
-    "level": _chime([0, 4, 7, 12], 0.09, 0.45),
-    "over": [
-        Note(_pitch(semitone), place * 0.16, 0.5, 0.45, 4, glide=0.97)
-        for place, semitone in enumerate([0, -3, -7, -12])
-    ],
-    "won": _chime([0, 7, 12, 16, 19, 24], 0.09, 0.9, 0.46),
-    "ready": [Note(_pitch(-5), 0, 0.12, 0.35, 5)],
-    "undo": [Note(_pitch(7), 0, 0.08, 0.3, 5), Note(_pitch(0), 0.06, 0.1, 0.3, 5)],
-    "menu_move": [Note(_pitch(7), 0, 0.03, 0.25, 6, bright=0.1)],
-    "menu_take": [Note(_pitch(0), 0, 0.07, 0.3, 5), Note(_pitch(7), 0.04, 0.12, 0.3, 5)],
-    "menu_back": [Note(_pitch(7), 0, 0.06, 0.28, 5), Note(_pitch(0), 0.04, 0.1, 0.28, 5)],
-    # A tone per piece: two octaves of the scale, so that each is known by ear.
-    "tone_I": [Note(_pitch(-9), 0, 0.3, 0.5, 4)],
-    "tone_O": [Note(_pitch(-7), 0, 0.3, 0.5, 4)],
-    "tone_T": [Note(_pitch(-5), 0, 0.3, 0.5, 4)],
-    "tone_S": [Note(_pitch(-2), 0, 0.3, 0.45, 4)],
-    "tone_Z": [Note(_pitch(0), 0, 0.3, 0.45, 4)],
-    "tone_J": [Note(_pitch(3), 0, 0.3, 0.4, 4)],
-    "tone_L": [Note(_pitch(5), 0, 0.3, 0.4, 4)],
-}
-"""By name; all are made for this program and belong to it."""
+SOUNDS: Final[Mapping[str, Sequence[Note]]] = dict(_load())
+"""By name."""
 
 _OVERTONES: Final = ((1, 1.0), (2, 0.6), (3, 0.35), (4, 0.16))
 

@@ -14,6 +14,7 @@ from controller.bundles.inference.engines import EngineError, Network
 from controller.bundles.inference.onnx_reader import GraphError
 from controller.recognition.frames import Image, Window
 from controller.recognition.pipeline import Networks
+from controller.recognition.touch_input import TouchInput
 
 TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
 
@@ -45,7 +46,12 @@ class Recognizer(Networks):
         self._networks: dict[str, Network] = {}
         for name, (model, inputs, outputs) in models.items():
             if model or name == "gesture":
-                network = _network(name, model, inputs.shape[1:], outputs.shape[1], engine)
+                shape = inputs.shape[1:]
+                if name == "location":
+                    shape = bundle.touch.shape(*shape)
+                network = _network(name, model, shape, outputs.shape[1], engine)
+                if name == "location":
+                    network = _located(network, bundle.touch)
                 _check_golden(name, network, inputs, outputs)
                 self._networks[name] = network
 
@@ -78,6 +84,16 @@ def _finite(output: Batch) -> Batch:
     certain = np.zeros_like(output)
     certain[0] = 1.0
     return certain
+
+
+def _located(network: Network, settings: TouchInput) -> Network:
+    """Return the location network for whole touch images."""
+
+    def places(images: Batch) -> Batch:
+        inputs, corners = settings.of(images)
+        return network(inputs) + corners
+
+    return places
 
 
 def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int, engine: str) -> Network:

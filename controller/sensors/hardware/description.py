@@ -110,11 +110,6 @@ def read(path: Path | None, sensor: str) -> Description:
     return config.checked(path, _description, SensorError, "docs/sensors.md")
 
 
-def parse(text: str, source: str) -> Description:
-    """Return the description in a text of TOML; SensorError messages begin with its `source`."""
-    return config.checked((text, source), _description, SensorError, "docs/sensors.md")
-
-
 def _description(table: dict[str, Any]) -> Description:
     """Return a description, or raise ConfigError: its size is missing, or taxels have no value."""
     found = config.settings(Description, table)

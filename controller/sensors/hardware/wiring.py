@@ -7,7 +7,7 @@ explains all of them with their defaults, and docs/hardware.md draws them.
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal
 
 from controller import config
 from controller.config import ConfigError
@@ -16,7 +16,6 @@ from controller.sensors.hardware.converters import CHANNELS, CHIPS
 
 Scheme = Literal["taxel", "column"]
 
-SCHEMES: Final[tuple[Scheme, ...]] = get_args(Scheme)
 MAX_ELECTRODES: Final = 32  # of one kind
 
 
@@ -162,11 +161,6 @@ def read(path: Path | None) -> Wiring:
     if path is None:
         return Wiring()
     return config.checked(path, _checked, HardwareError, "docs/hardware.md")
-
-
-def parse(text: str, source: str) -> Wiring:
-    """Return the wiring in a text of TOML; HardwareError messages begin with its `source`."""
-    return config.checked((text, source), _checked, HardwareError, "docs/hardware.md")
 
 
 def _checked(table: dict[str, Any]) -> Wiring:

@@ -5,7 +5,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import COMMANDS, Correction, Report, UploadStatus
+from controller.protocol.messages import Correction, Report, UploadStatus
 from controller.protocol.teaching import GestureInfo, LearnStatus
 from host.app.screens.teach_examples import ExamplesPage
 from host.app.screens.teach_new import NAMES, Plan, new_plan, plan_of
@@ -16,6 +16,7 @@ from host.app.screens.teach_page import (
     NamePage,
     TeachPage,
     command_name,
+    command_page,
     gesture_name,
 )
 from host.app.screens.teach_try import save_as
@@ -91,20 +92,16 @@ class TeachScreen(TeachPage):
         self.show(ExamplesPage(self.course, plan))
 
     def _change(self, one: GestureInfo) -> None:
-        words = self.words
-        choices = [
+        words, forget = self.words, partial(self.lessons.forget, one.label)
+        choices: list[tuple[str, Do]] = [
             (words("teach.relearn"), lambda: self._teach(plan_of(one))),
             (words("teach.change_command"), lambda: self._set_command(one.label)),
-            (words("teach.remove"), lambda: self._sure(lambda: self.lessons.forget(one.label))),
+            (words("teach.remove"), partial(self.ask, "teach.sure", forget)),
         ]
         self.show(ChoicePage(self.course, naming.gesture(words, one.label), choices))
 
     def _set_command(self, label: str) -> None:
-        choices = [
-            (command_name(self.words, each), partial(self.lessons.set_command, label, each))
-            for each in (*COMMANDS, "")
-        ]
-        self.show(ChoicePage(self.course, self.words("teach.change_command"), choices))
+        self.show(command_page(self.course, self.words("teach.change_command"), label))
 
     def _users(self) -> None:
         self.show(UsersPage(self.course))
@@ -123,20 +120,15 @@ class TeachScreen(TeachPage):
 
     def _files(self) -> None:
         words, vocabulary = self.words, self.lessons.vocabulary
+        delete = self.lessons.delete_examples
         choices: list[tuple[str, Do]] = [
             (words("teach.undo"), self.lessons.undo),
             (words("teach.save_as"), partial(save_as, self.course)),
-            (words("teach.delete"), partial(self._sure, self.lessons.delete_examples)),
+            (words("teach.delete"), partial(self.ask, "teach.sure", delete)),
         ]
         folder = vocabulary.folder if vocabulary else ""
         hint = words("teach.folder", folder=folder) if folder else ""
         self.show(ChoicePage(self.course, words("teach.files"), choices, hint))
-
-    def _sure(self, do: Do) -> None:
-        """Ask once before something is deleted."""
-        words = self.words
-        choices = [(words("teach.no"), self.rebuild), (words("teach.yes"), do)]
-        self.show(ChoicePage(self.course, words("teach.sure"), choices))
 
     # -- the picture ---------------------------------------------------------------------
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, Report, Telemetry
+from controller.protocol.messages import COMMANDS, Command, Report, Telemetry
 from controller.protocol.teaching import RecordingStatus
 from host.app.screen import Orb, OrbScreen
 from host.app.touch_watch import TouchEvent, TouchWatch
@@ -65,6 +66,20 @@ class TeachPage(OrbScreen):
     def show(self, page: "TeachPage") -> None:
         """Show a page on top of this one."""
         self._stage.push(page)
+
+    def ask(self, question: str, do: Do) -> None:
+        """Ask whether to do something, once."""
+        choices = [(self.words("teach.no"), self.rebuild), (self.words("teach.yes"), do)]
+        self.show(ChoicePage(self.course, self.words(question), choices))
+
+    def leaving(self, do: Do) -> Do:
+        """Return what leaves the page, and does something then."""
+
+        def both() -> None:
+            self.leave()
+            do()
+
+        return both
 
     def become(self, page: "TeachPage") -> None:
         """Show a page in place of this one."""
@@ -166,15 +181,18 @@ class ChoicePage(TeachPage):
 
     def page(self) -> Menu:
         """Return the choices."""
-        items = [Item(text, self._taking(do), hint=self._hint) for text, do in self._choices]
+        items = [Item(text, self.leaving(do), hint=self._hint) for text, do in self._choices]
         return Menu(self._title, [*items, self.back_item()], notice=self.notice())
 
-    def _taking(self, do: Do) -> Do:
-        def take() -> None:
-            self.leave()
-            do()
 
-        return take
+def command_page(course: Course, title: str, label: str, user: str = "") -> ChoicePage:
+    """Return the page that sets the command of a gesture, of one user or of all ("")."""
+    words, lessons = course.stage.look.words, course.orb.lessons
+    choices = [
+        (command_name(words, each), partial(lessons.set_command, label, each, user))
+        for each in (*COMMANDS, "")
+    ]
+    return ChoicePage(course, title, choices)
 
 
 class NamePage(TeachPage):
@@ -202,11 +220,7 @@ class NamePage(TeachPage):
         return Menu(words(self._title), [*items, self.back_item()], notice=self.notice())
 
     def _taking(self, name: str) -> Do:
-        def take() -> None:
-            self.leave()
-            self._chosen(name)
-
-        return take
+        return self.leaving(lambda: self._chosen(name))
 
     def press(self, code: Code, time_s: float) -> None:
         """Type a letter; other keys move through the page."""

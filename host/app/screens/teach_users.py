@@ -2,8 +2,7 @@
 
 from functools import partial
 
-from controller.protocol.messages import COMMANDS
-from host.app.screens.teach_page import ChoicePage, Course, TeachPage, command_name
+from host.app.screens.teach_page import Course, TeachPage, command_name, command_page
 from host.ui import naming
 from tetris.window.menu import Item, Menu
 
@@ -69,13 +68,5 @@ class UserPage(TeachPage):
         return found
 
     def _set(self, label: str) -> None:
-        words = self.words
-        choices = [
-            (
-                command_name(words, each),
-                partial(self.lessons.set_command, label, each, self.user),
-            )
-            for each in (*COMMANDS, "")
-        ]
-        title = f"{self.user}: {naming.gesture(words, label)}"
-        self.show(ChoicePage(self.course, title, choices))
+        title = f"{self.user}: {naming.gesture(self.words, label)}"
+        self.show(command_page(self.course, title, label, self.user))

@@ -13,7 +13,7 @@ from host.app import trainer
 from host.app.cues import EXAMPLE_S, NULL, plan
 from host.app.screen import rows
 from host.app.screens.record import RecordPage, homely, pad_of
-from host.app.screens.teach_page import ChoicePage, Course, TeachPage
+from host.app.screens.teach_page import Course, TeachPage
 from host.app.trainer import GestureResult, TrainingRun
 from host.connection import bundle_upload
 from host.connection.bundle_upload import BundleUpload
@@ -196,9 +196,7 @@ class TrainingPage(TeachPage):
         if not self.run.step:
             super().leave()
             return
-        words = self.words
-        choices = [(words("teach.no"), self.rebuild), (words("teach.yes"), self._stop)]
-        self.show(ChoicePage(self.course, words("train.sure"), choices))
+        self.ask("train.sure", self._stop)
 
     def _stop(self) -> None:
         self.run.stop()

@@ -153,7 +153,8 @@ def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Resu
     learned, net = train_locations(
         TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None), found
     )
-    off = _logits(net, judged.images[judged.last]) - judged.place[judged.last]
+    inputs, corners = recipe.location.touch.of(judged.images[judged.last])
+    off = _logits(net, inputs) + corners - judged.place[judged.last]
     error = np.abs(off).mean(axis=1)
     session = unseen.examples.session[judged.frame[judged.last]]
     held = [

@@ -130,7 +130,7 @@ GOLDEN: list[tuple[wire.Message, str]] = [
         wire.Heartbeat(258, 1, 2, 3, ("down",)),
         "05  02010000 01000000 02000000 03000000 01 04 646f776e",
     ),
-    (wire.Offer(2, b"\1\2", True), "06  02 02 0102 01"),
+    (wire.Offer(3, b"\1\2", True), "06  03 02 0102 01"),
     (
         wire.NumberedCommand("left", "press", 0.5, (1.0, 2.0), 9, 7, 6, 258),
         "10  04 6c656674 05 7072657373 0000003f 01 0000803f 00000040"
@@ -246,14 +246,14 @@ def test_every_message_is_tried_and_has_its_golden_bytes() -> None:
 @pytest.mark.parametrize(("message", "body"), GOLDEN, ids=lambda value: type(value).__name__)
 def test_the_bytes_of_each_message_are_these(message: wire.Message, body: str) -> None:
     kind, payload = body.split("  ", 1)  # between them: session 1, sequence 2, t_ms 3
-    data = frame(bytes.fromhex(f"20 {kind} 0100 0200 03000000 {payload}"))  # version 2, flags 0
+    data = frame(bytes.fromhex(f"30 {kind} 0100 0200 03000000 {payload}"))  # version 3, flags 0
     assert wired(message) == data
     assert Decoder().feed(data) == [packet(message)]
 
 
 def test_a_whole_frame_on_the_wire_is_this() -> None:
     # Each zero of header, payload and checksum is the distance to the next zero.
-    data = "04 202201 02 02 02 03 01 01 03 0201 01 05 acc6e975 00"
+    data = "04 302201 02 02 02 03 01 01 03 0201 01 05 c0fa5b13 00"
     assert wired(wire.Grant(258)) == bytes.fromhex(data)
 
 
@@ -358,7 +358,7 @@ def test_the_largest_packet_fits_and_one_byte_more_does_not() -> None:
     assert Decoder().feed(data) == [packet(telemetry(most))]
     with pytest.raises(ProtocolError, match="1025 bytes"):
         wired(telemetry(most + 1))
-    assert Decoder().feed(frame(bytes.fromhex("20120100020003000000") + bytes(1025))) == []
+    assert Decoder().feed(frame(bytes.fromhex("30120100020003000000") + bytes(1025))) == []
 
 
 SPECIFICATION = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
@@ -429,10 +429,10 @@ def test_a_text_of_a_list_fits_up_to_its_width(kind: str, field: str, width: int
 def test_unknown_types_and_incompatible_flags_are_ignored_and_compatible_flags_pass() -> None:
     decoder = Decoder()
     body = "22 0100 0200 03000000 02010000"
-    assert decoder.feed(frame(bytes.fromhex("20 63 0100 0200 03000000 0102"))) == []
-    assert decoder.feed(frame(bytes.fromhex("23" + body))) == [packet(wire.Grant(258))]
-    assert decoder.feed(frame(bytes.fromhex("24" + body))) == []
-    assert decoder.feed(frame(bytes.fromhex("28" + body))) == []
+    assert decoder.feed(frame(bytes.fromhex("30 63 0100 0200 03000000 0102"))) == []
+    assert decoder.feed(frame(bytes.fromhex("33" + body))) == [packet(wire.Grant(258))]
+    assert decoder.feed(frame(bytes.fromhex("34" + body))) == []
+    assert decoder.feed(frame(bytes.fromhex("38" + body))) == []
 
 
 def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
@@ -440,8 +440,10 @@ def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
         return Decoder().feed(frame(bytes.fromhex(body)))
 
     assert foreign("10 05 0100 0200 03000000 02010000") == [Packet(1, 2, 3, 1, None)]
-    assert foreign("30 63 0100 0200 03000000") == [Packet(1, 2, 3, 3, None)]
-    assert foreign("30 03 0100 0200 03000000 0200 6e6f") == [Packet(1, 2, 3, 3, wire.Refuse("no"))]
+    assert foreign("40 63 0100 0200 03000000") == [Packet(1, 2, 3, 4, None)]
+    assert foreign("40 03 0100 0200 03000000 0200 6e6f") == [Packet(1, 2, 3, 4, wire.Refuse("no"))]
+    # A command set for a user and an example with its guess: payloads of version 2 lack them.
+    assert foreign("20 3b 0100 0200 03000000 03 746170 04 686f6c64") == [Packet(1, 2, 3, 2, None)]
     hello = foreign("10 01 0000 0200 03000000 01 01 00 00 00")
     assert hello == [Packet(0, 2, 3, 1, wire.Hello(1, 1, "", "", False))]
 

@@ -198,9 +198,9 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
 @pytest.mark.parametrize(
     ("versions", "sentence"),
     [
-        ((3, 4), "the orb has protocol version 2, the host versions 3 to 4; "
+        ((4, 5), "the orb has protocol version 3, the host versions 4 to 5; "
          "update the orb's controller"),
-        ((1, 1), "the orb has protocol version 2, the host version 1; update the host"),
+        ((1, 1), "the orb has protocol version 3, the host version 1; update the host"),
     ],
 )  # fmt: skip
 def test_a_host_of_other_versions_is_told_both(versions: tuple[int, int], sentence: str) -> None:
@@ -431,11 +431,11 @@ def test_a_device_that_is_no_orb_is_told_so_after_two_seconds(answer: bytes, sen
 
 
 def test_an_orb_of_another_version_is_told_apart() -> None:
-    body = bytes.fromhex("30 05 0100 0200 03000000 00000000")  # a heartbeat of version 3
+    body = bytes.fromhex("40 05 0100 0200 03000000 00000000")  # a heartbeat of version 4
     beat = codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
     host = HostSession("orb", 1, 0)
     assert host.receive(beat, 10) == []
-    sentence = "orb has protocol version 3, this host version 2; update the host"
+    sentence = "orb has protocol version 4, this host version 3; update the host"
     assert host.tick(2_000) == [Refused(sentence)]
 
 

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from controller.sensors.base import Geometry, SensorError
-from controller.sensors.hardware.description import Description, affordable, parse, read
+from controller.sensors.hardware.description import Description, affordable, read
 from tests.support import ROOT
+from tests.support.described import described
 
 SHIPPED = sorted((ROOT / "firmware").glob("*/*.toml"))
 
@@ -15,7 +16,7 @@ SHIPPED = sorted((ROOT / "firmware").glob("*/*.toml"))
 def test_the_descriptions_of_the_sketches_are_read(path: Path) -> None:
     found = read(path, "lines")
     assert found.rows * found.columns <= found.length
-    assert parse(found.text(), "again") == found
+    assert described(found.text()) == found
 
 
 def test_every_sketch_has_a_description_and_few_lines() -> None:
@@ -27,7 +28,7 @@ def test_every_sketch_has_a_description_and_few_lines() -> None:
 
 
 def test_what_is_not_named_is_usual() -> None:
-    mine = parse("rows = 3\ncolumns = 4\n", "mine.toml")
+    mine = described("rows = 3\ncolumns = 4\n")
     assert mine.geometry == Geometry(3, 4, 10.0)
     assert (mine.signal.unit, mine.signal.sign, mine.length) == ("counts", -1, 12)
     assert Description().gridded(9).geometry == Geometry(3, 3, 10.0)
@@ -52,7 +53,7 @@ def test_what_is_not_named_is_usual() -> None:
 )
 def test_mistakes_are_told_with_their_line(text: str, sentence: str) -> None:
     with pytest.raises(SensorError, match=sentence):
-        parse(text, "mine.toml")
+        described(text)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import gc
 import sys
 from dataclasses import dataclass, replace
 from types import ModuleType
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -21,10 +22,10 @@ from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.circuit import Circuit
 from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
 from controller.sensors.hardware.pins import GpioPins
-from controller.sensors.hardware.wiring import SCHEMES, CircuitWiring, Electrodes, Scheme, Wiring
+from controller.sensors.hardware.wiring import CircuitWiring, Electrodes, Scheme, Wiring
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", get_args(Scheme))
 def test_a_driver_reads_what_the_skin_is(scheme: Scheme) -> None:
     bench = EmulatedBoard(Wiring(scheme=scheme, circuit=CircuitWiring(ghosting=0.0)), seed=3)
     driver = Driver(bench.board)

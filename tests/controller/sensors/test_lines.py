@@ -21,8 +21,8 @@ from controller.recordings.recording import Recording
 from controller.sensors import base as sensors
 from controller.sensors import lines
 from controller.sensors.base import SensorAwayError, SensorError
-from controller.sensors.hardware.description import parse
 from tests.support import ROOT
+from tests.support.described import described
 
 if sys.platform == "win32":
     pytest.skip("Windows has no ptys", allow_module_level=True)
@@ -53,7 +53,7 @@ class Board:
 
     def sensor(self, text: str, first: bytes, rate_hz: float | None = None) -> lines.Lines:
         """A sensor of a description, on this pty, that has read the line `first`."""
-        description = parse(f'port = "{self.port}"\n{text}', "mine.toml")
+        description = described(f'port = "{self.port}"\n{text}')
         port = ports.open_port(self.port)
         self.write(b"half a li\n" + first)
         return lines.start(description, port, rate_hz)
@@ -244,7 +244,7 @@ class Paced:
 @pytest.mark.parametrize("rate_hz", [9.0, 40.0])
 def test_rate_and_grid_are_found_out(rate_hz: float) -> None:
     port = Paced(rate_hz)
-    bare = parse("rows = 2\ncolumns = 2\n", "mine.toml")
+    bare = described("rows = 2\ncolumns = 2\n")
     sensor = lines.start(bare, port, None, port.clock, port.sleep)
     assert sensor.rate_hz == pytest.approx(rate_hz, rel=0.02)
     assert sensor.read(0.0).tolist() == [[1.0, 2.0], [3.0, 4.0]]
@@ -252,7 +252,7 @@ def test_rate_and_grid_are_found_out(rate_hz: float) -> None:
 
 def test_picofarads_at_zero_are_refused_since_they_would_be_divided_by() -> None:
     port = Paced(40.0)
-    mine = parse('rows = 2\ncolumns = 2\nunit = "pF"\n', "mine.toml")
+    mine = described('rows = 2\ncolumns = 2\nunit = "pF"\n')
     assert lines.start(mine, port, None, port.clock, port.sleep).signal.ratio
     port = Paced(40.0)
     port.line = b"1,0,-1,2\n"
@@ -265,10 +265,10 @@ def test_picofarads_at_zero_are_refused_since_they_would_be_divided_by() -> None
 def test_a_silent_board_is_told_with_what_to_look_at(board: Board) -> None:
     port = Paced(0.0)
     port.read(1)
-    mine = parse('port = "/dev/ttyACM0"\nrows = 2\ncolumns = 2\n', "mine.toml")
+    mine = described('port = "/dev/ttyACM0"\nrows = 2\ncolumns = 2\n')
     with pytest.raises(SensorAwayError, match="/dev/ttyACM0 sends no lines; check cable, baud"):
         lines.start(mine, port, None, port.clock, port.sleep)
-    other = parse("rows = 3\ncolumns = 3\n", "mine.toml")
+    other = described("rows = 3\ncolumns = 3\n")
     with pytest.raises(SensorAwayError, match="sends lines, but none of 9 numbers; check baud"):
         lines.start(other, Paced(40.0), None, port.clock, port.sleep)
 
@@ -295,7 +295,7 @@ def read_until_lost(sensor: lines.Lines) -> None:
 def test_tcp_and_a_lost_connection(free_port: int) -> None:
     with socket.create_server(("127.0.0.1", free_port)) as server:
         mine = f'port = "tcp:127.0.0.1:{free_port}"\nrows = 1\ncolumns = 2\nrate_hz = 10.0\n'
-        description = parse(mine, "mine.toml")
+        description = described(mine)
         port = ports.open_port(f"socket://127.0.0.1:{free_port}")
         peer, _ = server.accept()
         peer.sendall(b"\n1,2\n")

@@ -8,9 +8,9 @@ import pytest
 
 from controller.sensors import base as sensors
 from controller.sensors.base import SensorAwayError, SensorError
-from controller.sensors.hardware.description import parse
 from controller.sensors.mpr121 import Mpr121
 from tests.support import ROOT
+from tests.support.described import described
 
 CHIPS = "rows = 5\ncolumns = 5\naddresses = [0x5A, 0x5B, 0x5C]\n"
 
@@ -47,7 +47,7 @@ def test_counts_become_capacitances_of_all_chips_in_order() -> None:
     bus = FakeBus(0x5A, 0x5B, 0x5C)
     for number, address in enumerate(bus.chips):
         bus.set(address, [500 + 12 * number + electrode for electrode in range(12)])
-    sensor = Mpr121(parse(CHIPS, "mine.toml"), bus, 40.0)
+    sensor = Mpr121(described(CHIPS), bus, 40.0)
     # AN3889: C = I T 1024 / (counts V), 16 µA, 0.5 µs, 3.3 V
     expected = 16 * 0.5 * 1024 / 3.3 / (500 + np.arange(25))
     np.testing.assert_allclose(sensor.read(0.0).ravel(), expected, rtol=1e-5)
@@ -57,7 +57,7 @@ def test_counts_become_capacitances_of_all_chips_in_order() -> None:
 
 def test_the_chips_are_told_to_run_with_twelve_electrodes() -> None:
     bus = FakeBus(0x5A)
-    Mpr121(parse("rows = 3\ncolumns = 4\n", "mine.toml"), bus)
+    Mpr121(described("rows = 3\ncolumns = 4\n"), bus)
     registers = bus.chips[0x5A]
     assert registers[0x5E] & 0x0F == 12
     assert (registers[0x5C] & 0x3F, registers[0x5D] >> 5) == (16, 1)  # 16 µA for 0.5 µs
@@ -67,19 +67,19 @@ def test_the_chips_are_told_to_run_with_twelve_electrodes() -> None:
 def test_the_upper_bits_of_a_count_are_not_read() -> None:
     bus = FakeBus(0x5A)
     bus.set(0x5A, [0xFC00 | 512] * 12)
-    sensor = Mpr121(parse("rows = 1\ncolumns = 2\nsupply_v = 2.0\n", "mine.toml"), bus)
+    sensor = Mpr121(described("rows = 1\ncolumns = 2\nsupply_v = 2.0\n"), bus)
     assert sensor.read(0.0).tolist() == [[8.0, 8.0]]
 
 
 def test_a_chip_that_is_not_there_is_named_and_may_come_back() -> None:
     bus = FakeBus(0x5A)
     with pytest.raises(SensorAwayError, match="no MPR121 answers at 0x5b of /dev/i2c-1"):
-        Mpr121(parse("rows = 4\ncolumns = 5\naddresses = [0x5A, 0x5B]\n", "mine.toml"), bus)
+        Mpr121(described("rows = 4\ncolumns = 5\naddresses = [0x5A, 0x5B]\n"), bus)
 
 
 def test_more_taxels_than_electrodes_are_refused() -> None:
     with pytest.raises(SensorError, match="more than the 12 electrodes"):
-        Mpr121(parse("rows = 5\ncolumns = 5\n", "mine.toml"), FakeBus(0x5A))
+        Mpr121(described("rows = 5\ncolumns = 5\n"), FakeBus(0x5A))
 
 
 def test_without_smbus2_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from controller.diagnostics.report import SENTENCES
+from controller.diagnostics import report
 from host.ui.naming import said
 from models.results import verdict
 from tests.support import ROOT
@@ -57,7 +57,7 @@ def checks() -> Iterator[str]:
             if isinstance(node, ast.Call) and ast.unparse(node.func) == "Row":
                 yield from (text(one) for one in node.args[2:4] if " " in text(one))
     for code in BOARD:
-        found, advice = SENTENCES[code]
+        found, advice = report.FAULTS[code].values()
         figures = {"mirrored": "top to bottom", "swapped_rows": "row 3, and the other way round",
                    "swapped_columns": "column 3, and the other way round"}  # fmt: skip
         yield from (found.format(figures.get(code, "7")), advice)

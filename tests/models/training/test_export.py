@@ -10,6 +10,7 @@ torch = pytest.importorskip("torch", reason="needs the [train] extra")
 
 from controller.adapt import head  # noqa: E402 - after the guard
 from controller.bundles.inference import onnx_reader  # noqa: E402
+from controller.recognition.touch_input import TouchInput  # noqa: E402
 from models.data.recipe import NetworkRecipe  # noqa: E402
 from models.training import checkpoint, export  # noqa: E402
 from models.training.networks import gesture_net, location_net  # noqa: E402
@@ -40,7 +41,7 @@ def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], stride
     exported, _ = export.export_gestures(gesture, windows.numpy())
     got = export.run(exported.onnx, windows.numpy())
     np.testing.assert_allclose(got, probabilities, atol=1e-6)
-    exported, _ = export.export_location(location, windows[:, 0].numpy())
+    exported, _ = export.export_location(location, windows[:, 0].numpy(), TouchInput())
     got = export.run(exported.onnx, windows[:, 0].numpy())
     np.testing.assert_allclose(got, touches, atol=1e-5)
 

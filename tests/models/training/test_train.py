@@ -14,12 +14,15 @@ from tests.support.pytest_types import Capture, Patch
 pytest.importorskip("torch", reason="needs the [train] extra")
 
 from controller.bundles import bundle, vocabulary
+from controller.bundles.inference import onnx_reader
 from controller.bundles.inference.networks import Recognizer
+from controller.recognition.touch_input import TouchInput
 from controller.recordings import reader, writer
 from controller.simulator import gesture_file
 from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED
+from models.evaluation.replay import Batched
 from models.reports import page
 from models.results import storage, training
 from models.training import advice, loop
@@ -39,6 +42,7 @@ def test_the_paper_s_recipe_is_section_4_2_to_the_letter() -> None:
     assert (location.nesterov, location.clip, location.label_noise) == (True, 10.0, 0.05)
     assert not location.robust  # mean squared error
     assert gesture.augmentation == location.augmentation == UNTOUCHED
+    assert location.touch == TouchInput()  # the whole image, as strong as it is
     assert not recipe.PAPER.repair
     settings = recipe.PAPER.settings(10.0, 10)
     assert settings.start_s == 10.0  # C0: the mean of the first ten seconds
@@ -117,6 +121,28 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
     assert "windows at random, as the paper's protocol" in card
     assert loaded.card["command"] in card
     assert not (tmp_path / "my.orb.training").exists()
+
+
+def test_on_a_large_grid_positions_are_found_in_a_crop_at_any_strength(tmp_path: Path) -> None:
+    folder, out = tmp_path / "data", tmp_path / "my.orb"
+    large = "--users 1 --sessions 4 --minutes 1 --workers 1 --rate 10 --gestures press,pinch"
+    assert (
+        main(["simulate", "--out", str(folder), *large.split(), "--rows=16", "--columns=20"]) == 0
+    )
+    assert train(out, folder) == 0
+    loaded = bundle.read(out)
+    assert loaded.golden.images.shape[1:] == (16, 20)
+    assert onnx_reader.read(loaded.location_onnx).shape == (1, 15, 15)
+    device = Recognizer(loaded)  # replays the golden vectors
+    images = loaded.golden.images
+    places = np.array([device.touch(image) for image in images])
+    np.testing.assert_allclose(Batched(loaded).touches(images), places, atol=1e-5)
+    faint = np.array([device.touch(0.5 + 0.5 * image) for image in images])
+    np.testing.assert_allclose(faint, places, atol=1e-3)
+    assert (places.min(axis=0) >= -0.5).all()
+    assert (places.max(axis=0) <= (19.5, 15.5)).all()
+    assert json.loads((tmp_path / "my.json").read_text())["location"]["half_strength"] < 1e-3
+    assert "– change at half the strength | 0.000" in (tmp_path / "my.md").read_text()
 
 
 def test_one_person_s_examples_are_all_turned_and_many_people_s_are_not() -> None:

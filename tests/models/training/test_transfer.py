@@ -42,7 +42,7 @@ def logits(net: Network, windows: Tensor) -> Tensor:
 
 def test_a_network_of_the_same_shape_starts_with_the_answers_of_the_bundle() -> None:
     found, net = shipped(), gestures(40, 5, 5)
-    start = transfer.start(found, LABELS, net, None, (40, 5, 5))
+    start = transfer.start(found, LABELS, net, None, (40, 5, 5), (5, 5))
     windows = torch.from_numpy(found.golden.windows)
     transfer.begin(net, start.gesture, windows)
     answers = torch.softmax(logits(net, windows), 1).numpy()
@@ -52,7 +52,7 @@ def test_a_network_of_the_same_shape_starts_with_the_answers_of_the_bundle() -> 
 
 def test_normalising_layers_pass_on_what_they_get_while_it_trains_too() -> None:
     found, net = shipped(), gestures(40, 5, 5)
-    start = transfer.start(found, LABELS, net, None, (40, 5, 5))
+    start = transfer.start(found, LABELS, net, None, (40, 5, 5), (5, 5))
     windows = torch.from_numpy(found.golden.windows)
     transfer.begin(net, start.gesture, windows)
     steady = logits(net, windows)
@@ -62,7 +62,9 @@ def test_normalising_layers_pass_on_what_they_get_while_it_trains_too() -> None:
 
 def test_other_labels_leave_the_output_random() -> None:
     others = ("null", "press", "swipe")
-    start = transfer.start(shipped(), others, gestures(40, 5, 5, classes=3), None, (40, 5, 5))
+    start = transfer.start(
+        shipped(), others, gestures(40, 5, 5, classes=3), None, (40, 5, 5), (5, 5)
+    )
     assert "out.weight" not in start.gesture
     assert "dense2.weight" in start.gesture
 
@@ -103,7 +105,7 @@ def test_kernels_through_time_are_resampled_for_another_rate() -> None:
 def test_a_location_network_of_another_grid_points_into_it() -> None:
     recipe = replace(DEFAULT.location)
     net = location_net((4, 6), recipe)
-    start = transfer.start(shipped(), LABELS, None, net, (40, 4, 6))
+    start = transfer.start(shipped(), LABELS, None, net, (40, 4, 6), (4, 6))
     transfer.begin(net, start.location, torch.ones(1, 4, 6))
     left, right = torch.ones(1, 4, 6), torch.ones(1, 4, 6)
     left[0, 1:3, :2] = right[0, 1:3, -2:] = 1.1
@@ -123,4 +125,4 @@ def test_layers_behind_one_that_does_not_fit_are_random() -> None:
 def test_one_sentence_where_nothing_fits() -> None:
     net = gesture_net((40, 5, 5), 5, PAPER.gesture)  # kernels of 3 images, 16 maps
     with pytest.raises(ValueError, match=r"^nothing of the bundle named with --from fits: .* --fr"):
-        transfer.start(shipped(), LABELS, net, None, (40, 5, 5))
+        transfer.start(shipped(), LABELS, net, None, (40, 5, 5), (5, 5))
