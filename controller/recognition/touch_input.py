@@ -29,7 +29,7 @@ class TouchInput:
         level: Root mean square of z - 1 to which the input is scaled; 0: as it is.
     """
 
-    crop: int = field(default=0, metadata={"range": (0, 255)})
+    crop: int = field(default=0, metadata={"range": (0, 30)})
     level: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
 
     def shape(self, rows: int, columns: int) -> tuple[int, int]:
@@ -58,8 +58,10 @@ class TouchInput:
 def _top_left(image: Image, height: int, width: int) -> tuple[int, int]:
     """Return the first row and column of a crop around the strongest spot of an image."""
     rows, columns = image.shape
-    half = _SPOT // 2
-    total = np.pad(image.astype(np.float64) - 1.0, (half + 1, half)).cumsum(axis=0).cumsum(axis=1)
+    begin = _SPOT // 2 + 1  # before the first taxel are zeros, as are after the last
+    padded = np.zeros((rows + _SPOT, columns + _SPOT))
+    padded[begin : begin + rows, begin : begin + columns] = image - 1.0
+    total = padded.cumsum(axis=0).cumsum(axis=1)
     high = total[_SPOT:] - total[:-_SPOT]
     spot = np.abs(high[:, _SPOT:] - high[:, :-_SPOT])  # some sensors rise under a touch
     row, column = divmod(int(spot.argmax()), columns)
@@ -69,6 +71,7 @@ def _top_left(image: Image, height: int, width: int) -> tuple[int, int]:
 
 def _scaled(images: Images, level: float) -> Images:
     """Return images (n, rows, columns) with the root mean square of z - 1 at a level."""
-    change = images.astype(np.float64) - 1.0
-    size = np.sqrt(np.square(change).mean(axis=(1, 2), keepdims=True))
-    return np.asarray(1.0 + change * (level / np.maximum(size, _TINY)), dtype=np.float32)
+    change = images - 1.0
+    mean_square = np.einsum("nij,nij->n", change, change) / max(1, change[:1].size)
+    factor = level / np.maximum(np.sqrt(mean_square), _TINY)
+    return np.asarray(1.0 + change * factor[:, None, None], dtype=np.float32)

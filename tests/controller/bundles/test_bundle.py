@@ -18,6 +18,7 @@ from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
 from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
+from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 
 SHIPPED = bundle.default_path(10.0)
@@ -138,6 +139,38 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
             bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
 
 
+def test_a_location_network_of_a_crop_finds_touches_anywhere_on_a_large_grid() -> None:
+    shipped = bundle.read(SHIPPED)
+    plain = Recognizer(shipped)
+    middle = np.abs(shipped.golden.touches - 2.0).max(axis=1).argmin()
+    image, (x, y) = shipped.golden.images[middle], shipped.golden.touches[middle]
+    large = np.ones((9, 12), dtype=np.float32)
+    large[1:6, 4:9] = image  # three rows are nearer to the user, four columns further left
+    golden = dataclasses.replace(
+        shipped.golden, images=large[None], touches=np.array([[x + 4, y + 3]], dtype=np.float32)
+    )
+    cropped = dataclasses.replace(shipped, touch=TouchInput(crop=5), golden=golden)
+    assert Recognizer(cropped).touch(large) == pytest.approx((x + 4, y + 3), abs=1e-5)
+    assert plain.touch(image) == pytest.approx((x, y), abs=1e-5)
+    elsewhere = dataclasses.replace(golden, touches=golden.touches + np.float32(1.0))
+    with pytest.raises(BundleError, match="location network answers differently"):
+        Recognizer(dataclasses.replace(cropped, golden=elsewhere))
+    with pytest.raises(BundleError, match=r"of \(5, 5\); the bundle wants \(2,\) of \(7, 7\)"):
+        Recognizer(dataclasses.replace(cropped, touch=TouchInput(crop=7)))
+
+
+@pytest.mark.parametrize("strength", [0.5, 2.0])
+def test_places_at_one_level_do_not_depend_on_the_strength_of_a_touch(strength: float) -> None:
+    shipped = bundle.read(SHIPPED)
+    image = shipped.golden.images[0]
+    other = (1.0 + strength * (image - 1.0)).astype(np.float32)
+    level = TouchInput(level=float(np.sqrt(np.square(image - 1.0).mean())))
+    usual = shipped.golden.touches[0]  # what the network answers if nothing is scaled
+    golden = dataclasses.replace(shipped.golden, images=image[None], touches=usual[None])
+    scaled = Recognizer(dataclasses.replace(shipped, touch=level, golden=golden))
+    assert scaled.touch(other) == pytest.approx(usual, abs=1e-4)
+
+
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
@@ -154,6 +187,12 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
         ("labels", "labels = [", "cannot be used: line 3: invalid value"),
         ("on", "on = nan", "on = nan"),
         ("on", "onn = 0.5", "the unknown key 'onn' under .debounce.; known are smoothing, on"),
+        (
+            "format",
+            "format = 4\ntouch = {crop = 2.5}",
+            "crop = 2.5 under .touch.; expected is a whole",
+        ),
+        ("format", "format = 4\ntouch = {level = -1.0}", "level = -1.0 under .touch."),
         ("format", "format = 4\nmood = 1", "the unknown key 'mood'; known are labels"),
         ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
     ],
