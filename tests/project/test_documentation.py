@@ -114,7 +114,7 @@ def test_terms_and_measurements_are_linked_from_the_front_page(site: Path) -> No
 def test_steps_of_a_list_are_indented_for_the_site_as_well(name: str) -> None:
     """Python-Markdown ends a list at a paragraph of fewer than four spaces; others do not."""
     parts = re.split(r"^```.*?^```$", pages()[name], flags=re.MULTILINE | re.DOTALL)
-    short = re.compile(r"^(?:\d+\.|-) .*\n(?: +.*\n|\n(?= {4}))*(?:\n {1,3}\S| {1,3}```)", re.M)
+    short = re.compile(r"^(?:\d+\.|-) .*\n(?: .*\n|\n(?= {4}))*(?:\n {1,3}\S| {1,3}```)", re.M)
     assert [found[0] for part in parts if (found := short.search(part))] == []
 
 
