@@ -110,6 +110,14 @@ def test_terms_and_measurements_are_linked_from_the_front_page(site: Path) -> No
         assert f'href="{page}"' in article(site, "index.html")
 
 
+@pytest.mark.parametrize("name", sorted(pages()))
+def test_steps_of_a_list_are_indented_for_the_site_as_well(name: str) -> None:
+    """Python-Markdown ends a list at a paragraph of fewer than four spaces; others do not."""
+    parts = re.split(r"^```.*?^```$", pages()[name], flags=re.MULTILINE | re.DOTALL)
+    short = re.compile(r"^(?:\d+\.|-) .*\n(?: .*\n|\n(?= {4}))*(?:\n {1,3}\S| {1,3}```)", re.M)
+    assert [found[0] for part in parts if (found := short.search(part))] == []
+
+
 def test_every_benchmark_that_a_page_names_can_be_run() -> None:
     named = {
         name for text in pages().values() for name in re.findall(r"tests\.benchmarks\.(\w+)", text)

@@ -36,7 +36,8 @@ SHOWN = {
         "tests/host/app/test_phone.py::test_fingers_on_the_phone_are_contacts_on_the_orb",
     "correct the last one":
         "tests/host/app/test_playing.py::test_a_correction_with_control_turns_nothing",
-    "see every taxel, latency and faults | `F2`": "tests/host/app/test_lab.py::test_f2_shows_the_lab",
+    "see every taxel, latency and faults | `F2`":
+        "tests/host/app/test_lab.py::test_f2_shows_the_lab",
     "`orbtouch --help` lists every verb":
         "tests/orbtouch/test_command.py::test_help_lists_every_verb_of_every_program_once",
     "alone it plays": "tests/orbtouch/test_command.py::test_a_verb_is_handed_over_with_its_words",

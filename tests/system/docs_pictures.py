@@ -22,6 +22,7 @@ from typing import Final
 os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
 
 import pygame
+from matplotlib.figure import Figure
 from PIL import Image
 
 import orbtouch
@@ -319,7 +320,8 @@ def play(camera: Camera) -> None:
 def traces() -> None:
     """Save the plot of ten seconds of a recording, as docs/researcher.md shows it."""
     session = orbtouch.simulate(minutes=1, seed=1)
-    figure = session[5.0:15.0].plot().figure
+    figure = Figure(figsize=(9, 3), layout="constrained")
+    session[5.0:15.0].plot(figure.add_subplot())
     figure.savefig(PICTURES / "traces.png", dpi=90)
     print("traces.png")
 

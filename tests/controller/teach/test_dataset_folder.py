@@ -1,5 +1,6 @@
 """The folder that is taught into, and what comes after: train, tune, evaluate."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -86,7 +87,7 @@ def test_the_documentation_shows_the_example_s_knock(tmp_path: Path) -> None:
     _, knock = dataset_folder.example(tmp_path)
     whole = (ROOT / "docs" / "gestures.md").read_text(encoding="utf-8")
     body = knock.read_text().partition("\n\n")[2]
-    assert f"```toml\n{body}```" in whole
+    assert textwrap.indent(f"```toml\n{body}```", "    ") in whole
 
 
 def test_the_vocabulary_in_the_documentation_is_one() -> None:
