@@ -145,7 +145,6 @@ class Pipeline:
         known: StoredBaseline | None = None,
         player: str = "",
         signal: Signal = SKIN,
-        learned: float = 0.0,
     ) -> None:
         """Join the stages.
 
@@ -156,15 +155,12 @@ class Pipeline:
             known: An earlier calibration of the sensor.
             player: The user, named by the options; "" or not enrolled: to be identified.
             signal: Unit and sign of the sensor.
-            learned: Scale learned from its touches in an earlier session; 0: none.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
         """
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
-        self._preprocessor = Preprocessor(
-            settings.preprocess, *grid, known, signal=signal, learned=learned
-        )
+        self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
         self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest

@@ -76,7 +76,6 @@ class Preprocessor:
         *,
         mend: bool = True,
         signal: Signal = SKIN,
-        learned: float = 0.0,
     ) -> None:
         """Begin before the first frame.
 
@@ -90,7 +89,6 @@ class Preprocessor:
                 with an open lead as untouched.
             signal: Unit and sign of the sensor; one that is not divided by rest begins without
                 its calibration, which is for quotients.
-            learned: Scale that was learned from its touches; 0: none.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -106,7 +104,7 @@ class Preprocessor:
         if self.settings is not settings:
             known = None
             if not signal.scale:
-                self._scale = ScaleEstimator(settings.rate_hz, self.shape, learned)
+                self._scale = ScaleEstimator(settings.rate_hz, self.shape, signal.learned)
         settings = self.settings
         self._images: deque[Image] = deque(maxlen=settings.window)
         self._rest = BaselineTracker(settings, self.shape, known)

@@ -30,11 +30,13 @@ class Signal:
         unit: Unit of the readings; "pF" is capacitance.
         sign: -1: a touch lowers the readings, as on the orb; 1: it raises them.
         scale: Mean change by a firm touch over `FIRM`, in the unit; 0: unknown, to be learned.
+        learned: The same, learned from touches in an earlier session; 0: none.
     """
 
     unit: str = PICOFARAD
     sign: int = -1
     scale: float = 0.0
+    learned: float = 0.0
 
     @property
     def ratio(self) -> bool:

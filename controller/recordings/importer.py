@@ -60,7 +60,9 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     times = _times(arrays, description, count)
     labels, column = _labels(arrays, description, count)
     rest, marks = _rest(arrays, description, frames), _marks(arrays, description, labels, column)
-    sign = SIGNS.get(description.sign) or _sign(frames, column, rest, description)
+    sign = SIGNS[description.sign or "falls"]
+    if not description.sign and description.unit != PICOFARAD:
+        sign = _sign(frames, column == 0, None if description.rest == description.frames else rest)
     groups = list(_groups(arrays, description, count))
     rate_hz = description.rate_hz or _rate(times, [rows for _, _, rows in groups], description)
     for user, session, chosen in groups:
@@ -195,24 +197,14 @@ def _rest(
     return first
 
 
-def _sign(
-    frames: NDArray[Any],
-    column: NDArray[np.int16],
-    rest: NDArray[np.float32] | None,
-    description: Description,
-) -> int:
-    """Return 1 if touches raise the frames, (n, rows, columns), -1 if they lower them.
+def _sign(frames: NDArray[Any], null: NDArray[np.bool_], rest: NDArray[np.float32] | None) -> int:
+    """Return 1 if touches raise frames, (n, rows, columns), -1 if they lower them.
 
-    The level at rest is `rest`, the median of frames labelled "null", or that of all.
+    The level at rest is `rest`, the median of frames labelled "null", (n,), or that of all.
     """
-    if description.unit == PICOFARAD:
-        return SIGNS["falls"]
     chosen = np.unique(np.linspace(0, len(frames) - 1, SAMPLED).astype(np.int64))
-    taken, null = frames[chosen].astype(np.float64), column[chosen] == 0
-    if rest is None or description.rest == description.frames:
-        level = np.median(taken[null] if null.any() else taken, axis=0)
-    else:
-        level = rest.astype(np.float64)
+    taken, null = frames[chosen].astype(np.float64), null[chosen]
+    level = np.median(taken[null] if null.any() else taken, axis=0) if rest is None else rest
     return SIGNS["rises"] if tone(taken - level) > 0.0 else SIGNS["falls"]
 
 

@@ -295,8 +295,8 @@ def _pipeline(
         kept = calibration_store.load(sensor.device_id)
         fits = kept is not None and kept.rest.shape == (bundle.rows, bundle.columns)
         known = kept.known(bundle.rate_hz) if kept is not None and fits else None
-        learned = calibration_store.scale(sensor.device_id)
-        return Pipeline(settings, recognizer, mapping, known, user, signal, learned)
+        signal = replace(signal, learned=calibration_store.scale(sensor.device_id))
+        return Pipeline(settings, recognizer, mapping, known, user, signal)
     if source.origin.bundle != bundle.hash:
         return Pipeline(settings, recognizer, mapping, None, user, signal)
     pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user, signal)

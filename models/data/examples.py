@@ -266,14 +266,11 @@ def read_training(paths: Iterable[Path]) -> Recordings:
 
 def _one_pitch(surveys: Sequence[Survey]) -> None:
     """Raise ValueError if taxels are not equally far apart: places and shifts are in taxels."""
-    first = surveys[0]
-    for other in surveys:
-        mm, other_mm = first.origin.pitch_mm, other.origin.pitch_mm
-        if abs(other_mm / mm - 1.0) > PITCHES:
-            raise ValueError(
-                f"taxels are {mm:g} mm apart in {first.path} and {other_mm:g} mm in {other.path}; "
-                "learn from sensors of one pitch only"
-            )
+    first, *others = ((survey.origin.pitch_mm, survey.path) for survey in surveys)
+    for other in others:
+        if abs(other[0] / first[0] - 1.0) > PITCHES:
+            text = "taxels are {:g} mm apart in {} and {:g} mm in {}; learn from one pitch only"
+            raise ValueError(text.format(*first, *other))
 
 
 def _kind(origin: Provenance) -> str:

@@ -1,5 +1,7 @@
 """Sensors of other units: rest at zero, rising and falling, with and without a known scale."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -86,7 +88,7 @@ def test_a_scale_that_was_learned_before_is_not_learned_again() -> None:
     _, whole = run(touches(-500.0), COUNTS)
     assert whole.learned == pytest.approx(500.0 / FIRM)
     assert run(touches(-500.0)[:60], COUNTS)[1].learned == 0.0  # 2 of the 6 seconds
-    again = Preprocessor(SETTINGS, 2, 2, signal=COUNTS, learned=whole.learned)
+    again = Preprocessor(SETTINGS, 2, 2, signal=replace(COUNTS, learned=whole.learned))
     steps = [again.step(frame) for frame in touches(-500.0)[:60]]
     assert steps[40].deviation == pytest.approx(FIRM)  # the first frame of the first touch
     assert again.learned == whole.learned

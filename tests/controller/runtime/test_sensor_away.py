@@ -75,5 +75,6 @@ def test_a_scale_that_was_learned_is_kept_for_the_next_start(
         assert bool(calibration_store.scale(device.sensor.device_id)) == (number >= 129)
     kept = calibration_store.scale(device.sensor.device_id)
     assert kept == device.pipeline.learned
-    again = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping, signal=signal, learned=kept)
+    signal = Signal("counts", learned=kept)
+    again = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping, signal=signal)
     assert again.learned == kept
