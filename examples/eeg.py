@@ -1,7 +1,8 @@
 """Gestures beside EEG through Lab Streaming Layer: cut an epoch around each command.
 
-Start `host --tap lsl`, and an EEG amplifier's LSL program; then `python eeg.py 20`. It collects for
-20 s and saves epochs (commands, samples, channels) from 0.5 s before to 1 s after each command.
+Start `host --tap lsl`, and an EEG amplifier's LSL program; then `python eeg.py 20`. Play in the
+window for these 20 s. Epochs (commands, samples, channels) go from 0.5 s before to 1 s after each
+command, and are saved in epochs.npz.
 """
 
 import sys
@@ -56,6 +57,8 @@ def main(seconds: float = 20.0, path: str = "epochs.npz") -> None:
         chunk, stamps = marks.pull_chunk(timeout=0.0)
         commands += [command for command, gesture in chunk]
         events += stamps
+    if not samples:
+        sys.exit(f"the amplifier sent no sample in {seconds:g} s; start its recording first")
     cut, kept = epochs(np.array(samples), np.array(times), np.array(events), rate_hz)
     np.savez(path, epochs=cut, commands=np.array(commands)[kept], rate_hz=rate_hz)
     print(f"{len(cut)} epochs of {len(commands)} commands in {path}")

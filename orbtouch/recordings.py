@@ -156,10 +156,11 @@ class Recording:
             axes = Figure(figsize=(9, 3), layout="constrained").add_subplot()
         readings = self.frames.reshape(len(self), -1)
         axes.plot(self.t, readings - np.median(readings, axis=0), lw=0.8)
+        shaded = {}
         for number, label in enumerate(self.labels[1:]):
             for one in self.gestures(label):
-                axes.axvspan(one.t[0], one.t[-1], color=f"C{number}", alpha=0.15, lw=0)
-                axes.annotate(label, (one.t[0], 1), xycoords=("data", "axes fraction"), size=8)
+                shaded[label] = axes.axvspan(*one.t[[0, -1]], fc=f"C{number}", alpha=0.25)
+        axes.legend(shaded.values(), shaded, loc="lower right", fontsize=8, frameon=False)
         axes.set(xlabel="time, s", ylabel=f"change, {self.unit}", xmargin=0)
         return axes
 

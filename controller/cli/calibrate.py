@@ -9,7 +9,7 @@ from contextlib import closing
 from dataclasses import asdict
 from datetime import UTC, datetime
 
-from controller.cli.sensor_options import add_sensor, load_skin
+from controller.cli.sensor_options import add_sensor, load, load_skin
 from controller.diagnostics.calibration import keep
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
@@ -21,7 +21,7 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    with closing(load_skin(options)) as sensor:
+    with closing(load(options) if options.forget else load_skin(options)) as sensor:
         if options.forget:
             there = calibration_store.forget(sensor.device_id)
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")

@@ -11,6 +11,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller.arguments import whole
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
@@ -47,18 +48,12 @@ def _parser() -> argparse.ArgumentParser:
         epilog="The orb's own button does the same, without digits. See docs/bluetooth.md.",
     )
     add = parser.add_argument
-    add("--seconds", metavar="N", type=_seconds, default=0,
+    add("--seconds", metavar="N", type=whole(1, LONGEST_S), default=0,
         help=f"for how long, 1 to {LONGEST_S} (default: two minutes)")  # fmt: skip
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
     add("--yes", action="store_true",
         help="pair with the first host, without digits or a question")  # fmt: skip
     return parser
-
-
-def _seconds(words: str) -> int:
-    if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= LONGEST_S):
-        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {LONGEST_S}")
-    return int(words)
 
 
 async def _pair(options: argparse.Namespace) -> int:

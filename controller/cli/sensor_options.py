@@ -5,6 +5,7 @@ import math
 import re
 from pathlib import Path
 
+from controller.arguments import whole
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorError
 
@@ -20,7 +21,7 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
     add("--wiring", metavar="FILE", type=Path,
         help="description of the sensor: docs/sensors.md; of a real or emulated orb what hangs on "
         "which pin (default: as docs/hardware.md draws it)")
-    add("--seed", metavar="N", type=seed, default=1,
+    add("--seed", metavar="N", type=whole(0, 2**32 - 1), default=1,
         help="which orb and hand are simulated, 0 or more (default: 1)")
     add("--preset", metavar="NAME", default="nominal",
         help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")
@@ -48,13 +49,6 @@ def load(options: argparse.Namespace) -> Sensor:
         options.sensor, seed=options.seed, preset=options.preset, fault=tuple(options.fault),
         wiring=options.wiring,
     )  # fmt: skip
-
-
-def seed(words: str) -> int:
-    """Return a seed of 32 bits, or raise ArgumentTypeError."""
-    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
-        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
-    return int(words)
 
 
 def hand_of(words: str) -> tuple[str, str]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
+from controller import arguments
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 from controller.cli.bundles import install
@@ -194,14 +195,14 @@ def parser() -> argparse.ArgumentParser:
     add("--session", metavar="ID", default=time.strftime("%Y%m%dT%H%M%S"),
         help="which of the user's sessions (default: date and time)")  # fmt: skip
     usual = protocols.REPETITIONS
-    add("--repetitions", metavar="N", type=_repetitions, default=0,
+    add("--repetitions", metavar="N", type=arguments.whole(1, _MOST), default=0,
         help="examples of each gesture, or of each place (default: "
         f"{usual[protocols.GESTURES]}, of places {usual[protocols.LOCATIONS]})")  # fmt: skip
     add("--bundle", metavar="FILE", type=Path,
         help="the model to compare with (default: the shipped one, if it fits)")  # fmt: skip
     add("--rate", metavar="HZ", type=rate,
         help="sensor scans per second (default: the sensor's own)")  # fmt: skip
-    add("--speed", metavar="X", type=_speed, default=1.0,
+    add("--speed", metavar="X", type=arguments.number(0.0), default=1.0,
         help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)")  # fmt: skip
     add("--bell", action="store_true", help="ring the terminal's bell at every go")
     add("--yes", action="store_true",
@@ -218,19 +219,3 @@ def parser() -> argparse.ArgumentParser:
     add("--example", metavar="DIR", type=Path,
         help=f"only write {FILE} to begin with, and a gesture, into DIR")  # fmt: skip
     return grammar
-
-
-def _repetitions(words: str) -> int:
-    if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= _MOST):
-        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {_MOST}")
-    return int(words)
-
-
-def _speed(words: str) -> float:
-    try:
-        value = float(words)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < 1e6:
-        raise argparse.ArgumentTypeError(f"{words} must be a number from 0")
-    return value

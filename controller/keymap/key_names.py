@@ -3,8 +3,10 @@
 A key is a position on a US keyboard; the character it types depends on the user's layout.
 """
 
-from collections.abc import Collection, Iterable
+import tomllib
+from collections.abc import Collection
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Final
 
 EXTENDED: Final = 0xE000  # scan codes that the keyboard sends after a byte E0
@@ -28,61 +30,14 @@ class Axis:
     value: int
 
 
-def _plain(codes: str, first: int, macs: Iterable[int]) -> dict[str, Key]:
-    """Return the keys of a keyboard row by the characters that they type."""
-    return {
-        _CHARACTERS.get(char, char): Key(code, ord(char), mac, code)
-        for code, (char, mac) in enumerate(zip(codes, macs, strict=True), first)
-    }
-
-
 _CHARACTERS: Final = {
     "-": "minus", "=": "equal", "[": "leftbracket", "]": "rightbracket", "\\": "backslash",
     ";": "semicolon", "'": "apostrophe", "`": "grave", ",": "comma", ".": "period", "/": "slash",
     " ": "space", "\n": "enter", "\t": "tab",
 }  # fmt: skip
 _SHIFTED: Final = dict(zip('_+{}|:"~<>?!@#$%^&*()', "-=[]\\;'`,./1234567890", strict=True))
-_FUNCTION_MACS: Final = (0x7A, 0x78, 0x63, 0x76, 0x60, 0x61, 0x62, 0x64, 0x65, 0x6D, 0x67, 0x6F)
-
-# Below 89, evdev's codes are the scan codes of set 1.
-KEYS: Final[dict[str, Key]] = {
-    **_plain("1234567890-=", 2, (18, 19, 20, 21, 23, 22, 26, 28, 25, 29, 27, 24)),
-    **_plain("qwertyuiop[]", 16, (12, 13, 14, 15, 17, 16, 32, 34, 31, 35, 33, 30)),
-    **_plain("asdfghjkl;'`", 30, (0, 1, 2, 3, 5, 4, 38, 40, 37, 41, 39, 50)),
-    **_plain("\\zxcvbnm,./", 43, (42, 6, 7, 8, 9, 11, 45, 46, 43, 47, 44)),
-    "escape": Key(1, 0xFF1B, 0x35, 1),
-    "backspace": Key(14, 0xFF08, 0x33, 14),
-    "tab": Key(15, 0xFF09, 0x30, 15),
-    "enter": Key(28, 0xFF0D, 0x24, 28),
-    "ctrl": Key(29, 0xFFE3, 0x3B, 29),
-    "shift": Key(42, 0xFFE1, 0x38, 42),
-    "rshift": Key(54, 0xFFE2, 0x3C, 54),
-    "alt": Key(56, 0xFFE9, 0x3A, 56),
-    "space": Key(57, 0x20, 0x31, 57),
-    **{
-        f"f{n}": Key(code, 0xFFBD + n, _FUNCTION_MACS[n - 1], code)
-        for n, code in enumerate((*range(59, 69), 87, 88), 1)
-    },
-    "rctrl": Key(97, 0xFFE4, 0x3E, EXTENDED + 0x1D),
-    "altgr": Key(100, 0xFFEA, 0x3D, EXTENDED + 0x38),
-    "home": Key(102, 0xFF50, 0x73, EXTENDED + 0x47),
-    "up": Key(103, 0xFF52, 0x7E, EXTENDED + 0x48),
-    "pageup": Key(104, 0xFF55, 0x74, EXTENDED + 0x49),
-    "left": Key(105, 0xFF51, 0x7B, EXTENDED + 0x4B),
-    "right": Key(106, 0xFF53, 0x7C, EXTENDED + 0x4D),
-    "end": Key(107, 0xFF57, 0x77, EXTENDED + 0x4F),
-    "down": Key(108, 0xFF54, 0x7D, EXTENDED + 0x50),
-    "pagedown": Key(109, 0xFF56, 0x79, EXTENDED + 0x51),
-    "insert": Key(110, 0xFF63, -1, EXTENDED + 0x52),
-    "delete": Key(111, 0xFFFF, 0x75, EXTENDED + 0x53),
-    "mute": Key(113, 0x1008FF12, 0x4A, EXTENDED + 0x20),
-    "volumedown": Key(114, 0x1008FF11, 0x49, EXTENDED + 0x2E),
-    "volumeup": Key(115, 0x1008FF13, 0x48, EXTENDED + 0x30),
-    "meta": Key(125, 0xFFEB, 0x37, EXTENDED + 0x5B),
-    "next": Key(163, 0x1008FF17, -1, EXTENDED + 0x19),
-    "play": Key(164, 0x1008FF14, -1, EXTENDED + 0x22),
-    "previous": Key(165, 0x1008FF16, -1, EXTENDED + 0x10),
-}
+_CODES: Final = tomllib.loads((files(__package__) / "keys.toml").read_text("utf-8"))
+KEYS: Final[dict[str, Key]] = {name: Key(*codes) for name, codes in _CODES.items()}
 ALIASES: Final = {
     "esc": "escape", "return": "enter", "control": "ctrl", "del": "delete", "option": "alt",
     "super": "meta", "win": "meta", "cmd": "meta", "pgup": "pageup", "pgdn": "pagedown",

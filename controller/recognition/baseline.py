@@ -8,7 +8,6 @@ the level to which the sensor settles repeatedly between touches is the new base
 """
 
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,6 +17,9 @@ from numpy.typing import NDArray
 from controller.recognition import drift
 from controller.recognition.dead_taxels import NO_LEAD
 from controller.recognition.frames import Frame, Image, PreprocessSettings, State, z_image
+from controller.recognition.local_touch import LocalGate
+from controller.recognition.rebaseline import Rebaseline, difference, still_frames
+from controller.recognition.scale import FIRM
 
 # Fewer frames do not show the noise of a sensor at rest.
 _LEAST: Final = 6
@@ -29,14 +31,6 @@ _LEAST: Final = 6
 # Where noise is not most of the gate, it hides no finger, and the rate is the usual one.
 _LOW: Final = 0.4  # of the gate
 _WARY: Final = 0.5  # of the usual rate
-
-STILL_S: Final = 0.3  # time for which a busy sensor must stay at a level
-_BUSY: Final = 1 / 3  # of `adopt_s`
-_RETURNS: Final = 3
-_PEAK: Final = 2.0  # times the deviation there: least peak of a touch between two returns
-# Hysteresis lowers the whole dome: its unevenness is 0.2 in simulated sessions, that of half of all
-# presses 0.57 and more. So a long press is not absorbed while another finger taps.
-_LOCAL: Final = 0.45
 
 Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
@@ -61,6 +55,7 @@ class BaselineTracker:
         image: The untouched sensor, (rows, columns), picofarads; None until it is found.
         idle: Mean deviation while nothing touches; 0 until it is known.
         seen: Quiet frames in the image; 0: it is a calibration that is not confirmed yet.
+        local: Gate of light touches of few taxels.
     """
 
     def __init__(
@@ -84,8 +79,9 @@ class BaselineTracker:
         self._settle = round(settings.settle_s * settings.rate_hz)
         self._adopt = round(settings.adopt_s * settings.rate_hz)
         self._follow = 1.0 / max(1.0, settings.follow_s * settings.rate_hz)
-        self._still_frames = _still_frames(settings)
+        self._still_frames = still_frames(settings)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
+        self.local = LocalGate(shape, -FIRM if self._soft else 0.0)
         # The first second until there is a baseline; then the latest busy second.
         self._frames: deque[Reading] = deque(maxlen=self._start)
         self._recent = np.ones(shape)  # slow mean of the frames, to detect a steady deviation
@@ -104,6 +100,7 @@ class BaselineTracker:
         """Take settings of another scale; what is known in the old one is converted."""
         factor = abs(self.settings.scale / settings.scale)
         self.idle *= factor
+        self.local.rescale(factor)
         self._returns.peak *= factor
         self.settings = self._returns.settings = settings
 
@@ -122,6 +119,7 @@ class BaselineTracker:
         if len(stack) == self._start and self._still(images, len(stack) // 2, noise):
             self.image, self._recent = middle, middle.copy()
             self.idle = noise
+            self.local.measure(images)
             self.seen = self._quiet_run = len(stack)
             self._frames.clear()
         return images
@@ -143,13 +141,14 @@ class BaselineTracker:
         z = z_image(here, known, self.settings)
         common = float(np.median(z)) if self._soft else 1.0
         rest = known * common
-        still = _difference(here, rest, self.settings) < self.gate
+        still = difference(here, rest, self.settings) < self.gate
         if not still and (not self._soft or drift.shape(z - 1.0) != "touch"):
             self.image, self.idle = None, 0.0  # another sensor, or too great a change
             return []
         self.image, self._recent = rest, here.copy()
         self.seen = self._start if still else 1
         frames = list(self._frames)
+        self.local.measure(z_image(np.array(frames), rest, self.settings))
         self._frames.clear()
         return frames
 
@@ -165,7 +164,9 @@ class BaselineTracker:
         rest[back] = self._recent[back] = values[back]
         return np.where(lost, rest, values)
 
-    def step(self, values: Reading, image: Image, deviation: float, gate: float) -> None:
+    def step(
+        self, values: Reading, image: Image, deviation: float, gate: float, strength: float = 0.0
+    ) -> None:
         """Follow the sensor while it is quiet; freeze under a touch.
 
         Args:
@@ -173,11 +174,12 @@ class BaselineTracker:
             image: Its image z, (rows, columns).
             deviation: Mean |z - 1| of the image.
             gate: Deviation below which nothing touches.
+            strength: `LocalGate.strength` of the image.
         """
         rest = self.image
         assert rest is not None
         self._recent += self._follow * (values - self._recent)
-        if deviation < gate:
+        if deviation < gate and not self.local.touched(strength):
             if self._returns.busy_run:
                 self._returns.forget()
             self._frames.clear()
@@ -188,15 +190,19 @@ class BaselineTracker:
                 pace = _WARY if hidden and 1.0 - drift.mean_of(image) > _LOW * gate else 1.0
                 rest += pace * max(self._follow, 1.0 / (self.seen + 1)) * (values - rest)
                 self.idle += pace * 0.2 * self._follow * (deviation - self.idle)
+                self.local.rest(strength, pace * 0.2 * self._follow)
                 self.seen += 1
             return
+        self.local.learn(strength, 0.2 * self._follow)
         self._quiet_run = 0
-        steady = _difference(values, self._recent, self.settings) < gate
+        steady = difference(values, self._recent, self.settings) < gate
         self._steady_run = self._steady_run + 1 if steady else 0
         if self._steady_run >= self._adopt:
             self._steady_run = 0
             if not self._looks_touched(rest):
                 rest = self._take(self._recent)
+        if deviation < gate:  # a light touch, or more noise than before
+            return
         found = self._returns.step(values, deviation, rest, gate)
         if found is not None:
             rest = self._take(found)
@@ -214,6 +220,7 @@ class BaselineTracker:
             "spell": np.array(returns.spell) if returns.spell else empty,
             "returns": np.array(returns.places) if returns.places else empty,
             "scalars": np.array([*scalars, returns.peak, returns.busy_run], dtype=np.float64),
+            **self.local.state(),
         }
 
     def restore(self, state: State) -> None:
@@ -225,6 +232,7 @@ class BaselineTracker:
         self.idle, self.seen = idle, int(seen)
         self._quiet_run, self._steady_run = int(quiet_run), int(steady_run)
         self._returns.restore(state["spell"], state["returns"], peak, int(busy_run))
+        self.local.restore(state)
 
     def _still(self, images: NDArray[np.float64], half: int, noise: float) -> bool:
         """Return whether both halves of images, (n, rows, columns), differ only by noise."""
@@ -262,90 +270,3 @@ class BaselineTracker:
         self._frames.clear()
         self._returns.forget()
         return self.image
-
-
-class Rebaseline:
-    """Re-baselining: levels to which a busy sensor settled since it was last quiet.
-
-    Attributes:
-        settings: Time constants, gate and scale.
-        spell: The latest frames.
-        places: Mean frames of these levels, oldest first.
-        peak: Greatest deviation since the latest level.
-        busy_run: Frames since the sensor was quiet.
-    """
-
-    def __init__(self, settings: PreprocessSettings) -> None:
-        """Begin with a quiet sensor."""
-        self.settings = settings
-        self._soft = settings.normalise == "ratio"
-        self._busy = round(_BUSY * round(settings.adopt_s * settings.rate_hz))
-        self.spell: deque[Reading] = deque(maxlen=_still_frames(settings))
-        self.places: deque[Reading] = deque(maxlen=_RETURNS)
-        self.peak = 0.0
-        self.busy_run = 0
-
-    @property
-    def old(self) -> bool:
-        """Whether the sensor has been busy too long for its baseline to be reliable."""
-        return self.busy_run >= self._busy
-
-    def restore(
-        self, spell: Iterable[Reading], places: Iterable[Reading], peak: float, busy_run: int
-    ) -> None:
-        """Continue with the state of another one; frames are (rows, columns)."""
-        self.spell.clear()
-        self.places.clear()
-        self.spell.extend(spell)
-        self.places.extend(places)
-        self.peak, self.busy_run = peak, busy_run
-
-    def forget(self) -> None:
-        """Reset: the sensor is quiet."""
-        self.spell.clear()
-        self.places.clear()
-        self.peak, self.busy_run = 0.0, 0
-
-    def step(self, values: Reading, deviation: float, rest: Reading, gate: float) -> Reading | None:
-        """Take a frame of a busy sensor; return the new baseline, (rows, columns), if there is one.
-
-        Args:
-            values: The frame, (rows, columns).
-            deviation: Its mean |z - 1|.
-            rest: The baseline so far, same shape.
-            gate: Greatest difference of two frames of an untouched sensor.
-        """
-        self.busy_run += 1
-        self.spell.append(values)
-        self.peak = max(self.peak, deviation)
-        if len(self.spell) < (self.spell.maxlen or 0):
-            return None
-        here = np.mean(self.spell, axis=0)
-        if self.peak < _PEAK * _difference(here, rest, self.settings):
-            return None
-        if not self._steady(self.spell, here, gate):
-            return None
-        self.spell.clear()
-        self.peak = 0.0
-        self.places.append(here)
-        if len(self.places) < _RETURNS or not self.old:
-            return None
-        if not self._steady(self.places, here, gate):
-            return None
-        found = np.mean(self.places, axis=0)
-        change = z_image(found, rest, self.settings) - 1.0
-        return found if not self._soft or drift.unevenness(change) < _LOCAL else None
-
-    def _steady(self, frames: Iterable[Reading], here: Reading, gate: float) -> bool:
-        """Return whether frames differ from a level, (rows, columns), only by noise."""
-        return all(_difference(frame, here, self.settings) < gate for frame in frames)
-
-
-def _difference(one: Reading, other: Reading, settings: PreprocessSettings) -> float:
-    """Return the difference of two frames, (rows, columns): mean |z - 1| of one by the other."""
-    return drift.mean_of(np.abs(z_image(one, other, settings) - 1.0))
-
-
-def _still_frames(settings: PreprocessSettings) -> int:
-    """Return the length of a steady run, frames."""
-    return max(2, round(STILL_S * settings.rate_hz))

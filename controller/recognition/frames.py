@@ -56,9 +56,9 @@ class PreprocessSettings:
             )
 
 
-def same_rate(one_hz: float, other_hz: float) -> bool:
+def same_rate(one_hz: float, other_hz: float, within: float = _RATE_TOLERANCE) -> bool:
     """Return whether frames at one rate fit networks of the other, within 2 %."""
-    return abs(one_hz / other_hz - 1.0) <= _RATE_TOLERANCE
+    return abs(one_hz / other_hz - 1.0) <= within
 
 
 def z_image(

@@ -22,7 +22,8 @@ Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = (
-    *("preprocess.answers", "preprocess.answered", "touch.noise", "touch.skip"),
+    *("preprocess.answers", "preprocess.answered", "preprocess.local"),
+    *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
     "debounce.tapped",
 )
@@ -144,6 +145,7 @@ class Pipeline:
         known: StoredBaseline | None = None,
         player: str = "",
         signal: Signal = SKIN,
+        learned: float = 0.0,
     ) -> None:
         """Join the stages.
 
@@ -154,12 +156,15 @@ class Pipeline:
             known: An earlier calibration of the sensor.
             player: The user, named by the options; "" or not enrolled: to be identified.
             signal: Unit and sign of the sensor.
+            learned: Scale learned from its touches in an earlier session; 0: none.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
         """
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
-        self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
+        self._preprocessor = Preprocessor(
+            settings.preprocess, *grid, known, signal=signal, learned=learned
+        )
         self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
@@ -240,6 +245,11 @@ class Pipeline:
         """The untouched sensor, (rows, columns), picofarads; None until it is found."""
         self._preprocessor.learn()
         return self._preprocessor.rest
+
+    @property
+    def learned(self) -> float:
+        """Scale learned from touches; 0: none, or not yet."""
+        return self._preprocessor.learned
 
     def state(self) -> State:
         """Return the state of all stages, by stage and name, for an exact continuation."""

@@ -35,7 +35,7 @@ class Prepared:
         image: z = C / C0, (rows, columns).
         ready: The rest image exists; before that the image is a provisional one.
         deviation: Mean of |z - 1| over the taxels.
-        quiet: The deviation is below the gate: nothing touches.
+        quiet: Nothing touches: the deviation is below the gate, and no place is touched.
         idle: Mean deviation while nothing touches; 0 until it is known.
         lost: Taxels with an open lead, (rows, columns), interpolated in the image; None: none.
         dead: Dead taxels, interpolated in the same way.
@@ -56,6 +56,7 @@ class _Measured(NamedTuple):
     values: Reading
     felt: Reading  # z before dead taxels were interpolated
     gate: float
+    strength: float  # of the strongest place
     prepared: Prepared
 
 
@@ -75,6 +76,7 @@ class Preprocessor:
         *,
         mend: bool = True,
         signal: Signal = SKIN,
+        learned: float = 0.0,
     ) -> None:
         """Begin before the first frame.
 
@@ -88,6 +90,7 @@ class Preprocessor:
                 with an open lead as untouched.
             signal: Unit and sign of the sensor; one that is not divided by rest begins without
                 its calibration, which is for quotients.
+            learned: Scale that was learned from its touches; 0: none.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -103,7 +106,7 @@ class Preprocessor:
         if self.settings is not settings:
             known = None
             if not signal.scale:
-                self._scale = ScaleEstimator(settings.rate_hz, self.shape)
+                self._scale = ScaleEstimator(settings.rate_hz, self.shape, learned)
         settings = self.settings
         self._images: deque[Image] = deque(maxlen=settings.window)
         self._rest = BaselineTracker(settings, self.shape, known)
@@ -140,13 +143,13 @@ class Preprocessor:
         """Update baseline and dead taxels by the latest frame."""
         if self._measured is None:
             return
-        (values, felt, gate, prepared), self._measured = self._measured, None
+        (values, felt, gate, strength, prepared), self._measured = self._measured, None
         if self._mend:
             self._responses.learn(felt - 1.0, self._interpolator, quiet=prepared.quiet)
         if prepared.lost is not None:
             values = self._rest.without(prepared.lost, values)
-        self._rest.step(values, prepared.image, prepared.deviation, gate)
-        if self._scale is not None and not prepared.quiet:
+        self._rest.step(values, prepared.image, prepared.deviation, gate, strength)
+        if self._scale is not None and prepared.deviation >= gate:
             self._rescale(self._scale.learn(prepared.deviation))
 
     def anew(self) -> "Preprocessor":
@@ -164,6 +167,11 @@ class Preprocessor:
     def resting(self) -> Reading | None:
         """The same array as it is tracked, (rows, columns); not to be changed."""
         return self._rest.image if self._rest.seen else None
+
+    @property
+    def learned(self) -> float:
+        """Scale learned from touches; 0: none, or not yet."""
+        return 0.0 if self._scale is None else self._scale.learned
 
     def window(self) -> Window | None:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""
@@ -245,8 +253,9 @@ class Preprocessor:
             z = 1.0 + self._interpolator.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
         deviation, gate = mean_of(np.abs(image - 1.0)), self._rest.gate
-        quiet = deviation < gate
+        strength = self._rest.local.strength(image)
+        quiet = deviation < gate and not self._rest.local.touched(strength)
         prepared = Prepared(image, True, deviation, quiet, self._rest.idle, lost, dead)
-        self._measured = _Measured(values, felt, gate, prepared)
+        self._measured = _Measured(values, felt, gate, strength, prepared)
         self._images.append(image)
         return prepared

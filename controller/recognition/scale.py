@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controller.recognition.frames import PreprocessSettings, State
 
 PICOFARAD: Final = "pF"
+SIGNS: Final = {"falls": -1, "rises": 1}  # what a touch does to the readings
 # Mean |z - 1| of a firm touch of the orb, measured on simulated presses. Other sensors are scaled
 # to it: the gate and the networks' first layer are made for it.
 FIRM: Final = 0.08
@@ -61,12 +62,18 @@ class ScaleEstimator:
         scale: Divisor of the difference from rest, in the sensor's unit, above zero.
     """
 
-    def __init__(self, rate_hz: float, shape: tuple[int, int]) -> None:
-        """Begin before the first frame of a sensor of (rows, columns)."""
-        self.scale = _TINY
+    def __init__(self, rate_hz: float, shape: tuple[int, int], learned: float = 0.0) -> None:
+        """Begin before the first frame of a sensor of (rows, columns), or with its scale."""
+        self.scale = learned or _TINY
         self._steps: list[float] = []  # change from frame to frame before the first baseline
         self._last = np.empty((0, *shape))  # the latest frame, (0 or 1, rows, columns)
-        self._energies: deque[float] = deque(maxlen=max(1, round(_LEARN_S * rate_hz)))
+        frames = max(1, round(_LEARN_S * rate_hz))
+        self._energies = deque([FIRM * learned] * (frames if learned else 0), maxlen=frames)
+
+    @property
+    def learned(self) -> float:
+        """The scale once it is fixed; 0 before."""
+        return self.scale if len(self._energies) == self._energies.maxlen else 0.0
 
     def begin(self, values: NDArray[np.float64]) -> float:
         """Take a frame, (rows, columns), before there is a baseline; return the scale.
@@ -85,7 +92,7 @@ class ScaleEstimator:
 
     def learn(self, deviation: float) -> float:
         """Take mean |z - 1| of a touched frame; return the scale, fixed after `_LEARN_S`."""
-        if len(self._energies) < (self._energies.maxlen or 0):
+        if not self.learned:
             self._energies.append(deviation * self.scale)
             found = np.array(self._energies)
             firm = np.quantile(found[found >= _LIGHT * found.max()], _FIRM_SHARE)

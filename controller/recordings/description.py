@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from controller.config import ConfigError, read_toml, settings
+from controller.recognition.scale import SIGNS
 from controller.recordings.recording import LABELLERS, PICOFARAD, RecordingError
 
 ALONE: Final = "01"  # user and session if the description names none
@@ -17,6 +18,8 @@ class Description:
     frames: str  # array of frames, (n, rows, columns), or (n, taxels) with the next two
     pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})  # distance between adjacent taxels
     unit: str = PICOFARAD  # of the frames
+    # what a touch does to the frames, of `SIGNS`; "": they fall in pF, else it is found out
+    sign: str = field(default="", metadata={"choices": ("", *SIGNS)})
     rows: int = 0  # taxel rows; 0: as in the array
     columns: int = 0  # taxel columns; 0: as in the array
     rate_hz: float = 0.0  # frames per second; 0: frames over time

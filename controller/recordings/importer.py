@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.errors import reason
+from controller.recognition.drift import tone
+from controller.recognition.scale import SIGNS
 from controller.recordings.description import ALONE, Description
 from controller.recordings.recording import (
+    PICOFARAD,
     UNKNOWN,
     Mark,
     Provenance,
@@ -26,6 +29,7 @@ from controller.recordings.recording import (
 
 NULL: Final = "null"
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
+SAMPLED: Final = 2_000  # frames from which the sign is found out
 _DIGITS: Final = 2  # of a user's or session's number
 
 Arrays = dict[str, NDArray[Any]]
@@ -56,6 +60,7 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     times = _times(arrays, description, count)
     labels, column = _labels(arrays, description, count)
     rest, marks = _rest(arrays, description, frames), _marks(arrays, description, labels, column)
+    sign = SIGNS.get(description.sign) or _sign(frames, column, rest, description)
     groups = list(_groups(arrays, description, count))
     rate_hz = description.rate_hz or _rate(times, [rows for _, _, rows in groups], description)
     for user, session, chosen in groups:
@@ -78,6 +83,7 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
             protocol=description.protocol,
             hardware=description.hardware,
             unit=description.unit,
+            sign=sign,
             id=_id(description, user, session, (taken, t, sequence, column[rows]), own_rest),
         )
         yield Recording(
@@ -187,6 +193,27 @@ def _rest(
     if not np.isfinite(first).all():
         raise RecordingError(f"the array {description.rest!r} has readings that are no numbers")
     return first
+
+
+def _sign(
+    frames: NDArray[Any],
+    column: NDArray[np.int16],
+    rest: NDArray[np.float32] | None,
+    description: Description,
+) -> int:
+    """Return 1 if touches raise the frames, (n, rows, columns), -1 if they lower them.
+
+    The level at rest is `rest`, the median of frames labelled "null", or that of all.
+    """
+    if description.unit == PICOFARAD:
+        return SIGNS["falls"]
+    chosen = np.unique(np.linspace(0, len(frames) - 1, SAMPLED).astype(np.int64))
+    taken, null = frames[chosen].astype(np.float64), column[chosen] == 0
+    if rest is None or description.rest == description.frames:
+        level = np.median(taken[null] if null.any() else taken, axis=0)
+    else:
+        level = rest.astype(np.float64)
+    return SIGNS["rises"] if tone(taken - level) > 0.0 else SIGNS["falls"]
 
 
 def _marks(
@@ -302,7 +329,8 @@ def _id(
 ) -> str:
     """Return a hash of the arrays, of which frames, (n, rows, columns), are the first, as id."""
     digest = hashlib.blake2b(digest_size=16)
-    context = [asdict(description), user, session, arrays[0].shape]
+    known = {key: value for key, value in asdict(description).items() if key != "sign" or value}
+    context = [known, user, session, arrays[0].shape]
     digest.update(json.dumps(context).encode())
     for array in (*arrays, *([] if rest is None else [rest])):
         digest.update(np.ascontiguousarray(array).tobytes())

@@ -295,11 +295,13 @@ def _pipeline(
         kept = calibration_store.load(sensor.device_id)
         fits = kept is not None and kept.rest.shape == (bundle.rows, bundle.columns)
         known = kept.known(bundle.rate_hz) if kept is not None and fits else None
-        return Pipeline(settings, recognizer, mapping, known, user, signal)
+        learned = calibration_store.scale(sensor.device_id)
+        return Pipeline(settings, recognizer, mapping, known, user, signal, learned)
     if source.origin.bundle != bundle.hash:
         return Pipeline(settings, recognizer, mapping, None, user, signal)
     pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user, signal)
-    if set(source.state) | set(LATER) != set(pipeline.state()):
+    own = set(pipeline.state())
+    if set(source.state) | (own & set(LATER)) != own:
         _log.warning(
             "another program version made this recording: it is replayed without its initial state"
         )

@@ -24,6 +24,7 @@ from controller.recognition.frames import Frame, Image
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.latency import LatencyReporter
+from controller.sensors import calibration_store
 from controller.sensors.base import Sensor, SensorAwayError, SensorError
 
 if TYPE_CHECKING:
@@ -130,6 +131,7 @@ class Device:
         self._pressed: tuple[str, ...] = ()  # as last sent
         self._faults: tuple[str, ...] = ()  # of the sensor, as last sent
         self._user: UserIdentified | None = None  # as last sent
+        self._learned = pipeline.learned  # scale, as kept
         self._away_s: float | None = None  # time since which the sensor gives no frames
         self.watch: Callable[[Frame], None] | None = None
         self.image_count = 0
@@ -195,6 +197,8 @@ class Device:
         faults = self.pipeline.check_health()  # after the messages, as it takes longer
         if faults != self._faults:
             self._report(faults, round(t_s * 1000))
+        if self.pipeline.learned != self._learned:
+            self._keep_scale()
         return step
 
     def images(self, first: int, end: int) -> list[Image]:
@@ -248,6 +252,15 @@ class Device:
         if self._pairs and self._button.step(self.sensor.button(t_s), t_s):
             self.link.pair(PAIR_S)
         return frame
+
+    def _keep_scale(self) -> None:
+        """Keep the scale that was learned from touches for the next start."""
+        self._learned = self.pipeline.learned
+        if self._learned and self.live:
+            try:
+                calibration_store.keep_scale(self.sensor.device_id, self._learned)
+            except OSError as error:
+                _log.warning("the scale of the sensor is not kept: %s", error)
 
     def _wait(self, t_s: float, why: str) -> None:
         """Skip a frame of a sensor that is away: no command is held meanwhile."""

@@ -1,4 +1,4 @@
-"""Stored calibrations: the untouched frame of each sensor, under the device's identity."""
+"""Stored calibrations, under the device's identity: the untouched frame, or the learned scale."""
 
 import json
 import logging
@@ -18,6 +18,7 @@ from controller.recognition.frames import Frame
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
+_SMALLEST_SCALE: Final = 1e-6
 _FIRST_HZ: Final = 10.0  # of calibrations that do not say
 _LONGEST: Final = 100  # letters of a file's name
 _MAX_BYTES: Final = 4 << 20  # of a file: some hundred thousand taxels
@@ -72,8 +73,8 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
     """Return what is kept of a device; None: nothing, or nothing that can be used."""
     file = path(device_id, where)
     try:
-        plain = parse_json(files.read_bytes(file, _MAX_BYTES), _MAX_BYTES)
-        if plain["version"] != VERSION or plain["device_id"] != device_id:
+        plain = _plain(device_id, file)
+        if plain is None or "rest_pf" not in plain:
             return None
         rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
         rate_hz = float(plain.get("rate_hz", _FIRST_HZ))
@@ -88,12 +89,34 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
         return None
 
 
+def keep_scale(device_id: str, scale: float, where: Path | None = None) -> None:
+    """Keep the scale of a sensor that has no rest in picofarads, or raise OSError."""
+    plain = {"version": VERSION, "device_id": device_id, "scale": scale}
+    files.atomic_write(path(device_id, where), json.dumps(plain, indent=1).encode())
+
+
+def scale(device_id: str, where: Path | None = None) -> float:
+    """Return the scale that is kept of a device; 0: none, or none that can be used."""
+    try:
+        kept = float((_plain(device_id, path(device_id, where)) or {}).get("scale", 0.0))
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0.0
+    return kept if _SMALLEST_SCALE <= kept <= _LARGEST else 0.0
+
+
 def forget(device_id: str, where: Path | None = None) -> bool:
     """Remove what is kept of a device; return whether there was something, or raise OSError."""
     file = path(device_id, where)
     there = file.exists()
     file.unlink(missing_ok=True)
     return there
+
+
+def _plain(device_id: str, file: Path) -> dict[str, Any] | None:
+    """Return the table in the file of a device; None if it is of another one or form."""
+    plain: dict[str, Any] = parse_json(files.read_bytes(file, _MAX_BYTES), _MAX_BYTES)
+    fits = plain["version"] == VERSION and plain["device_id"] == device_id
+    return plain if fits else None
 
 
 def _rest(values: Any) -> NDArray[np.float32]:

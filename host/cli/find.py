@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from controller.arguments import number
 from controller.errors import complain, one_line
 from controller.protocol import psk
 from host import discovery
@@ -104,18 +105,8 @@ def _parser() -> argparse.ArgumentParser:
     add("ports PORT", "ask these ports or URLs, and no others", nargs="*")
     add("--all", "open every serial port; each is sent our Hello")
     lasts = "how long ports may take, all together (default: %(default)g)"
-    add("--seconds N", lasts, type=_seconds, default=discovery.DEADLINE_S)
+    add("--seconds N", lasts, type=number(0.5, 600.0), default=discovery.DEADLINE_S)
     add("--key FILE", "the key that the orbs ask for (default: the remembered one)")
     add("--forget DEVICE", "forget what is remembered of a device")
     add("--json", "print one line of JSON")
     return parser
-
-
-def _seconds(words: str) -> float:
-    try:
-        number = float(words)
-    except ValueError:
-        number = 0.0
-    if not 0.5 <= number <= 600.0:
-        raise argparse.ArgumentTypeError(f"{words} must be a number from 0.5 to 600")
-    return number

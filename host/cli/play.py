@@ -1,9 +1,7 @@
 """`host` without a verb: find or start an orb, and play."""
 
 import argparse
-import contextlib
 import logging
-import math
 import secrets
 import signal
 from collections.abc import Callable
@@ -11,7 +9,7 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from controller import __version__
+from controller import __version__, arguments
 from controller.protocol import psk
 from controller.protocol.link_events import Connected
 from host import taps, targets
@@ -229,9 +227,9 @@ def _parser() -> argparse.ArgumentParser:
     add("--demo", "let the virtual orb's own hand play")
     add("--headless", "open no window; Tetris needs --demo or --seconds")
     lasts = f"stop after so long (default: play on; the demo: {_DEMO_S:g})"
-    add("--seconds N", lasts, type=_number)
+    add("--seconds N", lasts, type=arguments.number(0.0))
     speed = "of the demo: 1 is real time, 0 as fast as it can (default: 1)"
-    add("--speed X", speed, type=_number)
+    add("--speed X", speed, type=arguments.number(0.0))
     add("--json", "end the demo with one line of JSON: how it went")
     add("--screenshot FILE", "save the last picture of the window, as .png", type=_picture)
     add("--verbose", "log what happens to the link")
@@ -273,7 +271,7 @@ def _add_targets(add: Callable[..., None]) -> None:
     )
     add("--phone ADDRESS", _phone.HELP, nargs="?", const="")
     seed = "which game, and which virtual orb; the same again (default: new ones)"
-    add("--seed N", seed, type=_seed)
+    add("--seed N", seed, type=arguments.whole(0, 2**31 - 1))
     mapping = "what commands press, for the targets keyboard and gamepad (docs/keys.md)"
     add("--mapping FILE", mapping, type=Path)
     add("--profile NAME", "the mapping's profile to begin with (default: its first)")
@@ -286,12 +284,6 @@ def _add_targets(add: Callable[..., None]) -> None:
     add("--dry-run", "print what would be pressed, and press nothing")
 
 
-def _seed(words: str) -> int:
-    if not (words.isascii() and words.isdecimal() and int(words) < 2**31):
-        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to 2147483647")
-    return int(words)
-
-
 def _picture(words: str) -> Path:
     path = Path(words)
     if path.suffix.lower() != ".png" or not path.parent.is_dir():
@@ -299,10 +291,3 @@ def _picture(words: str) -> Path:
     if path.exists() and not path.is_file():
         raise argparse.ArgumentTypeError(f"{words} is no file; name another one")
     return path
-
-
-def _number(words: str) -> float:
-    with contextlib.suppress(ValueError):
-        if 0.0 <= (number := float(words)) < math.inf:
-            return number
-    raise argparse.ArgumentTypeError(f"{words} must be a number, 0 or more")

@@ -25,6 +25,7 @@ from controller.protocol.messages import (
 from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.ui.pointer_input import DomeArea
 from host.ui.rim import Rim
 from host.ui.unanswered import Reason, UnansweredTouches
 
@@ -91,6 +92,12 @@ class OrbState:
     def labels(self) -> tuple[str, ...]:
         """The gesture classes of the device, "null" first; empty before the handshake."""
         return self.welcome.labels if self.welcome else ()
+
+    @property
+    def pad(self) -> DomeArea:
+        """The area of the dome; the paper's before the handshake."""
+        known = self.welcome
+        return DomeArea(known.rows, known.columns, known.pitch_mm) if known else DomeArea()
 
     @property
     def shape(self) -> tuple[int, int]:

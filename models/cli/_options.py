@@ -3,11 +3,12 @@
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import fields
 from importlib.util import find_spec
 from typing import Any, Final
 
+from controller.arguments import number, whole
 from controller.errors import how_to_install
 
 # Module -> its package name.
@@ -72,32 +73,6 @@ def take_all(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="learn from recordings that fail the check, too (controller recordings check)",
     )
-
-
-def whole(least: int, most: int) -> Callable[[str], int]:
-    """Return a parser of whole numbers in a range."""
-
-    def read(text: str) -> int:
-        value = int(text)
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not between {least} and {most}")
-        return value
-
-    read.__name__ = "whole number"  # argparse names it where the text is no number
-    return read
-
-
-def number(least: float, most: float) -> Callable[[str], float]:
-    """Return a parser of numbers in a range."""
-
-    def read(text: str) -> float:
-        value = float(text)
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not between {least:g} and {most:g}")
-        return value
-
-    read.__name__ = "number"
-    return read
 
 
 count = whole(1, 100_000)

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
+from controller.arguments import whole
 from models.cli import _options as options
 from models.data.recipe import FOLD_STEPS
 
@@ -36,7 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     words = f"batches that each network learns from, at most (default: {FOLD_STEPS:,})"
     add("--steps", type=options.count, default=FOLD_STEPS, metavar="N", help=words)
     words = "images in a window, for both models (default: those of one second)"
-    add("--window", type=options.whole(2, 250), default=0, metavar="N", help=words)
+    add("--window", type=whole(2, 250), default=0, metavar="N", help=words)
     options.take_labels(
         parser, "source of the labels (default: auto: the first of these that names a gesture)"
     )

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller.arguments import whole
 from models.cli import _options as options
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--games", type=Path, nargs="+", default=[], metavar="FILE", help=words)
     add("--only", nargs="+", default=[], metavar="PART", help=", ".join(PARTS))
     add("--quick", action="store_true", help="a third of the simulated minutes")
-    add("--workers", type=options.whole(1, 64), default=os.cpu_count() or 1, help="processes")
+    add("--workers", type=whole(1, 64), default=os.cpu_count() or 1, help="processes")
     words = "folder for the tables, the drawings, and the results, which are not measured again"
     add("--out", type=Path, metavar="DIR", help=words)
     add("--paper", type=Path, metavar="FILE", help="Markdown file whose tables are updated")

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
+from controller.arguments import whole
 from models.cli import _options as options
 
 SUMMARY: Final = "give a bundle something to rehearse, so that it can learn more on the device"
@@ -28,7 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", required=True, help="bundle to write")
     words = f"frames to keep, about (default: {FRAMES}, some 120 kB)"
-    add("--frames", type=options.whole(100, MOST), default=FRAMES, metavar="N", help=words)
+    add("--frames", type=whole(100, MOST), default=FRAMES, metavar="N", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:

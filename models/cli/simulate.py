@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 from typing import Final
 
+from controller.arguments import number
 from models.cli import _options as options
 
 SUMMARY: Final = "write a data set of simulated sessions"
@@ -46,18 +47,18 @@ def add(parser: argparse.ArgumentParser) -> None:
     add(
         "--rate",
         dest="rate_hz",
-        type=options.number(1.0, 200.0),
+        type=number(1.0, 200.0),
         default=40.0,
         metavar="HZ",
         help="frames per second, 1 to 200 (default: 40)",
     )
     words = "share of turns in which several quick gestures follow each other (default: 0)"
-    add("--quick", type=options.number(0.0, 1.0), default=0.0, metavar="SHARE", help=words)
+    add("--quick", type=number(0.0, 1.0), default=0.0, metavar="SHARE", help=words)
     words = "taxel rows, 2 to 32 (default: 5)"
     add("--rows", type=options.taxels, default=5, metavar="R", help=words)
     add("--columns", type=options.taxels, default=5, metavar="C", help="taxel columns (default: 5)")
     words = "distance of two taxels (default: the grid is 40 mm long)"
-    add("--pitch", dest="pitch_mm", type=options.number(0.5, 34.0), metavar="MM", help=words)
+    add("--pitch", dest="pitch_mm", type=number(0.5, 34.0), metavar="MM", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller.arguments import whole
 from models.cli import _options as options
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.set_defaults(resumes=True)
     add = parser.add_argument
-    workers = options.whole(1, 1024)
+    workers = whole(1, 1024)
     cores = "this machine's cores"
     add("file", type=Path, nargs="?", metavar="FILE.toml", help="what to train (docs/sweeps.md)")
     add("--out", type=Path, metavar="DIR", help="folder for results (default: NAME.sweep)")

@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Final
 
+from controller.arguments import whole
 from models.cli import _options as options
 from models.training.train import Request
 
@@ -32,7 +33,7 @@ def add(parser: argparse.ArgumentParser) -> None:
             how = dict(field.metadata)
             flag, limits = how.pop("flag", field.name), how.pop("range", None)
             if limits:
-                how["type"] = options.whole(*limits)
+                how["type"] = whole(*limits)
             add(f"--{flag}", dest=field.name, default=field.default, **how)
 
 

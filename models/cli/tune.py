@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
+from controller.arguments import number
 from models.cli import _options as options
 
 SUMMARY: Final = "choose when a gesture counts, on labelled recordings"
@@ -40,7 +41,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         parser, "source of the labels (default: auto: the truth, else people's labels)"
     )
     for name, default, most, metavar, meaning in GOAL:
-        words, kind = f"{meaning} (default: {default:g})", options.number(0.0, most)
+        words, kind = f"{meaning} (default: {default:g})", number(0.0, most)
         add(f"--{name}", type=kind, default=default, metavar=metavar, help=words)
     add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
     words = "the report that it is added to (default: beside OUT)"

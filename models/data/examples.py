@@ -23,6 +23,7 @@ from controller.simulator.session import TEST_SEEDS
 
 Labels = Literal["true", "button", "key", "cue"]  # the simulator's truth, or a labeller's
 Choice = Literal["auto", "true", "button", "key", "cue"]
+PITCHES: Final = 0.02  # greatest relative difference between the pitches of recordings
 SAID: Final = 3  # recordings left out that an error names
 COLUMNS: Final[dict[Labels, str]] = {
     "true": "label", "button": "button", "key": "key", "cue": "cue"
@@ -259,7 +260,20 @@ def read_training(paths: Iterable[Path]) -> Recordings:
             kept.append(survey)
         else:
             notes.append(f"{survey.path} is left out: it has {kind}, others {usual}")
+    _one_pitch(kept)
     return Recordings(tuple(kept), tuple(notes))
+
+
+def _one_pitch(surveys: Sequence[Survey]) -> None:
+    """Raise ValueError if taxels are not equally far apart: places and shifts are in taxels."""
+    first = surveys[0]
+    for other in surveys:
+        mm, other_mm = first.origin.pitch_mm, other.origin.pitch_mm
+        if abs(other_mm / mm - 1.0) > PITCHES:
+            raise ValueError(
+                f"taxels are {mm:g} mm apart in {first.path} and {other_mm:g} mm in {other.path}; "
+                "learn from sensors of one pitch only"
+            )
 
 
 def _kind(origin: Provenance) -> str:

@@ -25,6 +25,7 @@ from models.data.load import Data
 from models.data.recipe import DEFAULT, FOLD_STEPS, NetworkRecipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores
+from models.formatting import duration
 from models.results import storage
 from models.results.training import Epoch
 from models.studies import fold_choices, fold_statistics, trajectory_baseline
@@ -89,7 +90,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     study = _Study(request, data, _course(recipe.gesture, request), device, say)
     reading_s = time.process_time() - begun
     say(f"{study.describe()}; {len(study.folds)} folds by {request.by}")
-    say(f"about {span(study.expected_s())} of training on this machine")
+    say(f"about {duration(study.expected_s())} of training on this machine")
     done = [*study.judged()]
     how = replace(recipe, gesture=study.course).sentences(gesture=True, location=False)
     found = _results(study, done, tuple(how), reading_s)
@@ -166,7 +167,7 @@ class _Study:
             yield self.judge(number)
             left = (time.monotonic() - begun) / (number + 1) * (len(self.folds) - number - 1)
             if left:
-                self.say(f"about {span(left)} left")
+                self.say(f"about {duration(left)} left")
 
     def judge(self, number: int) -> Done:
         """Return the models' answers to a fold's test part, which are kept in a file."""
@@ -234,14 +235,9 @@ class _Study:
             now = time.monotonic()
             if now - said >= REPORT_S:
                 said, left = now, (now - begun) / epoch.number * (passes - epoch.number)
-                self.say(f"  {epoch.number} of {passes} epochs, at most {span(left)} to go")
+                self.say(f"  {epoch.number} of {passes} epochs, at most {duration(left)} to go")
 
         return watch
-
-
-def span(seconds: float) -> str:
-    """Return a time in words."""
-    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:

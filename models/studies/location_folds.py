@@ -21,11 +21,12 @@ from models.data.recipe import DEFAULT, NetworkRecipe
 from models.data.splits import Index, Parts
 from models.data.touch_images import Touches
 from models.evaluation import bootstrap
+from models.formatting import duration
 from models.reports import markdown
 from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Figure
-from models.studies.cross_validation import MOST_EPOCHS, PATIENCE, Request, Say, span
+from models.studies.cross_validation import MOST_EPOCHS, PATIENCE, Request, Say
 from models.training.location_task import LocationTask
 from models.training.loop import fit, prepare_torch
 from models.training.train import PLACE_EPOCHS
@@ -95,9 +96,9 @@ def cross(request: Request, say: Say) -> LocationValidation:
         test = np.isin(person, held)
         for name, places in _judge(request, data, found, course, device, person, test).items():
             answers[name][test] = places
-        left = (time.monotonic() - clock) / number * (request.folds - number)
+        left = duration((time.monotonic() - clock) / number * (request.folds - number))
         errors = [f"{name} {_far(answers[name], found, data)[test].mean():.2f}" for name in answers]
-        say(f"fold {number} of {request.folds}: {', '.join(errors)} mm; about {span(left)} left")
+        say(f"fold {number} of {request.folds}: {', '.join(errors)} mm; about {left} left")
     models = tuple(_model(name, _far(own, found, data), person) for name, own in answers.items())
     names = tuple(data.rows[int(one)].user or str(one) for one in people)
     how = tuple(replace(recipe, location=course).sentences(gesture=False, location=True))

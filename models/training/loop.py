@@ -2,6 +2,7 @@
 
 import math
 import sys
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from torch import Tensor, nn
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe, Recipe
 from models.data.splits import Split
+from models.formatting import duration
 from models.results.training import Epoch
 from models.training import checkpoint
 from models.training.networks import Network
@@ -120,9 +122,12 @@ def fit_shown(
     """Train as `fit` does, its checkpoint in a folder, and show each epoch on standard error."""
     passes = task.recipe.passes(task.steps() * task.recipe.batch)
     live = sys.stderr.isatty()  # on a terminal one line is redrawn
+    times = [time.monotonic()]
 
     def show(epoch: Epoch) -> None:
-        line = f"{CLEAR * live}{name} epoch {epoch.number}/{passes}: {describe(epoch)}"
+        times.append(time.monotonic())
+        left = duration((times[-1] - times[0]) / (len(times) - 1) * (passes - epoch.number))
+        line = f"{CLEAR * live}{name} epoch {epoch.number}/{passes}: {describe(epoch)}; {left} left"
         end = "" if live and epoch.number < passes else "\n"
         print(line, end=end, file=sys.stderr, flush=True)
 

@@ -246,7 +246,7 @@ def _expected(plan: NetworkPlan) -> Training:
         command=plan.request.command,
         software=software(),
         recipe=recipe.name,
-        how=tuple(recipe.sentences(gesture=plan.gesture, location=plan.location)),
+        how=(*recipe.sentences(gesture=plan.gesture, location=plan.location), *plan.start.lines),
         rows=shape[0],
         columns=shape[1],
         pitch_mm=data.pitch_mm,
@@ -286,7 +286,6 @@ def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
     ]
     lines += [result.split, *result.symmetries, f"recipe {result.recipe}"]
     lines += [f"  {line}" for line in result.how]
-    lines += plan.start.lines
     if plan.lender is not None:
         which = "location" if plan.gesture else "gesture"
         lines.append(f"the {which} network is that of the bundle {plan.lender.hash[:12]}")

@@ -78,7 +78,8 @@ class Request:
     start: Path | None = _option(
         None,
         "bundle whose networks the training starts from, of any grid, rate and labels; what fits "
-        "is taken (default: random)",
+        "is taken. It helps with recordings of one to four people, or a few epochs; with other "
+        "gestures than the bundle's nothing was gained (docs/training.md; default: random)",
         "BUNDLE",
         flag="from",
         type=Path,

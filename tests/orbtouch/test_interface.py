@@ -1,8 +1,12 @@
 """The public interface, used as a researcher uses it."""
 
+import ast
 import inspect
+import re
 import subprocess
 import sys
+import textwrap
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -129,6 +133,50 @@ def test_every_public_name_is_documented() -> None:
         for own, member in vars(thing).items() if inspect.isclass(thing) else ():
             if not own.startswith("_") and (callable(member) or isinstance(member, property)):
                 assert inspect.getdoc(member), f"{name}.{own}"
+
+
+def public() -> Iterator[tuple[str, Callable[..., object]]]:
+    """Yield public functions and methods by name."""
+    for name in orbtouch.__all__:
+        thing = getattr(orbtouch, name)
+        if inspect.isfunction(thing):
+            yield name, thing
+        for own, member in vars(thing).items() if inspect.isclass(thing) else ():
+            if not own.startswith("_") and inspect.isfunction(member):
+                yield f"{name}.{own}", member
+
+
+@pytest.mark.parametrize(("name", "thing"), [pytest.param(*one, id=one[0]) for one in public()])
+def test_arguments_and_errors_of_a_public_name_are_described(
+    name: str, thing: Callable[..., object]
+) -> None:
+    """Several arguments are listed, one or two are in the sentence; so are errors and results."""
+    told = inspect.getdoc(thing) or ""
+    sections = inspect.cleandoc(told).partition("\nArgs:")[2]
+    names = [one for one in inspect.signature(thing).parameters if one not in ("self", "say")]
+    if len(names) > 2:
+        assert [one for one in names if f"\n    {one}:" not in sections] == []
+    if not name.endswith(("gestures", "touch", "draw", "close", "save")):
+        assert re.search(r"[Rr]eturn|Draw", told.partition("\n\n")[0])
+    body = ast.parse(textwrap.dedent(inspect.getsource(thing)))
+    raised = [one for one in ast.walk(body) if isinstance(one, ast.Raise) and one.exc]
+    assert not raised or re.search(r"Raises:|Error|needs", told), name
+
+
+def test_arrays_are_described_by_shape_and_numbers_by_unit() -> None:
+    for owner, members in {
+        orbtouch.Recording: ("frames", "t", "label"),
+        orbtouch.Network: ("probabilities",),
+        orbtouch.Orb: ("image",),
+    }.items():
+        for member in members:
+            assert re.search(r"\((n|rows)\b[^)]*\)", inspect.getdoc(getattr(owner, member)) or "")
+    for owner, attributes in {
+        orbtouch.Command: ("t_s", "name", "gesture", "probability", "touch"),
+        orbtouch.Evaluation: tuple(orbtouch.Evaluation.__dataclass_fields__),
+    }.items():
+        told = inspect.getdoc(owner) or ""
+        assert [one for one in attributes if f"\n    {one}:" not in told] == []
 
 
 def test_the_import_costs_nothing_until_a_name_is_used() -> None:

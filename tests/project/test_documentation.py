@@ -46,23 +46,77 @@ def test_every_page_is_in_the_navigation() -> None:
     assert sorted(re.findall(r"[\w-]+\.md", navigation)) == sorted(pages())
 
 
-@pytest.mark.skipif(find_spec("zensical") is None, reason="needs the [docs] extra")
-def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
-    """Links and anchors are checked; nothing is fetched."""
-    shutil.copytree(DOCS, tmp_path / "docs")
+# A reader's task, the start page that the front page links to, and where that page leads.
+TASKS = {
+    "play without hardware": ("play.html", "#play-tetris-with-the-virtual-orb"),
+    "play with a phone": ("play.html", "#with-a-phone"),
+    "teach a gesture with no hardware": ("teach.html", "#in-the-window"),
+    "correct the last touch": ("teach.html", "#corrections-during-play"),
+    "run the networks in Python": ("researcher.html", "api.html#networks"),
+    "record and train on another skin": ("researcher.html", "#another-skin"),
+    "import recordings of another sensor": ("researcher.html", "recording.html#other-sensors"),
+    "cite": ("researcher.html", "paper.html#citation"),
+    "use an MPR121": ("builder.html", "sensors.html#mpr121"),
+    "read a board that prints numbers": ("builder.html", "sensors.html#a-skin-of-your-own"),
+    "connect over USB": ("builder.html", "hid.html#usb"),
+    "calibrate": ("builder.html", "doctor.html#calibrate"),
+    "write a target": ("developer.html", "sensors.html#a-package-of-your-own"),
+    "find what to edit": ("developer.html", "architecture.html#what-to-edit"),
+}
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The built site; links and anchors are checked, and nothing is fetched."""
+    if find_spec("zensical") is None:
+        pytest.skip("needs the [docs] extra")
+    work = tmp_path_factory.mktemp("site")
+    shutil.copytree(DOCS, work / "docs")
     for name in ("orbtouch", "controller", "host", "models", "tetris"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / "mkdocs.yml").write_bytes((ROOT / "mkdocs.yml").read_bytes())
+        (work / name).symlink_to(ROOT / name)
+    (work / "mkdocs.yml").write_bytes((ROOT / "mkdocs.yml").read_bytes())
     built = subprocess.run(
         [sys.executable, "-m", "zensical", "build", "--strict"],
-        cwd=tmp_path,
+        cwd=work,
         capture_output=True,
         text=True,
     )
     assert built.returncode == 0, built.stdout + built.stderr
-    home = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    return work / "site"
+
+
+def article(site: Path, page: str) -> str:
+    """Return what a page says, without the navigation around it."""
+    return (site / page).read_text(encoding="utf-8").partition("<article")[2]
+
+
+def test_the_site_fetches_nothing_and_describes_the_interface(site: Path) -> None:
+    home = (site / "index.html").read_text(encoding="utf-8")
     assert not re.search(r'<(?:script|link|img)[^>]+(?:src|href)="https?://', home)
-    assert "orbtouch.Recording" in (tmp_path / "site" / "api.html").read_text(encoding="utf-8")
+    assert "orbtouch.Recording" in article(site, "api.html")
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_task_is_two_clicks_from_the_front_page(site: Path, task: str) -> None:
+    start, heading = TASKS[task]
+    page, _, anchor = heading.partition("#")
+    assert f'href="{start}"' in article(site, "index.html")
+    assert not page or f'href="{heading}"' in article(site, start)
+    assert re.search(rf'<h\d id="{anchor}"', article(site, page or start))
+
+
+def test_terms_and_measurements_are_linked_from_the_front_page(site: Path) -> None:
+    for page in ("glossary.html", "measurements.html", "paper.html#citation"):
+        assert f'href="{page}"' in article(site, "index.html")
+
+
+def test_every_benchmark_that_a_page_names_can_be_run() -> None:
+    named = {
+        name for text in pages().values() for name in re.findall(r"tests\.benchmarks\.(\w+)", text)
+    }
+    assert len(named) > 20
+    missing = [one for one in named if not (ROOT / "tests" / "benchmarks" / f"{one}.py").exists()]
+    assert missing == []
 
 
 def test_the_citation_has_the_version_of_the_program() -> None:

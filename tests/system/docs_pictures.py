@@ -2,7 +2,9 @@
 
     python -m tests.system.docs_pictures
 
-Writes docs/pictures/app-*.png, teach.gif and play.gif in about four
+    python -m tests.system.docs_pictures traces     # the plot of docs/researcher.md only
+
+Writes docs/pictures/app-*.png, teach.gif, play.gif and traces.png in about four
 minutes: a script moves the pointer, and a virtual orb in a process of its own feels it. No display
 is needed; the films need the `film` extra.
 """
@@ -22,6 +24,7 @@ os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
 import pygame
 from PIL import Image
 
+import orbtouch
 from host.app.application import SIZE, OrbApp
 from host.app.screens.watch import WatchScreen
 from host.connection.latency import EndToEndLatency
@@ -313,8 +316,19 @@ def play(camera: Camera) -> None:
     assert isinstance(camera.app.stage.screen, PlayScreen)
 
 
+def traces() -> None:
+    """Save the plot of ten seconds of a recording, as docs/researcher.md shows it."""
+    session = orbtouch.simulate(minutes=1, seed=1)
+    figure = session[5.0:15.0].plot().figure
+    figure.savefig(PICTURES / "traces.png", dpi=90)
+    print("traces.png")
+
+
 def main() -> int:
-    """Save all."""
+    """Save all, or the plot only."""
+    traces()
+    if sys.argv[1:] == ["traces"]:
+        return 0
     with tempfile.TemporaryDirectory() as home:
         os.environ.update(XDG_CONFIG_HOME=home, XDG_DATA_HOME=home)
         camera = Camera()

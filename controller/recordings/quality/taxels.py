@@ -48,10 +48,6 @@ IDLE_SHARE: Final = 0.05  # quantile of the energy that counts as idle
 FIRM_SHARE: Final = 0.95  # and as a firm touch
 LEAST_FRAMES: Final = 6  # of the untouched sensor, for the device's stage to begin with
 RARE: Final = 0.995  # quantile of the strength that is a firm touch even where touches are rare
-# A light touch of few taxels: so much stronger than noise, and than a firm touch's share.
-LOCAL_SHARE: Final = 0.04
-NOISE: Final = 2.5
-LIGHT: Final = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,36 +117,14 @@ def _counted(recording: Recording) -> Response:
         stage.step(still[number % len(still)])
     if stage.resting is None:
         return first
-    light = _light(frames, first.change)
-    steps, touched = [], []
-    for frame in frames:
-        step = stage.measure(frame)
-        local = float(_strongest(step.image[None] - 1.0)[0]) * settings.scale > light
-        touched.append(local or not step.quiet)
-        if not (step.quiet and local):  # the baseline does not follow what the mean hides
-            stage.learn()
-        steps.append(step)
+    steps = [stage.step(frame) for frame in frames]
     change = np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0)
     return Response(
         change * np.float32(settings.scale),
         np.array([step.deviation for step in steps]) * settings.scale,
         known=np.ones(len(frames), dtype=np.bool_),
-        touched=np.array(touched),
+        touched=np.array([not step.quiet for step in steps]),
     )
-
-
-def _light(frames: Frames, change: Frames) -> float:
-    """Return the strength above which the strongest taxels show a light touch of few of them."""
-    noise = _strongest(np.diff(frames, axis=0))
-    usual = float(np.quantile(noise, 0.25)) if len(noise) else 0.0
-    return max(NOISE * usual, LIGHT * _firm(_strongest(change)))
-
-
-def _strongest(change: Frames) -> NDArray[np.float32]:
-    """Return the mean size of the strongest taxels of each change, (n,)."""
-    size = np.abs(change).reshape(len(change), -1)
-    count = max(1, round(LOCAL_SHARE * size.shape[1]))
-    return np.asarray(np.partition(size, -count, axis=1)[:, -count:].mean(axis=1))
 
 
 def _firm(strength: NDArray[np.floating]) -> float:

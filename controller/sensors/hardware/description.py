@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from controller import config
 from controller.config import ConfigError
 from controller.recognition.frames import Frame
-from controller.recognition.scale import Signal
+from controller.recognition.scale import SIGNS, Signal
 from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.base import RATE_HZ, Geometry, SensorError
 from controller.sensors.hardware.wiring import number, numbers
 
 _SLOWEST: Final = 0.85  # of the rate that is asked for: beyond that too many frames come twice
-SIGNS: Final = {"falls": -1, "rises": 1}
 
 
 @dataclass(frozen=True, slots=True)

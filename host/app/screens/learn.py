@@ -11,7 +11,7 @@ from host.app.lesson import Step
 from host.app.screen import Orb
 from host.app.screens.game_page import GamePage, Line
 from host.ui import naming
-from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
+from host.ui.pointer_input import MOUSE_FINGERS
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ATTRACT_HZ, IDLE_HZ, ScreenStack
@@ -53,11 +53,6 @@ class LearnScreen(GamePage):
         """The gesture to make now; None before the first and after the last."""
         return self.steps[self.number] if 0 <= self.number < len(self.steps) else None
 
-    @property
-    def _pad(self) -> DomeArea:
-        welcome = self.orb.state.welcome
-        return DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm) if welcome else DomeArea()
-
     def page(self) -> Menu:
         """Return the items of the question, of a step or of the end."""
         words = self._stage.look.words
@@ -97,7 +92,7 @@ class LearnScreen(GamePage):
         words = self._stage.look.words
         does = naming.command(words, command.name)
         if command.label == step.label:
-            side = words(f"learn.side.{step.side(self._pad)}")
+            side = words(f"learn.side.{step.side(self.orb.state.pad)}")
             return words("learn.elsewhere", command=does, side=side)
         gesture = naming.gesture(words, command.label)
         return words("learn.instead", gesture=gesture, command=does)
@@ -109,7 +104,7 @@ class LearnScreen(GamePage):
         if infos == self._infos or (self.steps and len(infos) < len(state.labels) - 1):
             return
         self._infos = infos
-        made = lesson.steps(infos, self._pad)
+        made = lesson.steps(infos, self.orb.state.pad)
         if made != self.steps:
             self.steps, self.number = made, min(self.number, 0)
             self._since_s = self._stage.time_s
@@ -128,7 +123,9 @@ class LearnScreen(GamePage):
         self.orb.zones = step is not None and step.located
         showing = step is not None and not fingers and self._right_s is None
         self.orb.ghost = (
-            ghost.contacts(step.label, step.place, shown_s, self._pad) if step and showing else ()
+            ghost.contacts(step.label, step.place, shown_s, self.orb.state.pad)
+            if step and showing
+            else ()
         )
         super().tick(time_s)
 
@@ -175,7 +172,7 @@ class LearnScreen(GamePage):
         words = self._stage.look.words
         if step.label not in ghost.STROKES:
             return words("learn.own", name=step.say)
-        side = words(f"learn.side.{step.side(self._pad)}")
+        side = words(f"learn.side.{step.side(self.orb.state.pad)}")
         return words(f"learn.{self._way}.{step.label}", side=side)
 
     def _outcome(self, step: Step, time_s: float) -> Line:

@@ -14,8 +14,6 @@ from host.app.cues import EXAMPLE_S, NULL, Cue, CueRun
 from host.app.screens.teach_page import Course, TeachPage
 from host.app.touch_watch import TouchEvent
 from host.ui import naming, sprites
-from host.ui.orb_state import OrbState
-from host.ui.pointer_input import DomeArea
 from tetris.window.menu import Item, Menu
 
 _LONGEST_S: Final = 0.1  # time that one picture may bring: cues wait while nothing is seen
@@ -23,12 +21,6 @@ _TARGET_MM: Final = (2.0, 6.0)  # depth and radius of the finger that shows wher
 _DOWN_S: Final = 0.45  # of a showing of the ghost, when its fingers come down
 _QUIET_S: Final = 0.8  # after leaving, in which the last gesture may still be recognised
 _LIFT: Final = Perform(0, "", 0.0, 0.0)
-
-
-def pad_of(state: OrbState) -> DomeArea:
-    """Return the area of an orb's dome."""
-    welcome = state.welcome
-    return DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm) if welcome else DomeArea()
 
 
 def homely(text: object) -> str:
@@ -117,7 +109,7 @@ class RecordPage(TeachPage):
         if cue.label not in ghost.STROKES:
             return (Contact(1, *cue.place, *_TARGET_MM),)
         at_s = _DOWN_S + (run.length_s - run.left_s) * (run.phase == "go")
-        return ghost.contacts(cue.label, cue.place, at_s, pad_of(self.orb.state))
+        return ghost.contacts(cue.label, cue.place, at_s, self.orb.state.pad)
 
     def link_lost(self) -> None:
         """Give up: the orb ends the recording, or goes on with it unlabelled until asked again."""

@@ -12,7 +12,7 @@ from controller.protocol.messages import Report
 from host.app import trainer
 from host.app.cues import EXAMPLE_S, NULL, plan
 from host.app.screen import rows
-from host.app.screens.record import RecordPage, homely, pad_of
+from host.app.screens.record import RecordPage, homely
 from host.app.screens.teach_page import Course, TeachPage
 from host.app.trainer import GestureResult, TrainingRun
 from host.connection import bundle_upload
@@ -101,7 +101,7 @@ class TrainPage(TeachPage):
         infos = self.orb.state.gestures
         located = [label for label, info in infos.items() if len(info.rules) > 1]
         rng = Random(len(self.sessions))  # another order in each session
-        cues = plan([*infos, NULL], located, self._repetitions, pad_of(self.orb.state), rng)
+        cues = plan([*infos, NULL], located, self._repetitions, self.orb.state.pad, rng)
         self.show(RecordPage(self.course, cues, rng, by_hand=self._by_hand))
 
     def _train(self) -> None:

@@ -173,3 +173,24 @@ def test_the_noise_of_a_calibration_grows_with_the_rate(tmp_path: Path) -> None:
     kept = calibration_store.load("orb-1", tmp_path)
     assert kept is not None
     assert kept.known(10.0).idle == pytest.approx(0.02)
+
+
+def test_a_learned_scale_is_kept_in_the_file_of_its_device(tmp_path: Path) -> None:
+    assert calibration_store.scale("lines", tmp_path) == 0.0
+    calibration_store.keep_scale("lines", 6250.0, tmp_path)
+    assert calibration_store.scale("lines", tmp_path) == 6250.0
+    assert calibration_store.scale("other", tmp_path) == 0.0
+    assert calibration_store.load("lines", tmp_path) is None  # there is no rest in it
+    kept(tmp_path)
+    assert calibration_store.scale("orb-1", tmp_path) == 0.0
+    assert calibration_store.forget("lines", tmp_path)
+    assert calibration_store.scale("lines", tmp_path) == 0.0
+
+
+@pytest.mark.parametrize("text", [*TEXTS, "nan", "-1", '"much"', "1e300"])
+def test_a_wrong_scale_is_ignored(tmp_path: Path, text: str) -> None:
+    calibration_store.keep_scale("lines", 6250.0, tmp_path)
+    file = calibration_store.path("lines", tmp_path)
+    whole = text in TEXTS
+    file.write_text(text if whole else file.read_text().replace("6250.0", text))
+    assert calibration_store.scale("lines", tmp_path) == 0.0

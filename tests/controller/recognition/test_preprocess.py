@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from controller.recognition import drift
-from controller.recognition.baseline import Rebaseline, StoredBaseline
+from controller.recognition.baseline import StoredBaseline
 from controller.recognition.frames import PreprocessSettings, z_image
 from controller.recognition.preprocess import Prepared, Preprocessor
+from controller.recognition.rebaseline import Rebaseline
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)

@@ -80,3 +80,20 @@ def test_a_state_without_a_scale_is_refused() -> None:
     stage = Preprocessor(SETTINGS, 2, 2, signal=COUNTS)
     with pytest.raises(ValueError, match="scale that is not above zero"):
         stage.restore({**stage.state(), "scale": np.zeros(1)})
+
+
+def test_a_scale_that_was_learned_before_is_not_learned_again() -> None:
+    _, whole = run(touches(-500.0), COUNTS)
+    assert whole.learned == pytest.approx(500.0 / FIRM)
+    assert run(touches(-500.0)[:60], COUNTS)[1].learned == 0.0  # 2 of the 6 seconds
+    again = Preprocessor(SETTINGS, 2, 2, signal=COUNTS, learned=whole.learned)
+    steps = [again.step(frame) for frame in touches(-500.0)[:60]]
+    assert steps[40].deviation == pytest.approx(FIRM)  # the first frame of the first touch
+    assert again.learned == whole.learned
+    copy = Preprocessor(SETTINGS, 2, 2, signal=COUNTS)  # as a recording of it is replayed
+    copy.restore(again.state())
+    assert copy.learned == whole.learned
+
+
+def test_a_sensor_divided_by_rest_learns_no_scale() -> None:
+    assert Preprocessor(SETTINGS, 2, 2).learned == 0.0

@@ -13,10 +13,11 @@ import pytest
 from controller.cli import recordings as command
 from controller.recordings import importer, reader
 from controller.recordings.description import Description
+from controller.recordings.description import described as read_description
 from controller.recordings.quality import check
 from controller.recordings.quality.check import Level
 from controller.recordings.quality.taxels import respond
-from controller.recordings.recording import Recording
+from controller.recordings.recording import Recording, RecordingError
 from tests.support.other_sensors import NAMES, Sensor, bursts, recorded, ticks
 
 Clock = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
@@ -167,3 +168,24 @@ def test_many_files_are_imported_and_a_bad_one_is_named(
     assert status == 1
     assert [reader.load(path).origin.user for path in made] == ["01", "02"]
     assert f"{sources[2]} is left out: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("sensor", "sign"), [(Sensor(), 1), (Sensor(**FALLING), -1), (Sensor(**SCREEN), 1)]
+)
+def test_what_a_touch_does_to_the_readings_is_found_out_or_taken_as_given(
+    sensor: Sensor, sign: int
+) -> None:
+    assert imported(sensor).origin.sign == sign
+    assert imported(sensor, sign="falls").origin.sign == -1
+    assert imported(sensor, sign="rises").origin.sign == 1
+    unlabelled = imported(sensor, label="", label_names=(), null="")
+    assert unlabelled.origin.sign == sign
+    assert imported(sensor, unit="pF").origin.signal.ratio  # as on the orb
+
+
+def test_a_sign_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(TOML + 'sign = "up"\n')
+    with pytest.raises(RecordingError, match=r"sign.*falls.*rises"):
+        read_description(file)

@@ -7,10 +7,13 @@ import pytest
 
 from controller.protocol.messages import Command, Contacts, State, Telemetry
 from controller.recognition.frames import Frame
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.scale import Signal
 from controller.recordings import reader
 from controller.runtime.device import Device
+from controller.sensors import calibration_store
 from controller.sensors.base import SensorAwayError
-from tests.support.loop_bench import FINGER, Bench
+from tests.support.loop_bench import FINGER, SHIPPED, Bench, Certain
 
 
 class Loose(Bench):
@@ -53,3 +56,24 @@ def test_a_recording_has_no_frames_of_that_time_and_says_why(tmp_path: Path) -> 
     assert [(mark.kind, mark.text) for mark in recording.marks if mark.kind == "lost"] == [
         ("lost", "the plug is out")
     ]
+
+
+def test_a_scale_that_was_learned_is_kept_for_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
+    bench = Bench()
+    device = bench.open()
+    signal = Signal("counts")
+    device.pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping, signal=signal)
+    for number in range(200):
+        if number in (30, 120):  # two touches of five seconds; six decide
+            device.sensor.touch(FINGER.contacts, number / 10)
+        if number in (80, 170):
+            device.sensor.touch((), number / 10)
+        device.advance(10.0)
+        assert bool(calibration_store.scale(device.sensor.device_id)) == (number >= 129)
+    kept = calibration_store.scale(device.sensor.device_id)
+    assert kept == device.pipeline.learned
+    again = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping, signal=signal, learned=kept)
+    assert again.learned == kept

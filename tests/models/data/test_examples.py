@@ -157,6 +157,15 @@ def test_a_recording_of_fewer_labels_fits_and_of_another_kind_does_not(data: Pat
         read_training([damaged])
 
 
+def test_recordings_of_two_pitches_are_refused_by_name(data: Path) -> None:
+    path = data / "sub-09_ses-01_run-01.npz"
+    wide = replace(SESSION, origin=replace(SESSION.origin, pitch_mm=12.0))
+    path.write_bytes(writer.pack(wide))
+    words = rf"10 mm apart in .*sub-00_ses-01_run-01\.npz and 12 mm in {path}; learn from sensors"
+    with pytest.raises(ValueError, match=words):
+        read_training([data])
+
+
 # --- labels -----------------------------------------------------------------------------------
 
 

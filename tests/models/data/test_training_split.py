@@ -118,7 +118,7 @@ def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.D
 # --- what is left out --------------------------------------------------------------------------
 
 
-SLOW = "it runs at 9.52 Hz, more than 2 % off the 10 Hz that it was meant for"
+SLOW = "it runs at 9.09 Hz, more than 8 % off the 10 Hz that it was meant for"
 OVERRIDE = "(--all takes it; in a sweep: all = true)"
 
 
@@ -126,7 +126,7 @@ def write(path: Path, number: int, **changes: Any) -> Path:
     """Write a short session with other columns."""
     made = DataSet(minutes=0.5).session(0, number)
     if changes.pop("slow", False):
-        changes["t"] = made.t * 1.05
+        changes["t"] = made.t * 1.1
     if changes.pop("unfelt", False):  # a press that was held all the time, and nobody touched
         rng = np.random.default_rng(number)
         quiet = made.frames[:1] * (1.0 + 0.002 * rng.standard_normal(made.frames.shape))
@@ -158,6 +158,17 @@ def test_a_recording_that_is_left_out_is_noted_and_taken_if_all_are_asked_for(
     found = read(tmp_path, every=every)
     assert [Path(row.path).name for row in found.rows] == taken
     assert found.notes == (f"{other} {note}",)
+
+
+def test_rates_that_differ_by_less_than_tempos_of_people_are_learned_together(
+    tmp_path: Path,
+) -> None:
+    write(tmp_path / "0.npz", 0)
+    made = DataSet(minutes=0.5).session(0, 1)
+    write(tmp_path / "1.npz", 1, t=made.t * 1.05)
+    found = read(tmp_path)
+    assert [Path(row.path).name for row in found.rows] == ["0.npz", "1.npz"]
+    assert found.notes == ()
 
 
 def test_where_all_recordings_are_left_out_the_error_says_which_and_why(tmp_path: Path) -> None:

@@ -136,9 +136,7 @@ def test_on_a_large_grid_positions_are_found_in_a_crop_at_any_strength(tmp_path:
     device = Recognizer(loaded)  # replays the golden vectors
     images = loaded.golden.images
     places = np.array([device.touch(image) for image in images])
-    together = Batched(loaded).touches(images)
-    assert together is not None
-    np.testing.assert_allclose(together, places, atol=1e-5)
+    np.testing.assert_allclose(np.array(Batched(loaded).touches(images)), places, atol=1e-5)
     faint = np.array([device.touch(0.5 + 0.5 * image) for image in images])
     np.testing.assert_allclose(faint, places, atol=1e-3)
     assert (places.min(axis=0) >= -0.5).all()
