@@ -80,8 +80,7 @@ class BundleSettings:
     card: dict[str, Any]  # origin of the model: data, accuracy, date
     # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
-    # input of the location network; older bundles lack it, and use images as they are
-    touch: TouchInput = field(default_factory=TouchInput)
+    touch: TouchInput = field(default_factory=TouchInput)  # input of the location network
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,8 +24,7 @@ class TouchInput:
     """Settings of the location network's input; stored in the bundle, by default none.
 
     Attributes:
-        crop: Taxels of each side of the crop; 0: the whole grid. A side of the grid that is not
-            longer is kept whole.
+        crop: Taxels of each side of the crop; 0: the whole grid. Shorter sides stay whole.
         level: Root mean square of z - 1 to which the input is scaled; 0: as it is.
     """
 
@@ -38,10 +37,9 @@ class TouchInput:
         return min(rows, most), min(columns, most)
 
     def of(self, images: Images) -> tuple[Images, Corners]:
-        """Return the inputs (n, height, width) of touch images (n, rows, columns).
+        """Return inputs (n, height, width) of touch images (n, rows, columns), and their corners.
 
-        Also the crops' corners, (n, 2): a place in the input plus the corner is the place on the
-        grid, (x, y).
+        A place in an input plus its corner, (n, 2), is the place on the grid, (x, y).
         """
         count, rows, columns = images.shape
         height, width = self.shape(rows, columns)

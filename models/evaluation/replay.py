@@ -67,10 +67,8 @@ class Batched:
 
     def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """Return touch positions in images, (images, 2); None if the bundle has no positions."""
-        if self._location is None:
-            return None
         inputs, corners = self._touch.of(images)
-        return _outputs(self._location, inputs) + corners
+        return None if self._location is None else _outputs(self._location, inputs) + corners
 
 
 def run(bundle: Bundle, networks: Batched, recording: Recording, truth: GroundTruth) -> Stream:

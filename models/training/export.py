@@ -65,8 +65,7 @@ def export_location(
     """
     inputs, corners = settings.of(images)
     made, worst = _export(net, inputs, "images", "touches")
-    touches = made.outputs + corners[:GOLDEN]
-    return replace(made, inputs=images[:GOLDEN], outputs=touches), worst
+    return replace(made, inputs=images[:GOLDEN], outputs=made.outputs + corners[:GOLDEN]), worst
 
 
 def networks_of(loaded: Bundle) -> tuple[ExportedNetwork, ExportedNetwork]:

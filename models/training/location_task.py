@@ -20,11 +20,7 @@ from models.training.networks import Network, location_net
 
 
 class LocationTask(Task):
-    """Training task of CNN-2D; `parts` are positions in `touches`.
-
-    Attributes:
-        images: The network's inputs, (images, height, width).
-    """
+    """Training task of CNN-2D; `parts` are positions in `touches`."""
 
     def __init__(
         self,
@@ -38,7 +34,7 @@ class LocationTask(Task):
         net = location_net(inputs.shape[1:], recipe).to(device)
         super().__init__(net, recipe, parts.train)
         self.touches, self.parts, self.symmetry, self._device = touches, parts, symmetry, device
-        self.images = torch.from_numpy(inputs).to(device)
+        self._images = torch.from_numpy(inputs).to(device)
         self._place = torch.from_numpy(touches.place - corners).to(device)  # in the input
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
@@ -46,7 +42,7 @@ class LocationTask(Task):
         index = torch.from_numpy(batch).to(self._device)
         images, place = vary_images(
             self.recipe.augmentation,
-            self.images[index],
+            self._images[index],
             self._place[index],
             self.symmetry,
             generator,
@@ -82,26 +78,17 @@ class LocationTask(Task):
         """Return the errors of some of the images, (images, 2), grid units."""
         index = torch.from_numpy(images).to(self._device)
         with torch.no_grad():
-            off = self.net(self.images[index]) - self._place[index]
+            off = self.net(self._images[index]) - self._place[index]
         return np.asarray(off.cpu().numpy(), dtype=np.float32)
 
     def half_strength(self) -> float:
-        """Return how far places move if held-out touches have half their strength, grid units.
-
-        It is a mean of distances; NaN without such touches.
-        """
-        images = self.touches.images[self.parts.check]
-        if not len(images):
-            return np.nan
-        whole, half = (self._places(z) for z in (images, 0.5 + 0.5 * images))
-        return float(np.hypot(*(half - whole).T).mean())
-
-    def _places(self, images: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return places (images, 2), grid units, of touch images (images, rows, columns)."""
-        inputs, corners = self.recipe.touch.of(images)
+        """Return the mean distance that held-out places move at half their strength, grid units."""
+        index = self.parts.check
+        inputs, corners = self.recipe.touch.of(0.5 + 0.5 * self.touches.images[index])
         with torch.no_grad():
-            places = self.net(torch.from_numpy(inputs).to(self._device))
-        return np.asarray(places.cpu().numpy() + corners)
+            places = self.net(torch.from_numpy(inputs).to(self._device)).cpu().numpy() + corners
+        moved = places - self.touches.place[index] - self.errors(index)
+        return _mean(np.hypot(moved[:, 0], moved[:, 1]))
 
 
 def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, Network]:
@@ -116,7 +103,8 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
         print(parts.words, file=sys.stderr)
     task = LocationTask(found, parts, whole.common(located), job.recipe.location, job.device)
     if job.start.location:
-        transfer.begin(task.net, job.start.location, task.images[:AT_ONCE])
+        inputs, _ = job.recipe.location.touch.of(found.images[:AT_ONCE])
+        transfer.begin(task.net, job.start.location, torch.from_numpy(inputs))
     fitted = fit_shown(task, "CNN-2D", _describe, job.seed, job.folder)
     off = task.errors(parts.check)
     last = found.last[parts.check]

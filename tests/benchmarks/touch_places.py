@@ -11,7 +11,7 @@ touch. People are split in three folds; errors are Euclidean, in mm, with 95 % i
 people.
 
 `ours` is CNN-2D as `models train` trains it: on a crop around the touch, scaled to one strength.
-`whole` is the same network on the whole screen, unscaled.
+`whole` is the same network on the whole screen, unscaled; `_crop` are the peers on our crop.
 """
 
 from dataclasses import dataclass, replace
@@ -91,31 +91,41 @@ def judged(data: Screen, fold: int, epochs: int, seed: int) -> dict[str, Floats]
     held = np.random.default_rng(seed).permutation(known)[: max(1, round(CHOSEN * len(known)))]
     check = np.isin(data.person, held)
     learn = ~test & ~check
-    flat = (1.0 - data.images).reshape(len(data.images), -1) * 10.0
-    scale = 1.0 / np.array([COLUMNS, ROWS])
+    course = replace(DEFAULT.location, epochs=epochs)
+    whole = replace(course, touch=TouchInput())
+    found = {
+        "centroid": centroid(data.images[test]) - _bias(data, learn | check),
+        **_peers(data, learn, check, whole.touch, seed),
+        **{
+            f"{name}_crop": at
+            for name, at in _peers(data, learn, check, course.touch, seed).items()
+        },
+        "ours": _cnn(data, learn, check, course, seed)[test],
+        "whole": _cnn(data, learn, check, whole, seed)[test],
+    }
+    return {
+        name: PITCH_MM * np.linalg.norm(at - data.place[test], axis=1) for name, at in found.items()
+    }
+
+
+def _peers(
+    data: Screen, learn: NDArray[np.bool_], check: NDArray[np.bool_], touch: TouchInput, seed: int
+) -> dict[str, Floats]:
+    """Return places by ridge regression and an MLP, from an input, of all other people, (n, 2)."""
+    inputs, corners = touch.of(data.images)
+    flat, place = (1.0 - inputs).reshape(len(inputs), -1) * 10.0, data.place - corners
+    scale, test = 1.0 / np.array(inputs.shape[:0:-1]), ~(learn | check)
     ridge = min(
-        (Ridge(a).fit(flat[learn], data.place[learn]) for a in (1.0, 10.0, 100.0, 1000.0)),
-        key=lambda one: float(np.square(one.predict(flat[check]) - data.place[check]).mean()),
+        (Ridge(a).fit(flat[learn], place[learn]) for a in (1.0, 10.0, 100.0, 1000.0)),
+        key=lambda one: float(np.square(one.predict(flat[check]) - place[check]).mean()),
     )
     mlp = MLPRegressor(
         hidden_layer_sizes=(64, 32), early_stopping=True, max_iter=200, random_state=seed
     )
-    mlp.fit(flat[learn | check], data.place[learn | check] * scale)
-    found = {
-        "centroid": centroid(data.images[test]) - _bias(data, learn | check),
-        "ridge": ridge.predict(flat[test]),
-        "mlp": mlp.predict(flat[test]) / scale,
-        "ours": _cnn(data, learn, check, replace(DEFAULT.location, epochs=epochs), seed)[test],
-        "whole": _cnn(
-            data,
-            learn,
-            check,
-            replace(DEFAULT.location, epochs=epochs, touch=TouchInput()),
-            seed,
-        )[test],
-    }
+    mlp.fit(flat[~test], place[~test] * scale)
     return {
-        name: PITCH_MM * np.linalg.norm(at - data.place[test], axis=1) for name, at in found.items()
+        "ridge": ridge.predict(flat[test]) + corners[test],
+        "mlp": mlp.predict(flat[test]) / scale + corners[test],
     }
 
 

@@ -46,12 +46,10 @@ class Recognizer(Networks):
         self._networks: dict[str, Network] = {}
         for name, (model, inputs, outputs) in models.items():
             if model or name == "gesture":
-                shape = inputs.shape[1:]
-                if name == "location":
-                    shape = bundle.touch.shape(*shape)
+                whole, located = inputs.shape[1:], name == "location"
+                shape = bundle.touch.shape(*whole) if located else whole
                 network = _network(name, model, shape, outputs.shape[1], engine)
-                if name == "location":
-                    network = _located(network, bundle.touch)
+                network = _located(network, bundle.touch) if located else network
                 _check_golden(name, network, inputs, outputs)
                 self._networks[name] = network
 
