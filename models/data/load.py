@@ -46,7 +46,7 @@ WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
 WINDOWS: Final = (4, 250)  # images; a bundle holds no more
 ORB: Final = (5, 5)  # rows and columns of the paper's orb
 # Greatest relative difference of rates. People differ more in tempo: simulated ones are understood
-# as well 8 % faster or slower.
+# as well at rates 8 % below and above theirs (docs/measurements.md).
 RATES: Final = 0.08
 KNOWN: Final = 0.5  # share of frames from which on the truth counts as known
 SAMPLED: Final = 8  # recordings from which a scale is taken
