@@ -1,5 +1,6 @@
 """A sensor that prints one line of numbers a frame: on a serial port, or at tcp:HOST:PORT."""
 
+import math
 import socket
 import time
 from collections.abc import Callable
@@ -10,6 +11,7 @@ from typing import Any, Final
 
 from controller.links import ports
 from controller.recognition.frames import Frame
+from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.base import Sensor, SensorAwayError, SensorError, SensorOptions
 from controller.sensors.hardware.description import Description, affordable, read
 from controller.sensors.hardware.line_parser import LineParser
@@ -25,10 +27,12 @@ _CHUNK: Final = 1 << 16  # bytes
 
 @dataclass(frozen=True)
 class Options(SensorOptions):
-    """Options of the sensor: its description, and a port in place of the description's."""
+    """Options of the sensor: its description, and entries in place of the description's."""
 
     wiring: Path | None = None
     port: str = ""
+    rows: int = 0
+    columns: int = 0
 
 
 def create(options: Options, rate_hz: float | None = None) -> "Lines":
@@ -37,8 +41,14 @@ def create(options: Options, rate_hz: float | None = None) -> "Lines":
     Without a description the grid is found out: `controller sensors try` makes one.
     """
     known = Description() if options.port and options.wiring is None else None
-    description = known or read(options.wiring, "lines")
-    description = replace(description, port=options.port or description.port)
+    grid = options.rows, options.columns
+    if any(grid) and not (min(grid) > 0 and math.prod(grid) <= MAX_TAXELS):
+        raise SensorError(
+            f"rows={grid[0]} and columns={grid[1]} are no grid; give both, 1 to {MAX_TAXELS} taxels"
+        )
+    own = {"port": options.port, "rows": options.rows, "columns": options.columns}
+    given: dict[str, Any] = {name: value for name, value in own.items() if value}
+    description = replace(known or read(options.wiring, "lines"), **given)
     if not description.port:
         raise SensorError('--sensor lines needs a port: port = "..." in its description')
     port = _open(description)

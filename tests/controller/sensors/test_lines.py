@@ -21,6 +21,7 @@ from controller.recordings.recording import Recording
 from controller.sensors import base as sensors
 from controller.sensors import lines
 from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.hardware.description import Description
 from tests.support import ROOT
 from tests.support.described import described
 
@@ -316,12 +317,22 @@ def test_tcp_and_a_lost_connection(free_port: int) -> None:
         sensor.close()
 
 
+def test_a_grid_that_is_no_square_is_named_in_the_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    described: list[Description] = []
+    monkeypatch.setattr(lines, "_open", lambda _: None)
+    monkeypatch.setattr(lines, "start", lambda description, *_: described.append(description))
+    lines.create(lines.Options(port="/dev/ttyACM0", rows=3, columns=4))
+    assert (described[0].port, described[0].rows, described[0].columns) == ("/dev/ttyACM0", 3, 4)
+
+
 @pytest.mark.parametrize(
     ("spec", "sentence"),
     [
         ("lines", "needs a description: --wiring FILE.toml"),
         ("lines:port=/dev/absent", "cannot open /dev/absent: there is no such port"),
         ("lines:port=tcp:nowhere", "expected is socket://ADDRESS:PORT"),
+        ("lines:port=/dev/absent,rows=3", "rows=3 and columns=0 are no grid; give both"),
+        ("lines:port=/dev/absent,rows=-3,columns=-4", "rows=-3 and columns=-4 are no grid"),
     ],
 )
 def test_what_is_missing_is_said_in_a_sentence(spec: str, sentence: str) -> None:
