@@ -290,7 +290,10 @@ def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
         which = "location" if plan.gesture else "gesture"
         lines.append(f"the {which} network is that of the bundle {plan.lender.hash[:12]}")
     elif not plan.location:
-        lines.append("no recording has a touch's place, and the bundle will not locate touches")
+        mapping = _mapping(plan.data.vocabulary, {}, located=False)
+        silent = " or ".join(label for label, rules in mapping.items() if rules == NONE)
+        words = f"; {silent} has no command then, unless --mapping gives one" if silent else ""
+        lines.append(f"no recording has a touch's place: the bundle will not locate touches{words}")
     return lines
 
 
