@@ -89,7 +89,7 @@ def test_rows_of_gestures_stay_within_a_session_and_add_up() -> None:
 
 
 def test_auroc_is_the_share_of_pairs_in_the_right_order() -> None:
-    sk = pytest.importorskip("sk.metrics")
+    sk = pytest.importorskip("sklearn.metrics")
     rng = np.random.default_rng(0)
     high, low = rng.integers(0, 9, 50) / 8.0, rng.integers(0, 7, 70) / 8.0
     truth = np.r_[np.ones(50), np.zeros(70)]

@@ -104,6 +104,7 @@ def killed(guest: Guest) -> None:
     for child in children(controller.process.pid):
         with contextlib.suppress(ProcessLookupError):
             os.kill(child, signal.SIGKILL)
+    guest.until(keyboard.active_keys, "a key to be held without the guard")
     controller.end(signal.SIGKILL)
     guest.check(keyboard.active_keys(), "without its guard a killed controller leaves a key down")
     controller, again = holding(guest)
