@@ -15,6 +15,7 @@ from controller import files
 from controller.config import parse_json
 from controller.recognition.baseline import StoredBaseline
 from controller.recognition.frames import Frame
+from controller.sensors.hardware.description import UNNAMED
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
@@ -90,7 +91,12 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
 
 
 def keep_scale(device_id: str, scale: float, where: Path | None = None) -> None:
-    """Keep the scale of a sensor that has no rest in picofarads, or raise OSError."""
+    """Keep the scale of a sensor that has no rest in picofarads, or raise OSError.
+
+    That of a sensor without a name is not kept: another one may be plugged in at the next start.
+    """
+    if device_id == UNNAMED:
+        return
     plain = {"version": VERSION, "device_id": device_id, "scale": scale}
     files.atomic_write(path(device_id, where), json.dumps(plain, indent=1).encode())
 

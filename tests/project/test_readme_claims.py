@@ -1,4 +1,4 @@
-"""What README.md claims, a test each; claims that other tests show are listed with these tests."""
+"""Claims of README.md, a test each; claims that other tests show are listed with these tests."""
 
 import ast
 import os

@@ -19,6 +19,7 @@ from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.base import RATE_HZ, Geometry, SensorError
 from controller.sensors.hardware.wiring import number, numbers
 
+UNNAMED: Final = "skin"  # of sensors whose description gives no name
 _SLOWEST: Final = 0.85  # of the rate that is asked for: beyond that too many frames come twice
 
 
@@ -28,7 +29,7 @@ class Description:
 
     # what it is called, in recordings and to hosts
     name: str = field(
-        default="skin",
+        default=UNNAMED,
         metadata={
             "pattern": r"[A-Za-z0-9_-]{1,24}",
             "expected": "1 to 24 letters, digits, - and _",

@@ -180,6 +180,8 @@ def test_a_learned_scale_is_kept_in_the_file_of_its_device(tmp_path: Path) -> No
     calibration_store.keep_scale("lines", 6250.0, tmp_path)
     assert calibration_store.scale("lines", tmp_path) == 6250.0
     assert calibration_store.scale("other", tmp_path) == 0.0
+    calibration_store.keep_scale("skin", 6250.0, tmp_path)  # without a name: any sensor's
+    assert calibration_store.scale("skin", tmp_path) == 0.0
     assert calibration_store.load("lines", tmp_path) is None  # there is no rest in it
     kept(tmp_path)
     assert calibration_store.scale("orb-1", tmp_path) == 0.0
