@@ -22,7 +22,9 @@ _STALE_S: Final = 0.5  # a frame as old as this is no longer the sensor's ...
 _STALE_FRAMES: Final = 3.0  # ... nor one that so many should have followed
 _RETRY_S: Final = 0.5  # between two attempts to open a lost port
 _POLL_S: Final = 0.002  # between two looks at the port
-_CHUNK: Final = 1 << 16  # bytes
+_CHUNK: Final = 1 << 14  # bytes of one look
+_PARSED: Final = 4  # full chunks that are parsed in one frame ...
+_DROPPED: Final = 256  # ... and of the older ones that wait behind them, how many are dropped
 
 
 @dataclass(frozen=True)
@@ -90,8 +92,7 @@ def start(
 
     wait(1)
     if not own_hz:
-        while data := available(port):  # what waited in buffers came at once
-            parser.feed(data)
+        receive(port, parser)  # what waited in buffers came at once
         wait(1)
         began_s, before = clock(), parser.frames
         wait(MEASURED)
@@ -119,6 +120,21 @@ def available(port: Any) -> bytes:
     if not data:
         raise OSError("the other side has closed the connection")
     return data
+
+
+def receive(port: Any, parser: LineParser) -> None:
+    """Parse what has come, within bounds: a source may send faster than lines are parsed.
+
+    Of more than 64 kB the rest is dropped, so that the next lines are new ones.
+    """
+    for _ in range(_PARSED):
+        if not (data := available(port)):
+            return
+        parser.feed(data)
+    for _ in range(_DROPPED):
+        if not available(port):
+            return
+        parser.cut()
 
 
 class Lines(Sensor):
@@ -172,8 +188,7 @@ class Lines(Sensor):
             self._retry_s = t_s + _RETRY_S
             self._port = _open(self.description)
             self.parser.cut()
-        while data := available(self._port):
-            self.parser.feed(data)
+        receive(self._port, self.parser)
 
 
 def _open(description: Description) -> Any:

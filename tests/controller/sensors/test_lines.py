@@ -338,3 +338,35 @@ def test_a_grid_that_is_no_square_is_named_in_the_options(monkeypatch: pytest.Mo
 def test_what_is_missing_is_said_in_a_sentence(spec: str, sentence: str) -> None:
     with pytest.raises(SensorError, match=sentence):
         sensors.load(spec)
+
+
+class NeverEmpty:
+    """A port whose other side prints faster than anything can read."""
+
+    in_waiting = 1 << 14
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def read(self, size: int) -> bytes:
+        """The same line again and again, cut anywhere; each read shows another value."""
+        self.count += 1
+        line = b"%d,2,3,4\n" % self.count
+        return (line * (size // len(line) + 1))[:size]
+
+
+def test_a_source_that_never_pauses_costs_a_bounded_amount_a_frame() -> None:
+    description = described('port = "endless"\nrows = 2\ncolumns = 2\nrate_hz = 40.0\n')
+    port = NeverEmpty()
+    sensor = lines.start(description, port, None)
+    seen = []
+    for number in range(1, 4):
+        before = port.count
+        seen.append(int(sensor.read(number / 40.0)[0, 0]))
+        assert port.count - before <= 300  # looks at the port
+    assert seen == sorted(set(seen))  # each frame is a newer one
+
+
+def test_a_rate_is_measured_of_a_source_that_never_pauses() -> None:
+    description = described('port = "endless"\nrows = 2\ncolumns = 2\n')
+    assert lines.start(description, NeverEmpty(), 40.0).rate_hz == pytest.approx(40.0, rel=0.05)
