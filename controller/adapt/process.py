@@ -3,6 +3,7 @@
     python -m controller.adapt.process BUNDLE OUT < job
 
 makes one change. It prints lines of JSON: the share that is done, and the outcome as the last one.
+The end of its standard input means that its parent has ended, and ends it.
 """
 
 import contextlib
@@ -28,6 +29,7 @@ from controller.bundles.bundle import BundleError
 DEADLINE_S: Final = 120.0
 NICE: Final = 10
 MAX_BYTES: Final = 64 << 20  # of a job
+_SIZE: Final = 8  # bytes of its length, before it
 _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -95,10 +97,13 @@ def run(job: Job, path: Path, out: Path, progress: Progress = lambda share: None
         assert process.stdin is not None
         assert process.stdout is not None
         with contextlib.suppress(BrokenPipeError):
-            process.stdin.write(job.pack())
-            process.stdin.close()
+            packed = job.pack()
+            process.stdin.write(len(packed).to_bytes(_SIZE, "little") + packed)
+            process.stdin.flush()
         last = _follow(process.stdout, progress)
         status = process.wait()
+        with contextlib.suppress(BrokenPipeError):
+            process.stdin.close()
         if late.is_set():
             raise AdaptError(f"it was not learned within {DEADLINE_S:g} s")
         if status or last is None:
@@ -140,12 +145,21 @@ def _reason(errors: IO[bytes], status: int) -> str:
     return lines[-1] if lines else f"learning ended with status {status}"
 
 
+def _end_with(pipe: int) -> None:
+    """End the process when the other end of a pipe is closed."""
+    while os.read(pipe, _SIZE):
+        pass
+    os._exit(1)
+
+
 def main(argv: list[str]) -> int:
     """Do the job on standard input: BUNDLE OUT."""
     path, out = map(Path, argv)
     if hasattr(os, "nice"):
         os.nice(NICE)
-    job = Job.unpack(sys.stdin.buffer.read())
+    size = int.from_bytes(sys.stdin.buffer.read(_SIZE), "little")
+    job = Job.unpack(sys.stdin.buffer.read(size))
+    threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
     try:
         made = job.do(path.read_bytes(), lambda share: print(round(share, 3), flush=True))
         unlearn.counted(made).write(out)
