@@ -146,11 +146,12 @@ def run(
     screenshot: Path | None = None,
     orb_options: Sequence[str] = (),
     link: str | None = None,
+    shutdown: Sequence[str] = (),
 ) -> None:
     """Play a demo of some granted time, and print how it went.
 
     Speed 1 is real time, 0 as fast as it goes; without a link the orb is one of our own, with
-    further options of `controller`.
+    further options of `controller`. It ends early when `shutdown` has a reason.
 
     Raises:
         LinkError, DemoError: The orb cannot be reached, or is gone or silent.
@@ -158,8 +159,10 @@ def run(
     """
     surface = None if headless and screenshot is None else window(headless=headless)
     with Demo(seed, seconds, orb_options, link) as demo:
-        _play(demo, speed, surface)
+        _play(demo, speed, surface, shutdown)
         verdict = demo.verdict()
+    if shutdown:
+        return
     if surface is not None and screenshot is not None:
         save(surface, screenshot)
     print(json.dumps(verdict) if as_json else summary(verdict))
@@ -179,9 +182,11 @@ def summary(verdict: dict[str, Any]) -> str:
     )
 
 
-def _play(demo: Demo, speed: float, surface: pygame.Surface | None) -> None:
+def _play(
+    demo: Demo, speed: float, surface: pygame.Surface | None, shutdown: Sequence[str]
+) -> None:
     start = time.monotonic()
-    while not demo.over:
+    while not (demo.over or shutdown):
         if speed > 0:
             due = start + until_ms(demo.tick_number + 1) / 1000 / speed
             time.sleep(max(0.0, due - time.monotonic()))

@@ -4,7 +4,7 @@ import io
 import math
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pygame
@@ -37,6 +37,7 @@ def play(
     target: Target,
     orb: MessageLink,
     surface: pygame.Surface,
+    stopped: Sequence[str] = (),
     *,
     seconds: float | None = None,
     screenshot: Path | None = None,
@@ -45,7 +46,8 @@ def play(
 ) -> None:
     """Play until the window is closed, or for some seconds, and save the last picture if asked to.
 
-    `drawn` is called when a picture is on the screen; the clock never turns back.
+    It also ends when `stopped` has a reason. `drawn` is called when a picture is on the screen; the
+    clock never turns back.
 
     Raises:
         LinkError: The first connection failed; later ones are tried again and again.
@@ -76,7 +78,8 @@ def play(
             pygame.display.flip()
             drawn()
         pace.tick(FRAMES_PER_S)
-        playing = playing and not target.closed and (seconds is None or now_s < seconds)
+        over = target.closed or bool(stopped) or (seconds is not None and now_s >= seconds)
+        playing = playing and not over
     if screenshot is not None:
         save(surface, screenshot)
 
@@ -84,17 +87,18 @@ def play(
 def serve(
     target: Target,
     orb: MessageLink,
+    stopped: Sequence[str] = (),
     *,
     seconds: float | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Let a target act without a window, for some seconds or until the program is ended.
+    """Let a target act without a window, for some seconds or until `stopped` has a reason.
 
     LinkError if the first connection failed; later ones are tried again and again.
     """
     began_s = clock()
     now_s, connected = 0.0, False
-    while seconds is None or now_s < seconds:
+    while not stopped and (seconds is None or now_s < seconds):
         orb.wait(TICK_S)
         now_s = clock() - began_s
         connected = _exchange(target, orb, now_s, connected)

@@ -25,14 +25,9 @@ from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
-from controller.runtime.process import (
-    IdleCollector,
-    ShutdownSignals,
-    WatchdogHeartbeat,
-    real_time,
-    signals,
-)
+from controller.runtime.process import IdleCollector, WatchdogHeartbeat, real_time
 from controller.runtime.renewal import exchange, renew
+from controller.shutdown import Shutdown, signals
 
 if TYPE_CHECKING:
     from controller.keymap.terminal import Keyboard
@@ -46,10 +41,10 @@ def main(words: Sequence[str]) -> int:
     """Run the device and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     options = check(parser().parse_args(words))
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    with signals() as shutdown:
+    with signals(renews=True) as shutdown:
         shutdown.at_once = True
         parts = prepare(options)
-        shutdown.at_once = False
+        shutdown.at_once, shutdown.close = False, parts.link.close
         if parts.owned:
             threading.Thread(
                 target=_watch_host, args=(shutdown,), name="owner", daemon=True
@@ -74,7 +69,7 @@ def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
     return keyboard()
 
 
-def _run(parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None) -> None:
+def _run(parts: Parts, shutdown: Shutdown, keyboard: Keyboard | None) -> None:
     """Run until stopped, or until a recording ends or is complete."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := parts.link.url:
@@ -101,7 +96,7 @@ def _run(parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None) -> 
 
 
 def _sessions(
-    parts: Parts, shutdown: ShutdownSignals, keyboard: Keyboard | None, watchdog: WatchdogHeartbeat
+    parts: Parts, shutdown: Shutdown, keyboard: Keyboard | None, watchdog: WatchdogHeartbeat
 ) -> bool:
     """Run with these parts; return whether to continue with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
@@ -134,6 +129,7 @@ def _sessions(
         watchdog.beat()
         watchdog.status(_state(parts))
         # The reader of the lines has closed the pipe, as in `controller | head`.
+        shutdown.sealing = bool(shutdown) and parts.runs is not None
         return bool(shutdown) or shutdown.renew or (printing and not parts.link.connected)
 
     loop.run(over)

@@ -27,7 +27,7 @@ from controller.errors import (
 from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
-from controller.runtime.process import signals
+from controller.shutdown import signals
 from controller.teach import TeachError, add_gesture, dataset_folder, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import TeachPlan, say
@@ -125,7 +125,7 @@ def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], boo
             say("there is no model for this sensor yet")
         with signals() as ends, keyboard() as keys:
             try:
-                made += session.run(begun, keys, lambda: bool(ends))
+                made += session.run(begun, keys, ends.noticed)
             except UserError as error:  # the request was right
                 raise TroubleError(str(error)) from None
         for line in summary(begun.tally):

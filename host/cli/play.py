@@ -3,7 +3,6 @@
 import argparse
 import logging
 import secrets
-import signal
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
@@ -12,6 +11,7 @@ from pathlib import Path
 from controller import __version__, arguments
 from controller.protocol import psk
 from controller.protocol.link_events import Connected
+from controller.shutdown import Shutdown, signals
 from host import taps, targets
 from host import window_loop as loop
 from host.app.application import OrbApp
@@ -47,16 +47,15 @@ def main(words: list[str]) -> int:
         format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR
     )
     seed = secrets.randbits(31) if options.seed is None else options.seed
-    (_demo if options.demo else _play)(options, seed)
-    return 0
+    with signals() as shutdown:
+        (_demo if options.demo else _play)(options, seed, shutdown)
+    return shutdown.status
 
 
-def _play(options: argparse.Namespace, seed: int) -> None:
+def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
     """Open the window and the link, and play until the window is closed."""
     memory = DeviceStore(warn=warn)
     with ExitStack() as stack:
-        for number in _ends():
-            stack.callback(signal.signal, number, signal.signal(number, _end))
         own: VirtualOrbProcess | None = None
         seeker = remembering.seek(options, memory)
         key = b"" if options.key is None else psk.read(options.key)
@@ -105,15 +104,15 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
         if surface is not None:  # which shows it
             receiver.subscribe(hops.on_received)
-        stack.callback(_end_undisturbed)
         receiver.start()
         if surface is None:
-            loop.serve(target, receiver, seconds=options.seconds)
+            loop.serve(target, receiver, shutdown, seconds=options.seconds)
         else:
             loop.play(
                 target,
                 receiver,
                 surface,
+                shutdown,
                 seconds=options.seconds,
                 screenshot=options.screenshot,
                 drawn=lambda: _drawn(target, hops),
@@ -137,25 +136,7 @@ def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
     target.paced(hops)
 
 
-def _ends() -> list[int]:
-    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
-    # Windows has no SIGHUP. One that is ignored stays so: by nohup, or in a shell's background.
-    return [number for number in numbers if number and signal.getsignal(number) != signal.SIG_IGN]
-
-
-def _end(number: int, frame: object) -> None:
-    """End as on a normal exit, so that everything is released."""
-    _end_undisturbed()
-    raise SystemExit(128 + number)
-
-
-def _end_undisturbed() -> None:
-    """Let no further signal cut the end short, before the keys are released."""
-    for number in _ends():
-        signal.signal(number, lambda *_: None)
-
-
-def _demo(options: argparse.Namespace, seed: int) -> None:
+def _demo(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
     from host import demo  # imported here, because playing by hand needs no bot and no judge
 
     demo.run(
@@ -167,6 +148,7 @@ def _demo(options: argparse.Namespace, seed: int) -> None:
         screenshot=options.screenshot,
         orb_options=options.orb,
         link=options.link,
+        shutdown=shutdown,
     )
 
 

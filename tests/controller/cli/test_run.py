@@ -29,9 +29,9 @@ from controller.recordings.recording import Provenance
 from controller.runtime import assemble
 from controller.runtime.assemble import TOKEN
 from controller.runtime.device import Device, VirtualHand
-from controller.runtime.process import signals
 from controller.sensors import base as sensors
 from controller.sensors.virtual import show
+from controller.shutdown import signals
 from tests.support import manual_host
 from tests.support.loop_bench import MessageLog
 from tests.support.manual_host import HandMadeHost
@@ -222,7 +222,7 @@ def test_a_hangup_ends_or_renews_a_run(terminal: bool, monkeypatch: pytest.Monke
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: terminal)
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup a hangup means nothing
     try:
-        with signals() as ends:
+        with signals(renews=True) as ends:
             signal.raise_signal(signal.SIGHUP)
             assert (ends, ends.renew) == ((["SIGHUP"], False) if terminal else ([], True))
     finally:

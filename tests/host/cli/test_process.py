@@ -97,31 +97,3 @@ def test_reader_that_left_ends_it_without_a_word(command: tuple[str, ...], tmp_p
     assert "host: cannot" not in done.stderr
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no such signals")
-def test_signal_that_asks_for_the_end_is_heeded_once() -> None:
-    program = (
-        "import os, signal, time; from host.cli import play as host\n"
-        "for number in host._ends(): signal.signal(number, host._end)\n"
-        "try:\n"
-        "    os.kill(os.getpid(), signal.SIGTERM); time.sleep(60)\n"
-        "finally:\n"
-        "    for number in host._ends(): os.kill(os.getpid(), number)\n"
-        "    print('every key is up')\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
-    )
-    assert (done.returncode, done.stdout) == (128 + signal.SIGTERM, "every key is up\n")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGHUP")
-def test_signal_that_nohup_ignores_stays_ignored() -> None:
-    program = (
-        "import signal; from host.cli import play\n"
-        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "print(signal.SIGHUP in play._ends(), signal.SIGTERM in play._ends())"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert done.stdout == "False True\n"
