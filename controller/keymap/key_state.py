@@ -47,8 +47,18 @@ class KeyState:
         notes: Sentences for the user, oldest first; the caller removes them.
     """
 
-    def __init__(self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0) -> None:
-        """Begin in the first profile; after `gap_s` seconds a held key is pressed again."""
+    def __init__(
+        self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0,
+        silence_s: float = SILENCE_S,
+    ) -> None:  # fmt: skip
+        """Begin in the first profile.
+
+        Args:
+            key_map: The mapping.
+            armed: Whether commands press keys.
+            gap_s: Pause until a held key is pressed again, seconds.
+            silence_s: Held keys are released so many seconds after the orb's last report.
+        """
         self.armed = armed
         self.profile = key_map.first
         self.down: list[str] = []
@@ -56,7 +66,7 @@ class KeyState:
         self.hosts: list[int] = []
         self.notes: list[str] = []
         self._map = key_map
-        self._gap_s = gap_s
+        self._gap_s, self._silence_s = gap_s, silence_s
         self._holds: dict[str, _Hold] = {}
         self._since_s: dict[str, float] = {}  # start of held commands before their long hold
         self._reported_s = 0.0  # time of the orb's last report
@@ -68,7 +78,7 @@ class KeyState:
         """Time of the next change by `tick`, None if there is none."""
         times = [hold.next_s for hold in self._holds.values()]
         if any(hold.press.mode is not Mode.TAP for hold in self._holds.values()):
-            times.append(self._reported_s + SILENCE_S)
+            times.append(self._reported_s + self._silence_s)
         if self._letters:
             times.append(self._letter_s)
         return min(times, default=None)
@@ -118,7 +128,7 @@ class KeyState:
 
     def tick(self, now_s: float) -> None:
         """Advance to the present time: end taps, repeat held keys, continue texts."""
-        silent = now_s >= self._reported_s + SILENCE_S  # computed as in `due_s`
+        silent = now_s >= self._reported_s + self._silence_s  # computed as in `due_s`
         if silent:
             self._since_s.clear()
         for name, hold in list(self._holds.items()):

@@ -84,6 +84,7 @@ class StreamLink(Link):
         self._selector.register(self._wake_reader, selectors.EVENT_READ, self._woken)
         self._thread = threading.Thread(target=self._run, name="link", daemon=True)
         self._start_ns = time.monotonic_ns()
+        self._loop_ms: int | None = None  # the latest sign of the control loop
 
     def start(self) -> None:
         """Start the I/O thread."""
@@ -129,6 +130,7 @@ class StreamLink(Link):
         """Return the host's new requests, oldest first."""
         if self._failure:
             raise RuntimeError("the link's thread has died") from self._failure
+        self._loop_ms = self._now_ms()
         requests = self._requests.take()
         for number, request in requests:
             if isinstance(request, Hello | Bye):
@@ -168,10 +170,10 @@ class StreamLink(Link):
         ticked_ms = 0
         try:
             while not self._closing:
-                for key, events in self._selector.select(TICK_S):
+                for key, events in self._selector.select(self._pause_s()):
                     key.data(events)
                 now_ms = self._now_ms()
-                if now_ms - ticked_ms >= TICK_S * 1000:
+                if now_ms - ticked_ms >= TICK_S * 1000 or now_ms >= self._release_ms() > ticked_ms:
                     ticked_ms = now_ms
                     self._tick(now_ms)
         except BaseException as error:
@@ -179,6 +181,16 @@ class StreamLink(Link):
             log.exception("the link's thread has died")
         finally:
             self._shut()
+
+    def _release_ms(self) -> int:
+        """Return when the host's session releases what a silent control loop holds."""
+        host, loop_ms = self._host, self._loop_ms
+        return 0 if host is None or loop_ms is None else host.session.release_ms(loop_ms)
+
+    def _pause_s(self) -> float:
+        """Return the seconds until the next tick."""
+        left_s = (self._release_ms() - self._now_ms()) / 1000
+        return min(left_s, TICK_S) if left_s > 0.0 else TICK_S
 
     def _attach(self, stream: Stream) -> None:
         """Start a session with a new peer."""
@@ -264,7 +276,7 @@ class StreamLink(Link):
         """Send heartbeats, and detach silent hosts and peers without a session."""
         for peer in tuple(self._peers):
             with self._lock:
-                self._forward(peer, peer.session.tick(now_ms))
+                self._forward(peer, peer.session.tick(now_ms, self._loop_ms))
             if peer.session.live:
                 peer.since_ms = now_ms
             if self.patient or now_ms - peer.since_ms <= SILENCE_MS:

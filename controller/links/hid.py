@@ -52,14 +52,14 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome.name, adapter, classic=classic, only=host)
+    return HidLink(keys, welcome, adapter, classic=classic, only=host)
 
 
 class HidLink(KeyLink, BluetoothLink):
     """Link to one bonded host at a time, over an encrypted connection."""
 
     def __init__(
-        self, keys: KeyMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
+        self, keys: KeyMap, welcome: Welcome, adapter: str, *, classic: bool = False, only: str = ""
     ) -> None:
         """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses.
 
@@ -73,9 +73,10 @@ class HidLink(KeyLink, BluetoothLink):
             HostSelection(hosts.recall(place), only, time.monotonic()),
             notify=self._report_host,
             store=partial(hosts.remember, place),
+            rate_hz=welcome.rate_hz,
         )
         self._registration = RegistrationThread(
-            _transport(self._device, name, classic=classic), adapter
+            _transport(self._device, welcome.name, classic=classic), adapter
         )
         try:
             self._registration.start()

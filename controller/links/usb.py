@@ -43,7 +43,7 @@ def create(url: str, welcome: Welcome, access: object) -> UsbLink:
             "several, then ?keys=FILE (docs/hid.md)"
         )
     keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
-    return UsbLink(keys, Gadget(welcome.name, udc))
+    return UsbLink(keys, Gadget(welcome.name, udc), welcome.rate_hz)
 
 
 class UsbReports:
@@ -53,10 +53,15 @@ class UsbReports:
         ready: Whether a host reads reports; it was sent the release of all keys first.
     """
 
-    def __init__(self, key_map: KeyMap, write: Callable[[Report], None]) -> None:
-        """Begin without a host; `write` raises BlockingIOError while one does not read."""
+    def __init__(
+        self, key_map: KeyMap, write: Callable[[Report], None], rate_hz: float = 40.0
+    ) -> None:
+        """Begin without a host; `write` raises BlockingIOError while one does not read.
+
+        The device has `rate_hz` frames a second.
+        """
         self.ready = False
-        self._keys = held_keys.key_state(key_map)
+        self._keys = held_keys.key_state(key_map, rate_hz)
         self._held = HeldReports()
         self._queue: list[Report] = []
         self._blocked_s: dict[int, float] = {}  # since when, by report id
@@ -125,13 +130,13 @@ class UsbReports:
 class UsbLink(KeyLink):
     """Link to the one host at the USB port, connected while it reads reports."""
 
-    def __init__(self, keys: KeyMap, gadget: Gadget) -> None:
+    def __init__(self, keys: KeyMap, gadget: Gadget, rate_hz: float = 40.0) -> None:
         """Use a gadget until `close`, in a thread."""
         super().__init__()
         self._messages: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         self._gadget = gadget
-        self._reports = UsbReports(keys, gadget.write)
+        self._reports = UsbReports(keys, gadget.write, rate_hz)
         self._thread = threading.Thread(target=self._run, name="usb", daemon=True)
         self._thread.start()
 

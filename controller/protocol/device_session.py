@@ -13,6 +13,7 @@ from typing import Final
 
 from controller.protocol.auth import NONCE, seals
 from controller.protocol.messages import (
+    HUNG_MS,
     SILENCE_MS,
     VERSION,
     Bye,
@@ -31,6 +32,7 @@ from controller.protocol.messages import (
     Request,
     State,
     Welcome,
+    hold_ms,
 )
 from controller.protocol.packets import ClockSync, Packet, SessionEnd, encode, is_ahead
 from controller.protocol.retransmit import RESEND_MS, PendingCommand, RetransmitQueue
@@ -46,7 +48,8 @@ class DeviceSession(SessionEnd):
     """The device's end of a link, for one host after the other.
 
     Attributes:
-        state: "waiting", "offered" from Hello to Join, "live".
+        state: "waiting", "offered" from Hello to Join, "live"; "stalled" and "hung" are live
+            sessions of a control loop that gives no sign.
         number: The session's number; it stays when the session has ended.
         granted: Whether the present host grants time.
         resumed: Whether the session continues the one before, with the same host.
@@ -93,7 +96,11 @@ class DeviceSession(SessionEnd):
     @property
     def live(self) -> bool:
         """Whether a session is live."""
-        return self.state == "live"
+        return self.state in ("live", "stalled", "hung")
+
+    def release_ms(self, loop_ms: int) -> int:
+        """Return when commands are no longer held, if the loop's latest sign was at `loop_ms`."""
+        return loop_ms + hold_ms(self._welcome.rate_hz)
 
     def receive(self, data: bytes, now_ms: int) -> list[Message]:
         """Return the requests in bytes that are cut anywhere: Hello once welcomed, others, Bye."""
@@ -129,16 +136,21 @@ class DeviceSession(SessionEnd):
             self._pressed = message.pressed
         self._send(message, t_ms, now_ms)
 
-    def tick(self, now_ms: int) -> list[Message]:
+    def tick(self, now_ms: int, loop_ms: int | None = None) -> list[Message]:
         """Send heartbeats and retransmissions; return Bye after too long a silence of the host.
 
-        In granted time there are neither, as the host's clock may stand still.
+        `loop_ms` is the latest sign of the control loop: without a newer one nothing stays held,
+        and after HUNG_MS there is no heartbeat. None: the loop has not begun. In granted time there
+        is nothing of this, as the host's clock may stand still.
         """
         if self.state == "waiting" or (self.live and self.granted):
             return []
         if now_ms - self._heard_ms > SILENCE_MS:
             return self.end(f"the host was silent for {SILENCE_MS / 1000:g} s", "silence")
         if not self.live:
+            return []
+        self._watch(now_ms, now_ms if loop_ms is None else loop_ms)
+        if self.state == "hung":
             return []
         self._send_again(now_ms)
         if now_ms - self._beat_ms >= self._welcome.heartbeat_ms:
@@ -148,6 +160,19 @@ class DeviceSession(SessionEnd):
             beat = Heartbeat(*self.clock.stamps(now_ms), self.outbox.done, self._pressed)
             self._send(beat, now_ms + self._skew_ms, now_ms)
         return []
+
+    def _watch(self, now_ms: int, loop_ms: int) -> None:
+        """Follow the control loop, which gave its latest sign at `loop_ms`."""
+        if now_ms < self.release_ms(loop_ms):
+            if self.state != "live":
+                self._go("sign")
+            return
+        if self.state == "live":
+            self._go("pause")
+            if self._pressed:
+                self.send(State(()), now_ms + self._skew_ms, now_ms)
+        if self.state == "stalled" and now_ms - loop_ms >= HUNG_MS:
+            self._go("hang")
 
     def end(self, reason: str, event: str = "cut") -> list[Message]:
         """End the session without a message; return it as the host's Bye, if it was live."""
@@ -251,7 +276,6 @@ class DeviceSession(SessionEnd):
 
     def _take(self, packet: Packet, message: Request, now_ms: int) -> list[Message]:
         """Take one packet of the live session; return its request, if it has one."""
-        self._go("packet")
         self._take_number(packet, now_ms)
         if isinstance(message, HostHeartbeat):
             self.clock.take(message.sent_ms, message.echo_ms, message.held_ms, now_ms)

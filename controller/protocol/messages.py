@@ -16,6 +16,8 @@ COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", 
 HEARTBEAT_MS = 100  # between two heartbeats, each way
 DEADMAN_MS = 300  # without a valid packet: release everything, pause
 LOST_MS = 1000  # without a valid packet: close, and connect again
+LOOP_FRAMES = 3  # frame periods without a sign of the control loop, or DEADMAN_MS if that is more
+HUNG_MS = 1000  # without a sign of the control loop: the device sends no heartbeat
 SILENCE_MS = 2000  # a device drops a silent host; a host gives up waiting
 LATE_MS = 250  # an older command is not carried out
 PIECE = 1000  # bytes of a bundle in one packet
@@ -36,6 +38,11 @@ class Request(Message):
 @dataclass(frozen=True, slots=True)
 class Report(Message):
     """A message from a device in a session."""
+
+
+def hold_ms(rate_hz: float) -> int:
+    """Return how long a command stays held without a sign of the device's control loop."""
+    return max(DEADMAN_MS, round(1000 * LOOP_FRAMES / rate_hz))
 
 
 M = TypeVar("M", bound=Message)

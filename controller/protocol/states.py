@@ -8,15 +8,17 @@ from typing import Final
 
 # States, event, next state.
 _DEVICE: Final = (
-    ("waiting offered live", "hello", "offered"),
-    ("waiting offered live", "foreign", "waiting"),
+    ("waiting offered live stalled hung", "hello", "offered"),
+    ("waiting offered live stalled hung", "foreign", "waiting"),
     ("offered", "join", "live"),
     ("offered", "objection", "waiting"),
     ("offered", "forged", "waiting"),
-    ("live", "packet", "live"),
-    ("offered live", "silence", "waiting"),
-    ("offered live", "bye", "waiting"),
-    ("offered live", "cut", "waiting"),
+    ("live", "pause", "stalled"),
+    ("stalled", "hang", "hung"),
+    ("stalled hung", "sign", "live"),
+    ("offered live stalled hung", "silence", "waiting"),
+    ("offered live stalled hung", "bye", "waiting"),
+    ("offered live stalled hung", "cut", "waiting"),
 )
 _HOST: Final = (
     ("over", "again", "greeting"),

@@ -289,6 +289,7 @@ class Device:
             c = step.command
             command = Command(c.command, c.gesture, c.probability, c.touch, c.frame)
             self.link.send(command, t_ms)
+            self._pressed = ()  # the link may have released it while the loop hung
             self._press((c.command,), t_ms)
         elif self._pressed and not step.held:
             self._press((), t_ms)

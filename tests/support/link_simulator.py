@@ -15,7 +15,16 @@ from dataclasses import dataclass, field
 from controller.protocol import codec, link_events
 from controller.protocol.device_session import BACKLOG, DeviceSession
 from controller.protocol.host_session import HostSession
-from controller.protocol.messages import DEADMAN_MS, LATE_MS, Bye, Command, Hello, State, Telemetry
+from controller.protocol.messages import (
+    DEADMAN_MS,
+    HUNG_MS,
+    LATE_MS,
+    Bye,
+    Command,
+    Hello,
+    State,
+    Telemetry,
+)
 from controller.protocol.packets import MAX_FRAME
 from controller.protocol.retransmit import MOST, RetransmitQueue, SessionHistory
 from tests.support.fake_device import welcome
@@ -72,6 +81,8 @@ class World:
         self._begun: dict[int, set[int]] = {}
         self._frame = 0
         self.held: tuple[str, ...] = ()
+        self._loop_ms = 0  # the latest sign of the device's control loop
+        self._hung_until_ms = 0
         self.outbox = RetransmitQueue()
         self.lines: list[DeviceSession] = []  # the newest is the one that the host is at
         self._start_device()
@@ -89,7 +100,9 @@ class World:
     # --- what the two programs do ---
 
     def command(self) -> None:
-        """The player asks for something."""
+        """The player asks for something; a loop that hangs does not notice."""
+        if self.hung:
+            return
         self._frame += 1
         self._asked[self._boot].append((self._frame, self.now_ms))
         command = Command("drop", "pinch", 0.9, None, self._frame)
@@ -102,12 +115,24 @@ class World:
 
     def hold(self, pressed: tuple[str, ...]) -> None:
         """The player holds something, or lets go."""
+        if self.hung:
+            return
         self.held = pressed
         self._device_says(State(pressed))
 
     def feel(self) -> None:
         """The device sends a frame of telemetry."""
         self._device_says(FELT)
+
+    def hang(self, for_ms: int) -> None:
+        """Let the device's control loop hang: it sends nothing; its link's thread goes on."""
+        self._hung_until_ms = self.now_ms + for_ms
+        self.happened["hung loops"] += 1
+
+    @property
+    def hung(self) -> bool:
+        """Whether the control loop hangs."""
+        return self.now_ms < self._hung_until_ms
 
     def wait(self, pass_ms: int) -> None:
         end_ms = self.now_ms + pass_ms
@@ -197,7 +222,7 @@ class World:
 
     def settle(self) -> None:
         """Mend everything, wait, and check that both ends know the fate of every command."""
-        self.plugged = True
+        self.plugged, self._hung_until_ms = True, self.now_ms
         for direction in (self.to_host, self.to_device):
             direction.free_ms = 0
             direction.chunks = [
@@ -260,13 +285,21 @@ class World:
 
     def _device_says(self, message: State | Telemetry) -> None:
         session = self._live
-        if session is not None:
+        if session is not None and not self.hung:
             session.send(message, self.now_ms, self.device_ms)
 
     def _tick(self) -> None:
         self.plugged = self.plugged or self.now_ms >= self._mended_ms
+        if not self.hung:
+            self._loop_ms = self.now_ms
+        silent_ms = self.now_ms - self._loop_ms
+        if silent_ms >= DEADMAN_MS:
+            self.held = ()  # only a new touch holds again
         for session in tuple(self.lines):
-            session.tick(self.device_ms)
+            before = len(session.output)
+            session.tick(self.device_ms, self.device_ms - silent_ms)
+            assert not (silent_ms >= DEADMAN_MS and session._pressed), "held by a hung loop"
+            assert not (silent_ms >= HUNG_MS and len(session.output) > before), "a heartbeat"
         if self.host is not None:
             self._hear(self.host.tick(self.now_ms))
         if self.host is None or self.host.over:
@@ -320,6 +353,8 @@ class World:
                 self.lines = [session]  # its old line is closed
                 if not session.resumed:
                     self._begun[self._boot].add(len(self._asked[self._boot]))
+                if self.hung:
+                    self.held = ()
                 if self.held:
                     session.send(State(self.held), self.now_ms, self.device_ms)
             elif isinstance(request, Bye):

@@ -57,6 +57,12 @@ class BadWire(RuleBasedStateMachine):
         self.world.feel()
         self.world.wait(pause_ms)
 
+    @rule(for_ms=st.integers(1, 3000), pause_ms=PAUSES)
+    def hang(self, for_ms: int, pause_ms: int) -> None:
+        self.step("hangs")
+        self.world.hang(for_ms)
+        self.world.wait(pause_ms)
+
     @rule(direction=DIRECTIONS, for_ms=st.integers(1, 1500), pause_ms=PAUSES)
     def stall(self, direction: str, for_ms: int, pause_ms: int) -> None:
         self.step("stalls")

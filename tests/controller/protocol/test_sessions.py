@@ -388,6 +388,41 @@ def test_bye_of_the_device_is_a_loss(pair: Pair) -> None:
     assert pair.exchange() == [Lost("orb: the orb was switched off")]
 
 
+def test_a_loop_that_hangs_holds_nothing_and_then_sends_no_heartbeats() -> None:
+    session = greeted()
+    session.send(State(("down",)), 0, 0)
+    sent: list[tuple[int, Message | None]] = []
+    for now_ms in range(10, 1_500, 10):  # the loop's latest sign is that of time 0
+        if now_ms % 500 == 0:
+            heard(session, ALIVE, sequence=3 + now_ms // 500, now_ms=now_ms)
+        session.tick(now_ms, 0)
+        sent += [(now_ms, packet.message) for packet in said(session)]
+    states = [(at, message) for at, message in sent if isinstance(message, State) and at]
+    assert states[-1] == (300, State(()))
+    beats = {at: message.pressed for at, message in sent if isinstance(message, Heartbeat)}
+    assert list(beats) == [100, 200, 300, 400, 500, 600, 700, 800, 900]
+    assert [at for at, pressed in beats.items() if pressed] == [100, 200]
+    assert session.state == "hung"
+    session.tick(1_500, 1_500)  # the loop goes on
+    assert [type(packet.message) for packet in said(session)] == [Heartbeat]
+    assert session.state == "live"
+    session.send(State(("left",)), 1_510, 1_510)  # a new touch holds again
+    session.tick(1_610, 1_600)
+    assert said(session)[-1].message == Heartbeat(1610, 0, 610, 0, ("left",))
+
+
+@pytest.mark.parametrize(("rate_hz", "release_ms"), [(40.0, 300), (10.0, 300), (2.0, 1500)])
+def test_three_frames_may_pass_before_a_loop_counts_as_hung(
+    rate_hz: float, release_ms: int
+) -> None:
+    session = DeviceSession(dataclasses.replace(welcome(), rate_hz=rate_hz))
+    greet(session, sequence=1)
+    session.send(State(("down",)), 0, 0)
+    for now_ms in (release_ms - 1, release_ms):
+        session.tick(now_ms, 0)
+        assert bool(session._pressed) == (now_ms < release_ms)
+
+
 def test_granted_time_has_no_heartbeats_and_waits_two_seconds_for_an_answer() -> None:
     pair = met(granted=True)
     assert pair.let(5_000) == []

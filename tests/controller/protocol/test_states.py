@@ -44,6 +44,8 @@ def test_the_page_draws_the_table_and_explains_every_event(table: Table, first: 
     [
         ("a command is sent again after {} ms, or two round trips", RESEND_MS),
         ("is silent for {} ms | everything is released", messages.DEADMAN_MS),
+        ("gave no sign for {} ms, or three frame periods", messages.DEADMAN_MS),
+        ("gave no sign for {:g} s", messages.HUNG_MS / 1000),
         ("is silent for {:g} s | lost", messages.LOST_MS / 1000),
         ("tries again after {0[0]:g} s, then {0[1]:g}, {0[2]:g}, {0[3]:g}, 2", BACKOFF_S),
         ("commands that are {} ms old", messages.LATE_MS),
@@ -67,7 +69,7 @@ def test_every_state_is_reached_and_left(table: Table, first: str) -> None:
 
 
 def test_from_everywhere_a_lost_peer_leads_back_to_the_start() -> None:
-    for state in ("offered", "live"):
+    for state in ("offered", "live", "stalled", "hung"):
         assert DEVICE[state, "silence"] == DEVICE[state, "cut"] == "waiting"
     for state in ("greeting", "joining", "live", "stale"):
         assert HOST[state, "cut"] == "over"

@@ -31,13 +31,14 @@ class HidDevice:
         *,
         notify: Callable[[str], None],
         store: Callable[[StoredHosts], None],
+        rate_hz: float = 40.0,
     ) -> None:
-        """Prepare the device; `hosts` has the loop's clock.
+        """Prepare the device, of so many frames a second; `hosts` has the loop's clock.
 
         `notify` is called with the address of a new active host, "" if there is none; `store` with
         the hosts to store for the next run.
         """
-        self.keys = held_keys.key_state(key_map)
+        self.keys = held_keys.key_state(key_map, rate_hz)
         self.hosts = hosts
         self._reports = HeldReports()
         self._waiting: list[Report] = []
