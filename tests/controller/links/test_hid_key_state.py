@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMapError, load, parse
-from controller.links.bluetooth.hid.held_keys import GAP_S
+from controller.links.bluetooth.hid.held_keys import GAP_S, follow, key_state
 from controller.links.bluetooth.hid.reports import (
     OUTPUTS,
     RELEASED,
@@ -18,7 +18,9 @@ from controller.links.bluetooth.hid.reports import (
     gamepad,
     keyboard,
 )
+from controller.protocol.messages import Command, Telemetry
 
+FRAME = Telemetry(1, bytes(25), (1.0,), None, "press", True, 40.0)
 MAP = """
 [everywhere]
 menu = { host = "next" }
@@ -65,6 +67,19 @@ def test_keys_and_buttons_can_be_down_together() -> None:
     player.command("down", 1.0)
     player.command("left", 1.01)
     assert player.taken() == [keyboard(("down",)), gamepad({"left"})]
+
+
+def test_a_key_is_up_300_ms_after_the_last_frame_and_only_a_new_touch_holds_it_again() -> None:
+    keys = key_state(parse(tomllib.loads(MAP), OUTPUTS), 40.0)
+    follow(keys, Command("down", "press", 0.9, None, 1), 1.0)
+    follow(keys, FRAME, 1.025)
+    assert keys.due_s == pytest.approx(1.325)
+    keys.tick(1.326)
+    assert keys.down == []
+    follow(keys, FRAME, 11.0)  # the loop goes on, and the finger is still there
+    assert keys.down == []
+    follow(keys, Command("down", "press", 0.9, None, 2), 12.0)
+    assert keys.down == ["down"]
 
 
 def test_another_host_is_a_wish_and_lets_go_of_everything() -> None:

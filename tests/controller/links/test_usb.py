@@ -153,16 +153,19 @@ def test_an_interface_that_is_not_read_holds_nothing_up_and_keeps_no_presses() -
     assert host.heard() == [gamepad(())]
 
 
-def test_a_held_key_goes_up_when_the_loop_stands_still() -> None:
+@pytest.mark.parametrize(("rate_hz", "release_s"), [(40.0, 0.3), (10.0, 0.3), (5.0, 0.6)])
+def test_a_held_key_goes_up_when_the_loop_stands_still(rate_hz: float, release_s: float) -> None:
     host = Host()
     hold = '[profile.a]\nleft = { key = "left", mode = "hold" }\n'
-    orb = UsbReports(keymap.parse(tomllib.loads(hold), OUTPUTS), host.write)
+    orb = UsbReports(keymap.parse(tomllib.loads(hold), OUTPUTS), host.write, rate_hz)
     orb.step(0.0, configured=True)
     orb.take(LEFT, 0.1)
     orb.take(State(("left",)), 0.1)
     orb.step(0.1, configured=True)
     assert host.heard() == [*ALL_UP, keyboard(["left"])]
-    orb.step(1.2, configured=True)
+    orb.step(0.1 + release_s - 0.01, configured=True)
+    assert host.heard() == []
+    orb.step(0.1 + release_s, configured=True)
     assert host.heard() == [keyboard(())]
 
 
