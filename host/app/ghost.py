@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from controller.protocol.messages import Contact
-from host.ui.pointer_input import DomeArea, PointerInput
+from host.ui.pointer_input import TURN_DEG, DomeArea, PointerInput
 
 PERIOD_S: Final = 2.2  # from one showing of a gesture to the next
 _LEAD_S: Final = 0.6  # before the fingers are down
@@ -48,7 +48,8 @@ def contacts(
     pointer = PointerInput(pad)
     if stroke.arc_deg is not None:
         first, last = stroke.arc_deg
-        pointer.press(*_on_rim(pad, first), 0.0)
+        pointer.press(*_on_rim(pad, first - math.copysign(2 * TURN_DEG, last - first)), 0.0)
+        pointer.move(*_on_rim(pad, first))  # the hand has come down
         pointer.move(*_on_rim(pad, first + (last - first) * _eased(now_s / stroke.hold_s)))
     else:
         pointer.press(*place, 0.0, pinch=stroke.pinch)

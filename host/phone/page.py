@@ -17,7 +17,7 @@ import pygame
 from controller.protocol.messages import Contact
 from host.ui import naming, zones
 from host.ui.orb_state import OrbState
-from host.ui.pointer_input import FINGER_RADIUS_MM, DomeArea
+from host.ui.pointer_input import FINGER_RADIUS_MM, PRESS_DEPTH_MM, DomeArea
 from tetris.window.language import Words
 
 MAX_FINGERS: Final = 10
@@ -56,11 +56,11 @@ def _contact(finger: Any, pad: DomeArea) -> Contact:
     if not (abs(x) <= 1 and abs(y) <= 1 and math.hypot(x, y) <= 1):
         raise ValueError(f"finger {finger} must be on the dome")
     (least, most), radius_mm = _RADII_MM, radius * pad.radius * pad.pitch_mm
+    place = pad.centre[0] + x * pad.radius, pad.centre[1] + y * pad.radius
     return Contact(
         _FIRST + int(number),
-        pad.centre[0] + x * pad.radius,
-        pad.centre[1] + y * pad.radius,
-        _LIGHT_MM + _PER_PRESSURE_MM * pressure,
+        *place,
+        (_LIGHT_MM + _PER_PRESSURE_MM * pressure) * pad.press_mm(*place) / PRESS_DEPTH_MM,
         min(most, max(least, radius_mm or FINGER_RADIUS_MM)),
     )
 

@@ -4,10 +4,14 @@ Everything is in grid units, x to the right and y up, as the player sees the dom
 A mouse has three ways to touch:
 
 - **press**: the left button holds one finger where the pointer is, and drags it along;
-- **pinch**: the right button, or the left one in two-finger mode, holds two opposing
-  fingers round the pointer that close in while it stays down;
-- **twist**: a press that starts on the rim, outside the taxels, lays thumb and fingers on the
-  dome, and they turn as the pointer goes round.
+- **pinch**: the right button, or the left one in two-finger mode, anywhere, holds two opposing
+  fingers about the dome's middle, as a hand does, that close in, to the end even if it is only
+  clicked;
+- **twist**: the left button on the rim, outside the taxels, and going round by some degrees lays
+  thumb and fingers on the dome, and they turn as the pointer goes on.
+
+So the finger of a press on the rim waits until the pointer rests, or the button is up again, and
+stays for as long as the button was down.
 
 The fingers of a touch screen and of a phone pass through as they are, several at once.
 """
@@ -21,18 +25,27 @@ from typing import Final
 from controller.protocol.messages import Contact, Contacts
 
 PRESS_DEPTH_MM: Final = 9.0  # the middle of the simulated hands, 6.5 to 12 mm
+RIM_DEPTH_MM: Final = 13.0  # firm, as one press in twenty of those: the taxels feel it little
+RIM_LEAST_S: Final = 0.12  # a shorter click there is as long
+RIM_SHARES: Final = (0.53, 0.79)  # of the dome's radius, between which a press gets firmer
 FINGER_RADIUS_MM: Final = 7.0  # half an index finger's width
 PINCH_DEPTH_MM: Final = 7.0  # gripping fingers sink in less than a pressing one
 PINCH_OPEN_MM: Final = 17.0  # half the distance of the fingers when they come down
 PINCH_CLOSED_MM: Final = 7.0  # and when they have closed: nearly touching
 PINCH_CLOSE_S: Final = 0.1  # as quick as a click
-PINCH_REACH: Final = 1.5  # grid units; keeps both fingers of a pinch on the dome
+PINCH_LEAST_S: Final = 0.15  # a shorter click is a whole pinch, too
+PINCH_REACH: Final = 0.5  # grid units from the middle; 1 away, pinches are taken for presses
 TWIST_DEPTH_MM: Final = 7.0
 TWIST_RING_MM: Final = 18.0  # a hand's grip on the dome, 15 to 21 mm
 # Where the fingers of a twist come down: a thumb below and three fingers above, as a hand does.
 # Four fingers at right angles would look the same to 25 taxels whichever way they turn.
 TWIST_FINGERS_DEG: Final = (270.0, 57.0, 90.0, 123.0)
+TURN_DEG: Final = 8.0  # how far the pointer goes round before a press becomes a twist
+TURN_SLANT: Final = 0.5  # of its way round: how far it may go in or out on it
+REST_S: Final = 0.2  # after pressing a button a hand moves within this time, or rests
+REST_DEG: Final = 0.5  # a pointer that goes round by less rests: two pixels
 RIM_MARGIN: Final = 0.55  # grid units beyond the outer taxels, where the rim begins
+CORNER_MARGIN: Final = 0.2  # grid units beyond the corner taxels, alike
 SKIRT: Final = 1.8  # grid units from the outer taxel to the clamp: 38 mm dome, 10 mm pitch
 EDGE: Final = 0.96  # of the dome's radius: a finger slides along the clamp, never over it
 DEAD_CENTRE: Final = 0.3  # grid units; nearer to the centre an angle means nothing
@@ -74,18 +87,28 @@ class DomeArea:
 
     def on_dome(self, x: float, y: float) -> bool:
         """Whether a point lies on the membrane."""
-        return math.hypot(x - self.centre[0], y - self.centre[1]) <= self.radius
+        return self.distance(x, y) <= self.radius
 
     def on_rim(self, x: float, y: float) -> bool:
-        """Whether a point lies on the membrane outside the square of the taxels."""
+        """Whether a point is outside the taxels: beyond their sides, or their corners."""
         across, up = abs(x - self.centre[0]), abs(y - self.centre[1])
         outside = across > self.centre[0] + RIM_MARGIN or up > self.centre[1] + RIM_MARGIN
-        return outside and self.on_dome(x, y)
+        return outside or self.distance(x, y) > math.hypot(*self.centre) + CORNER_MARGIN
+
+    def press_mm(self, x: float, y: float) -> float:
+        """Return how deep a finger presses at a point."""
+        first, last = RIM_SHARES
+        share = min(max((self.distance(x, y) / self.radius - first) / (last - first), 0.0), 1.0)
+        return PRESS_DEPTH_MM + (RIM_DEPTH_MM - PRESS_DEPTH_MM) * share
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far a point is from the centre, grid units."""
+        return math.hypot(x - self.centre[0], y - self.centre[1])
 
     def clamp(self, x: float, y: float, reach: float) -> tuple[float, float]:
         """Return the nearest point within `reach` grid units of the centre."""
         across, up = x - self.centre[0], y - self.centre[1]
-        distance = math.hypot(across, up)
+        distance = self.distance(x, y)
         if distance <= reach:
             return x, y
         return (
@@ -108,8 +131,15 @@ class PointerInput:
     mode: Mode | None = None
     phone: tuple[Contact, ...] = ()
     _pointer: tuple[float, float] = (0.0, 0.0)
+    _began: tuple[float, float] = (0.0, 0.0)
     _since_s: float = 0.0
+    _up: bool = False  # the button is up
+    _down_s: float = 0.0  # when the fingers came down; infinite: they wait
+    _until_s: float = math.inf  # when they are lifted
+    _rim: bool = False  # the pointer has not left the rim since the press
     _angle: float = 0.0
+    _round: float = 0.0  # how far the pointer has gone round, radians
+    _rest: tuple[float, float] = (0.0, 0.0)  # since when the pointer rests, and the angle there
     _screen: dict[Hashable, Contact] = field(default_factory=dict)
     _sent: tuple[Contact, ...] = ()
     _sent_s: float = -math.inf
@@ -117,26 +147,34 @@ class PointerInput:
 
     def press(self, x: float, y: float, now_s: float, *, pinch: bool = False) -> bool:
         """Put the mouse's finger or fingers down; return whether the dome was hit."""
-        if self.mode is not None or not self.pad.on_dome(x, y):
+        if (self.mode is not None and not self._up) or not self.pad.on_dome(x, y):
             return False
-        if pinch or self.two_fingers:
-            self.mode = Mode.PINCH
-        else:
-            self.mode = Mode.TWIST if self.pad.on_rim(x, y) else Mode.PRESS
-        self._key_used = True
-        self._pointer, self._since_s = (x, y), now_s
-        self._angle = self._angle_of(x, y)
+        self.mode = Mode.PINCH if pinch or self.two_fingers else Mode.PRESS
+        self._key_used, self._up = True, False
+        self._began = self._pointer = x, y
+        self._angle, self._round = self._angle_of(x, y), 0.0
+        self._rim = self.mode is Mode.PRESS and self.pad.on_rim(x, y)
+        self._since_s, self._rest = now_s, (now_s, 0.0)
+        self._down_s, self._until_s = math.inf if self._rim else now_s, math.inf
         return True
 
     def move(self, x: float, y: float) -> None:
         """Follow the pointer; it matters only while a button is down."""
+        if self._up:
+            return
         self._pointer = (x, y)
-        if self.mode is Mode.TWIST and self._far_from_centre(x, y):
-            self._angle = self._angle_of(x, y)
+        self._rim = self._rim and self.pad.distance(x, y) > max(self.pad.centre)
+        if self._far_from_centre(x, y):
+            angle = self._angle_of(x, y)
+            self._round += math.remainder(angle - self._angle, math.tau)
+            self._angle = angle
+        if self._rim and self.mode is Mode.PRESS and abs(self._round) >= math.radians(TURN_DEG):
+            self._rim = self._goes_round()
+            self.mode = Mode.TWIST if self._rim else Mode.PRESS
 
     def release(self) -> None:
-        """Lift what the mouse holds down."""
-        self.mode = None
+        """Lift what the mouse holds down, as soon as it has been down for long enough."""
+        self._up = True
 
     def hold_two(self, down: bool) -> None:
         """Take the two-finger key: a tap switches the mode, a hold lends it for one touch."""
@@ -152,7 +190,7 @@ class PointerInput:
         if known is None and not (down and room and self.pad.on_dome(x, y)):
             return
         number = known.id if known else self._free_number()
-        self._screen[finger] = self._contact(number, x, y, PRESS_DEPTH_MM)
+        self._screen[finger] = self._contact(number, x, y, self.pad.press_mm(x, y))
 
     def finger_up(self, finger: Hashable) -> None:
         """Lift one finger of a touch screen."""
@@ -167,9 +205,11 @@ class PointerInput:
 
     def contacts(self, now_s: float) -> tuple[Contact, ...]:
         """Return every finger that is on the dome at a time, the mouse's first."""
+        self._follow_button(now_s)
         mouse: list[Contact] = []
-        if self.mode is Mode.PRESS:
-            mouse = [self._contact(0, *self._pointer, PRESS_DEPTH_MM)]
+        if self.mode is Mode.PRESS and now_s >= self._down_s:
+            depth_mm = self.pad.press_mm(*self._pointer)
+            mouse = [self._contact(0, *self._pointer, depth_mm)]
         elif self.mode is Mode.PINCH:
             mouse = self._pinch(now_s - self._since_s)
         elif self.mode is Mode.TWIST:
@@ -187,6 +227,25 @@ class PointerInput:
             return None
         self._sent, self._sent_s = contacts, now_s
         return Contacts(contacts)
+
+    def _follow_button(self, now_s: float) -> None:
+        """Put the finger of a press on the rim down once it is one, and lift what is over."""
+        rest_s, rest = self._rest
+        if abs(self._round - rest) > math.radians(REST_DEG):
+            self._rest = rest_s, rest = now_s, self._round
+        if self._down_s == math.inf and (
+            self._up or not self._rim or now_s - rest_s >= REST_S - _EPSILON_S
+        ):
+            self._down_s = now_s
+        if self._up and self._until_s == math.inf:
+            self._until_s = now_s
+            if self.mode is Mode.PRESS:
+                least_s = RIM_LEAST_S if self._down_s > self._since_s else 0.0
+                self._until_s = self._down_s + max(now_s - self._since_s, least_s)
+            elif self.mode is Mode.PINCH:
+                self._until_s = max(now_s, self._since_s + PINCH_LEAST_S)
+        if now_s >= self._until_s - _EPSILON_S:
+            self.mode = None
 
     def _pinch(self, held_s: float) -> list[Contact]:
         closed = min(1.0, max(0.0, held_s / PINCH_CLOSE_S))
@@ -207,7 +266,7 @@ class PointerInput:
             self._contact(
                 number, x + ring * math.cos(angle), y + ring * math.sin(angle), TWIST_DEPTH_MM
             )
-            for number, angle in enumerate(angles)
+            for number, angle in enumerate(angles, 1)  # the finger of the press is another
         ]
 
     def _contact(self, number: int, x: float, y: float, depth_mm: float) -> Contact:
@@ -222,4 +281,10 @@ class PointerInput:
         return math.atan2(y - self.pad.centre[1], x - self.pad.centre[0])
 
     def _far_from_centre(self, x: float, y: float) -> bool:
-        return math.hypot(x - self.pad.centre[0], y - self.pad.centre[1]) > DEAD_CENTRE
+        return self.pad.distance(x, y) > DEAD_CENTRE
+
+    def _goes_round(self) -> bool:
+        """Whether the pointer has gone round rather than in or out."""
+        begun = self.pad.distance(*self._began)
+        strayed = abs(self.pad.distance(*self._pointer) - begun)
+        return strayed <= TURN_SLANT * abs(self._round) * begun

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.protocol.messages import Command, Contact
+from controller.protocol.messages import Command
 from host.autoplayer import shipped_gestures
 from host.phone import page
 from host.phone.server import MAX_BYTES
 from host.ui.orb_state import OrbState
-from host.ui.pointer_input import FINGER_RADIUS_MM, PRESS_DEPTH_MM, DomeArea
+from host.ui.pointer_input import FINGER_RADIUS_MM, DomeArea, PointerInput
 from tests.support.app_window import WELCOME
 from tetris.window import language
 
@@ -37,10 +37,17 @@ def orb() -> OrbState:
     return state
 
 
-def test_a_finger_without_further_sensors_touches_as_a_click_does() -> None:
-    assert page.contacts("[[0, -0.5, 0.25, 0, 0.5]]", PAD) == (
-        Contact(32, 2 - 0.5 * 3.8, 2 + 0.25 * 3.8, PRESS_DEPTH_MM, FINGER_RADIUS_MM),
-    )
+@pytest.mark.parametrize(("x", "y"), [(-0.25, 0.25), (0.0, 0.6), (0.7, -0.6)])
+def test_a_finger_without_further_sensors_touches_as_one_on_the_screen_does(
+    x: float, y: float
+) -> None:
+    screen = PointerInput(PAD)
+    screen.finger("index", 2 + x * 3.8, 2 + y * 3.8, down=True)
+    (touch,) = screen.contacts(0.0)
+    (found,) = page.contacts(f"[[0, {x}, {y}, 0, 0.5]]", PAD)
+    assert (found.x, found.y) == pytest.approx((touch.x, touch.y))
+    assert (found.depth_mm, found.radius_mm) == (touch.depth_mm, FINGER_RADIUS_MM)
+    assert found.id == 32
     assert page.contacts("[]", PAD) == ()
 
 
