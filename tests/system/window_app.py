@@ -29,7 +29,8 @@ def shown(app: "PrintingApp") -> dict[str, Any]:
         "screen": type(screen).__name__, "title": "", "notice": "", "items": {}, "doors": [],
         "values": [], "table": [], "step": None,
         "link": orb.link, "ready": orb.ready, "labels": [], "selected": "",
-        "gestures": app.gestures, "size": pygame.display.get_window_size(),
+        "gestures": app.gestures, "commands": app.commands,
+        "size": pygame.display.get_window_size(),
     }  # fmt: skip
     if isinstance(screen, MenuScreen):
         menu = screen.menu
@@ -68,6 +69,7 @@ class PrintingApp(OrbApp):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         """Begin without a gesture."""
         self.gestures: list[str] = []  # recognised since the start
+        self.commands: list[str] = []  # theirs
         super().__init__(*arguments, **options)
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
@@ -75,6 +77,7 @@ class PrintingApp(OrbApp):
         for item in received:
             if isinstance(item, Delivered) and isinstance(item.message, Command):
                 self.gestures.append(item.message.label)
+                self.commands.append(item.message.name)
         super().tick(now_s, received)
 
     def draw(self, surface: pygame.Surface) -> None:
