@@ -43,6 +43,28 @@ SHOWN = {
     "alone it plays": "tests/orbtouch/test_command.py::test_a_verb_is_handed_over_with_its_words",
     "a game of your own": "tests/orbtouch/test_examples.py::test_the_game_moves_its_ball",
     "or a notebook": "tests/orbtouch/test_examples.py::test_the_notebook_runs_from_top_to_bottom",
+    "membrane and contact solvers":
+        "tests/controller/simulator/test_reference.py::test_a_press_is_within_the_bound_at_every",
+    "solvers, ngspice":
+        "tests/controller/sensors/test_waveforms.py::test_every_taxel_of_every_orb_is_read_right",
+    "pins, converter, faults":
+        "tests/controller/sensors/test_emulated.py::test_every_fault_can_be_switched_on_and_off_again",
+    "lossy wires | Bumble":
+        "tests/controller/links/test_rfcomm.py::test_a_command_arrives",
+    "X programs under Xvfb | uinput":
+        "tests/host/injection/test_x_programs.py::test_keys_chords_and_texts_arrive_in_x",
+    "| HID, USB | – | Bumble":
+        "tests/controller/links/test_hid_bumble.py::test_gestures_arrive_over_the_interrupt_pipe",
+    "BlueZ, virtual adapters":
+        "tests/system/test_cases.py::test_the_case_goes_as_it_should",
+    "Chromium with touch events":
+        "tests/host/phone/test_phone_page.py::test_fingers_on_the_page_give_a_command",
+    "registers, pseudo-terminals":
+        "tests/controller/sensors/test_mpr121.py::test_counts_become_capacitances_of_all_chips",
+    "a synthetic pad":
+        "tests/tetris/window/test_screens.py::test_a_pad_alone_plays_pauses_goes_back_and_leaves",
+    "a second search of placements":
+        "tests/tetris/bots/test_placements.py::test_flooding_finds_what_walking_finds",
     "Nothing leaves the machines that you connect":
         "tests/project/test_no_traffic.py::test_a_program_keeps_to_its_machine_and_its_folders",
     "A lost link pauses the game":
@@ -57,7 +79,24 @@ def test_a_claim_has_the_test_that_shows_it(claim: str) -> None:
     assert claim in TEXT
     path, name = SHOWN[claim].split("::")
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
-    assert any(isinstance(one, ast.FunctionDef) and one.name.startswith(name) for one in tree.body)
+    assert any(
+        isinstance(one, ast.FunctionDef | ast.AsyncFunctionDef) and one.name.startswith(name)
+        for one in tree.body
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["README.md", "docs/hardware.md", "docs/hid.md", "docs/sensors.md"]
+)
+def test_what_was_never_plugged_in_is_said_at_the_top_and_for_every_part(name: str) -> None:
+    """Whoever plugs something in changes a row, and this test."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert "Never plugged in" in (text if name == "README.md" else text.partition("\n## ")[0])
+    head, _, table = text.partition("| real hardware |\n")[2].partition("\n")
+    rows = table.partition("\n\n")[0].splitlines()
+    assert set(head) <= set("|-")
+    assert len(rows) >= 3
+    assert all(row.endswith("| none yet |") and row.count("|") == head.count("|") for row in rows)
 
 
 def test_the_sensor_is_a_grid_of_5_by_5_and_its_networks_are_two_and_small() -> None:
