@@ -26,7 +26,7 @@ LAST_S: Final = 3.0  # before the end nothing is begun that could not be answere
 LOOK_S: Final = (0.3, 0.7)  # from the last finger's leaving to the next gesture
 STRAY_S: Final = (9.0, 20.0)  # from one brush or resting hand to the next: >= 2 a minute
 AIM: Final = 0.15  # deviation of where a press is meant, grid units; the hand adds its own
-COMMAND_COST: Final = 1.0  # what a gesture is worth in the bot's values: 1.3 s of play
+COMMAND_COST: Final = 1.0  # of a gesture, in the bot's values: docs/measurements.md, fast hands
 NUDGE: Final = 0.3  # how often the player lets a piece down a row to see where it will land
 
 

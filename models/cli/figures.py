@@ -25,8 +25,6 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     words = "folder to write into (default: docs/pictures)"
     add("--out", type=Path, default=Path("docs/pictures"), metavar="DIR", help=words)
-    words = "Markdown file whose tables are updated: docs/paper.md"
-    add("--paper", type=Path, metavar="FILE", help=words)
     add("--minutes", type=options.minutes, default=12.0, help="of teaching (default: 12)")
     words = "of CNN-3D by the paper's recipe (default: 40)"
     add("--epochs", type=options.count, default=40, metavar="N", help=words)
@@ -37,8 +35,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and draw."""
-    from models.reports import markdown
-
     options.require("drawing figures", "torch", "matplotlib")
     from models.studies.figure7 import report, study
     from models.studies.figure7.experiments import Settings
@@ -46,14 +42,10 @@ def run(arguments: argparse.Namespace) -> int:
 
     if not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
-    if arguments.paper:
-        markdown.check(arguments.paper, report.COMMAND)
     prepare_torch(arguments.seed)
     settings = Settings(arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed)
     found = study.measure(settings, arguments.out / report.MEASURED, options.say)
     for path in report.draw(found, arguments.out):
         options.say(f"wrote {path}")
-    if arguments.paper:
-        markdown.update(arguments.paper, report.COMMAND, report.text(found))
     print(report.text(found))
     return 0

@@ -42,13 +42,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--workers", type=whole(1, 64), default=os.cpu_count() or 1, help="processes")
     words = "folder for the tables, the drawings, and the results, which are not measured again"
     add("--out", type=Path, metavar="DIR", help=words)
-    add("--paper", type=Path, metavar="FILE", help="Markdown file whose tables are updated")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print, and draw."""
-    from models.reports import markdown
-
     options.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
     from models.studies.information import channel, report, study, tables
 
@@ -59,8 +56,6 @@ def run(arguments: argparse.Namespace) -> int:
     for name in arguments.only:
         if name not in PARTS:
             raise ValueError(f"there is no part {name!r}; there are {', '.join(PARTS)}")
-    if arguments.paper:
-        markdown.check(arguments.paper, tables.COMMAND)
     kept = out / tables.MEASURED if out else None
     sets, players = _sets(arguments), _players(arguments.games)
     found = study.measure(sets, arguments.only, arguments.workers, kept, options.say)
@@ -71,8 +66,6 @@ def run(arguments: argparse.Namespace) -> int:
     if out:
         for path in report.write(out, found):
             options.say(f"wrote {path}")
-    if arguments.paper:
-        markdown.update(arguments.paper, tables.COMMAND, tables.text(found))
     return 0
 
 

@@ -10,6 +10,7 @@ while it is out, or in the second after, counts as a false alarm.
 """
 
 from collections.abc import Iterator, Sequence
+from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -56,19 +57,17 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
     bundle = bundles.read(bundles.default_path())
     wiring = folder / "taxel.toml"
     if not wiring.exists():
-        from importlib.resources import files
-
         text = (files("controller.sensors.hardware") / "default.toml").read_text(encoding="utf-8")
         wiring.write_text(text.replace('scheme = "column"', 'scheme = "taxel"'))
     sensor = sensors.load(
-        "virtual" if way == "virtual" else "emulated", 10.0,
+        "virtual" if way == "virtual" else "emulated", bundle.rate_hz,
         seed=seed, preset=preset, wiring=wiring if way == "taxel" else None,
     )  # fmt: skip
     pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     wishes = list(script(bundle.labels, seed, minutes))
     events, answers, number = [], [], 0
-    for k in range(1, round(600 * minutes) + 1):
-        now = k / 10
+    for k in range(1, round(60 * bundle.rate_hz * minutes) + 1):
+        now = k / bundle.rate_hz
         while number < len(wishes) and wishes[number][0] <= now:
             at, label, x, y = wishes[number]
             number += 1
@@ -133,7 +132,8 @@ def measure(presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: 
                     flush=True,
                 )
                 f1, late = round(total.f1, 5), round(late, 3)
-                results.note(f"events_f1@{way}", f1, "1", preset=preset)
+                events = total.intended
+                results.note(f"events_f1@{way}", f1, "1", preset=preset, events=events)
                 results.note(f"latency@{way}", late, "s", preset=preset)
     return results
 

@@ -9,7 +9,8 @@ orbs' seeds belong to no training. A touch counts if exactly one command answers
 presses alternate between two sides, or stay at one.
 
 Latency is from the contact message that puts the finger down to the tick in which the command is
-there.
+there. A dwell is the time from that message to the one that lifts the finger. The virtual finger
+takes as long to rise as it took to sink, so it touches the skin for longer: `contact_s`.
 """
 
 import itertools
@@ -23,6 +24,7 @@ import numpy as np
 
 from controller.protocol.messages import Command, Contact, Contacts, Grant, Granted, Message
 from controller.recognition.event_metric import Answer, Event, attach
+from controller.simulator.pointer import SINK_MM_S
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.demo import until_ms
@@ -35,7 +37,7 @@ READY_S: Final = 2.5  # the rest image is found
 ANSWER_S: Final = 20.0
 SIDES: Final = {"left": (0.8, 2.7), "right": (3.2, 2.7)}
 COMMANDS: Final = {"pinch": "drop", "twist_cw": "rotate_cw", "twist_ccw": "rotate_ccw"}
-DWELLS_S: Final = (0.06, 0.08, 0.10, 0.15, 0.25)
+DWELLS_S: Final = (0.03, 0.06, 0.08, 0.10, 0.15, 0.25)
 RATES_HZ: Final = (1, 2, 3, 4, 5)
 LONGER_S: Final = {"pinch": (0.15, 0.25, 0.35), "twist": (0.25, 0.35, 0.5)}
 TURN_DEG: Final = 75.0  # of a twist with the mouse
@@ -64,6 +66,7 @@ class Tally:
     wrong: int = 0  # one answer, another command
     strangers: int = 0  # answers that no touch asked for
     latencies_s: list[float] = field(default_factory=list)
+    contacts_s: list[float] = field(default_factory=list)  # a finger on the skin, of each touch
 
     def add(self, other: "Tally") -> None:
         """Pool another orb's touches into these."""
@@ -73,6 +76,7 @@ class Tally:
         self.wrong += other.wrong
         self.strangers += other.strangers
         self.latencies_s += other.latencies_s
+        self.contacts_s += other.contacts_s
 
 
 class Orb:
@@ -242,6 +246,7 @@ def play(orb: Orb, cell: Cell, touches: int, rng: np.random.Generator) -> Tally:
     hand = Mouse(rng) if cell.hand == "mouse" else Fingers(rng)
     side = str(rng.choice(list(SIDES)))
     events: list[Event] = []
+    contacts_s = []
     before = len(orb.commands)
     begin = orb.now_s + 0.5
     due = [begin + number / cell.rate_hz + rng.uniform(0.0, TICK_S) for number in range(touches)]
@@ -254,16 +259,22 @@ def play(orb: Orb, cell: Cell, touches: int, rng: np.random.Generator) -> Tally:
         while orb.now_s + TICK_S / 2 < at:
             orb.step(hand.message(orb.now_s))
         hand.down(cell, command, orb.now_s)
-        down = orb.now_s
+        down, depth_mm = orb.now_s, 0.0
         while orb.now_s + TICK_S / 2 < down + cell.dwell_s:
             hand.hold(cell, orb.now_s)
-            orb.step(hand.message(orb.now_s))
+            if (message := hand.message(orb.now_s)) is not None:
+                depth_mm = max([depth_mm, *(one.depth_mm for one in message.contacts)])
+            orb.step(message)
         hand.up()
         events.append(Event(down, orb.now_s, command))
+        dwell_s = orb.now_s - down
+        contacts_s.append(dwell_s + min(depth_mm / SINK_MM_S, dwell_s))
     end = orb.now_s + 1.0
     while orb.now_s < end:
         orb.step(hand.message(orb.now_s))
-    return judged(events, orb.commands[before:])
+    tally = judged(events, orb.commands[before:])
+    tally.contacts_s = contacts_s
+    return tally
 
 
 def judged(events: Sequence[Event], answers: Sequence[Answer]) -> Tally:
@@ -313,6 +324,8 @@ def main() -> None:
             results.note(
                 name, tally.once / tally.touches, "1", preset=preset, touches=tally.touches,
                 twice=tally.twice, wrong=tally.wrong, strangers=tally.strangers, latency_s=median,
+                hand=cell.hand, gesture=cell.gesture, dwell_s=cell.dwell_s, rate_hz=cell.rate_hz,
+                contact_s=round(float(np.mean(tally.contacts_s)), 3),
             )  # fmt: skip
     results.finish(arguments.json)
 

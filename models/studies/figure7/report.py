@@ -13,7 +13,6 @@ from models.reports.drawing import DIM, PERCENT, RANDOM, UNSEEN, panels, save, s
 from models.reports.tables import Table
 
 MEASURED: Final = "figure7.json"  # beside the pictures
-COMMAND: Final = "models figures"  # its marks enclose the tables in a page
 RECIPES: Final = (("paper", "paper’s recipe", RANDOM), ("default", "ours", UNSEEN))
 JUDGED: Final = (("random", "random test", "--"), ("day", "another day", "-"))
 # Title in the pictures, name in the tables, the paper's figure (section 4.2; its error is in "mm",

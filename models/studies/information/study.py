@@ -178,8 +178,8 @@ def classifier(one: RecordingSet) -> dict[str, Any]:
         "linear": classifier_bound.held_out(windows, "linear", epochs=EPOCHS),
         "two layers": classifier_bound.held_out(windows, epochs=EPOCHS, variation=variation),
     }
-    if (shipped := _shipped(windows)) is not None:
-        answers["the bundle that ships (other people)"] = shipped
+    if (own := shipped(windows)) is not None:
+        answers[f"the bundle that ships for {windows.rate_hz:g} Hz (other people)"] = own
     y, _ = classifier_bound.gestures(windows, answers["linear"].log_p)
     return {
         "h_y": histogram.entropy(windows.y),
@@ -214,9 +214,9 @@ def places(one: RecordingSet) -> dict[str, Any] | None:
     return {"presses": len(presses), "information": list(astuple(own))}
 
 
-def _shipped(windows: Windows) -> classifier_bound.HeldOut | None:
+def shipped(windows: Windows) -> classifier_bound.HeldOut | None:
     """Return the shipped bundle's answers, temperatures from the other days; None: no fit."""
-    loaded = bundle.read(bundle.default_path())
+    loaded = bundle.read(bundle.default_path(windows.rate_hz))
     theirs = loaded.labels, (loaded.rows, loaded.columns), loaded.window, loaded.rate_hz
     if theirs != (windows.labels, windows.grid, windows.x.shape[1], windows.rate_hz):
         return None

@@ -22,7 +22,6 @@ from models.studies.information.histogram import (
 )
 
 MEASURED: Final = "information.json"
-COMMAND: Final = "models information"  # its marks enclose the tables in a page
 UNIFORM: Final = math.log(5)  # nats: the paper prints it in bits, 2.32
 
 # Row, the paper's figure in nats, and key of ours.
@@ -64,7 +63,7 @@ Found = Mapping[str, Any]
 def load(path: Path | None) -> Results:
     """Return the results in a file, empty ones where there is none; or raise UserFileError."""
     found = None if path is None else storage.read_tables(path, "settings", "parts", "games")
-    return {"settings": {}, "parts": {}, "games": {}} if found is None else dict(_with_nan(found))
+    return {"settings": {}, "parts": {}, "games": {}} if found is None else dict(with_nan(found))
 
 
 def keep(path: Path | None, found: Results) -> None:
@@ -73,12 +72,12 @@ def keep(path: Path | None, found: Results) -> None:
         storage.write_json(path, found)
 
 
-def _with_nan(inside: Any) -> Any:
+def with_nan(inside: Any) -> Any:
     """Return plain data with NaN where a list of numbers has null."""
     if isinstance(inside, dict):
-        return {key: _with_nan(one) for key, one in inside.items()}
+        return {key: with_nan(one) for key, one in inside.items()}
     if isinstance(inside, list):
-        return [math.nan if one is None else _with_nan(one) for one in inside]
+        return [math.nan if one is None else with_nan(one) for one in inside]
     return inside
 
 

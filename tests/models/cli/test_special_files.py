@@ -45,10 +45,8 @@ READ = [
         "train --mapping": "train {data} --task user --mapping {} --out {data}/new.orb",
         "folds DATA": "folds {} --out {data}/new.json",
         "sweep FILE": "sweep {}",
-        "figures --paper": "figures --out {data} --paper {}",
         "information DATA": "information {} --only none",
         "information --games": "information --only none --games {}",
-        "information --paper": "information --only none --paper {}",
     }.items()
 ]
 # What is written: it is refused before anything is done.

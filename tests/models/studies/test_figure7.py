@@ -1,18 +1,13 @@
-"""Figure 7 is measured on what nobody learned from, and docs/paper.md says what was measured."""
+"""Figure 7 is measured on what nobody learned from."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from models.reports import markdown
 from models.studies.figure7 import report
-from tests.support import ROOT
 from tests.support.pytest_types import Patch
-
-MEASURED = ROOT / "docs/pictures/figure7.json"
 
 
 def part(gesture: bool) -> dict[str, Any]:
@@ -33,21 +28,6 @@ def test_the_papers_protocol_and_ours_stand_in_one_row() -> None:
     assert row in text
     assert "| nominal | CNN-2D | ours | 0.900 | 0.800 | 0.700 | −0.100 |" in text
     assert "| nominal | −0.05 s | −0.05 s | −0.05 s | −0.05 s | 10.0 % | 1.0 % |" in text
-
-
-def test_tables_go_between_their_marks_and_nowhere_else() -> None:
-    page = "before <!-- models figures --> old <!-- so far models figures --> after"
-    once = markdown.between(page, report.COMMAND, "new")
-    assert once == page.replace(" old ", "\n\nnew\n\n")
-    assert markdown.between(once, report.COMMAND, "new") == once
-    with pytest.raises(ValueError, match="no place"):
-        markdown.between("no marks", report.COMMAND, "new")
-
-
-def test_the_documentation_shows_what_was_measured() -> None:
-    page = (ROOT / "docs/paper.md").read_text(encoding="utf-8")
-    found = json.loads(MEASURED.read_text(encoding="utf-8"))
-    assert markdown.between(page, report.COMMAND, report.text(found)) == page
 
 
 @pytest.mark.train

@@ -1,4 +1,4 @@
-"""Tables and drawings of a study; and docs/paper.md shows what was found."""
+"""Tables and drawings of a study."""
 
 import json
 from pathlib import Path
@@ -7,26 +7,22 @@ from typing import Any
 import pytest
 
 from models.__main__ import main
-from models.reports import markdown
 from models.studies.information import tables
 from models.studies.information.tables import MEASURED as KEPT
 from models.studies.information.tables import load
-from tests.support import ROOT
+from tests.benchmarks import stored
 from tests.support.model_commands import refused
 from tests.support.pytest_types import Capture, Patch
-
-MEASURED = ROOT / "docs/pictures" / KEPT
 
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Any]:
     """What was measured for docs/paper.md."""
-    return load(MEASURED)
-
-
-def test_the_documentation_shows_what_was_measured(found: dict[str, Any]) -> None:
-    page = (ROOT / "docs/paper.md").read_text(encoding="utf-8")
-    assert markdown.between(page, tables.COMMAND, tables.text(found)) == page
+    study, games = stored.load("information"), stored.load("games")
+    assert study is not None
+    assert games is not None
+    every: dict[str, Any] = tables.with_nan({**study.results, "games": games.results["games"]})
+    return every
 
 
 def test_the_noisy_preset_reproduces_the_papers_statistics(found: dict[str, Any]) -> None:

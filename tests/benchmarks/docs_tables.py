@@ -1,0 +1,227 @@
+"""Tables of the documentation, each rendered from stored results, and the page of each."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from models.reports import cards, markdown
+from models.reports.tables import Table
+from models.results import storage
+from models.results.evaluation import Evaluation
+from models.studies.information import tables as information
+
+from .stored import Stored
+
+Found = Mapping[str, Stored]
+_NONE: Final = ""
+_WAYS: Final = {
+    "virtual": "virtual orb's read-out",
+    "column": 'driver, `"column"`',
+    "taxel": 'driver, `"taxel"`',
+}
+_PRESETS: Final = ("nominal", "paper-snr")
+# Of games in docs/play.md: what is said of the hand, and of the keyboard beside it.
+_PLAY: Final = (
+    "recognised correctly", "false alarms per minute", "seconds per command",
+    "… from touch to command", "bits per minute as played",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A block of a page.
+
+    Attributes:
+        name: In the page's comment.
+        page: Path from the root of the repository.
+        parts: Stored results that it shows.
+        render: Returns its Markdown.
+        captioned: Whether command, bundle, date and machine follow.
+    """
+
+    name: str
+    page: str
+    parts: tuple[str, ...]
+    render: Callable[[Found], str]
+    captioned: bool = True
+
+    def text(self, found: Found) -> str:
+        """Return the content of the block."""
+        captions = dict.fromkeys(found[name].caption for name in self.parts)
+        under = [f"*{one}.*" for one in captions] if self.captioned else []
+        return "\n\n".join([self.render(found), *under])
+
+
+def _evaluation(found: Found) -> Evaluation:
+    card: Evaluation = storage.from_plain(Evaluation, found["card"].results)
+    return card
+
+
+def card_bundle(found: Found) -> str:
+    """Return labels, settings and origin of the bundle: the card above its notes."""
+    card = _evaluation(found)
+    above = cards.evaluation(card).partition(f"\n\n{card.notes[0]}")[0]
+    return above.partition("\n\n")[2]  # the title stands above the block
+
+
+def card(found: Found) -> str:
+    """Return the figures of the card, with its notes."""
+    card = _evaluation(found)
+    return card.notes[0] + cards.evaluation(card).partition(card.notes[0])[2]
+
+
+def tapping(preset: str) -> Callable[[Found], str]:
+    """Return a renderer of presses understood once: the mean of four kinds, and the least."""
+
+    def render(found: Found) -> str:
+        rows = [row for row in _rows(found[f"tapping-{preset}"]) if row["gesture"] == "press"]
+        rates = sorted({row["rate_hz"] for row in rows})
+        lines = []
+        for dwell_s in sorted({row["dwell_s"] for row in rows}):
+            own = [row for row in rows if row["dwell_s"] == dwell_s]
+            contact_s = float(np.mean([row["contact_s"] for row in own]))
+            cells = ([row for row in own if row["rate_hz"] == rate] for rate in rates)
+            lines.append([_ms(dwell_s), _ms(contact_s), *map(_mean_and_least, cells)])
+        head = [f"`{preset}`: down for", "contact", *(f"{rate:g} a second" for rate in rates)]
+        return markdown.table(Table(head, lines))
+
+    return render
+
+
+def tapping_longer(found: Found) -> str:
+    """Return pinches and twists understood once, by time, preset and hand."""
+    rows = [
+        (preset, row)
+        for preset in _PRESETS
+        for row in _rows(found[f"tapping-{preset}"])
+        if row["gesture"] != "press"
+    ]
+    kinds = dict.fromkeys((row["gesture"], row["dwell_s"]) for _, row in rows)
+    lines = []
+    for kind in kinds:
+        own = [(of, row) for of, row in rows if (row["gesture"], row["dwell_s"]) == kind]
+        contact_s = np.mean([row["contact_s"] for _, row in own])
+        cells = [_counted([row for of, row in own if of == preset]) for preset in _PRESETS]
+        lines.append([kind[0], _ms(kind[1]), _ms(float(contact_s)), *cells])
+    return markdown.table(Table(["", "down for", "contact", *_PRESETS], lines))
+
+
+def _rows(stored: Stored) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = stored.results["results"]
+    return rows
+
+
+def _ms(seconds: float) -> str:
+    return f"{1000 * seconds:.0f} ms"
+
+
+def _mean_and_least(rows: list[dict[str, Any]]) -> str:
+    """Return the mean share of some kinds of touches, and the least if it is another."""
+    if not rows:
+        return _NONE
+    shares = [row["value"] for row in rows]
+    mean, least = (f"{one:.2f}".removeprefix("0") for one in (np.mean(shares), min(shares)))
+    return mean if mean == least else f"{mean}, {least}"
+
+
+def _counted(rows: list[dict[str, Any]]) -> str:
+    touches = sum(row["touches"] for row in rows)
+    return f"{sum(round(row['value'] * row['touches']) for row in rows)} of {touches}"
+
+
+def driver(found: Found) -> str:
+    """Return F1 and latency, a row a preset, a column a way of reading."""
+    values = {
+        (row["preset"], row["name"]): row for way in _WAYS for row in _rows(found[f"driver-{way}"])
+    }
+    lines = []
+    for preset in _PRESETS:
+        events = values[preset, "events_f1@virtual"]["events"]
+        cells = [
+            f"{values[preset, f'events_f1@{way}']['value']:.3f}, "
+            f"{values[preset, f'latency@{way}']['value']:.2f} s"
+            for way in _WAYS
+        ]
+        lines.append([f"`{preset}`, {events} gestures", *cells])
+    return markdown.table(Table(["F1 of gestures, median latency", *_WAYS.values()], lines))
+
+
+def _study(stored: Stored) -> Any:
+    """Return the results of `models information`, NaN where a list has null."""
+    return information.with_nan(stored.results)
+
+
+def games(found: Found) -> str:
+    """Return the channels of played games."""
+    return markdown.table(information.games(_study(found["games"])))
+
+
+def play(found: Found) -> str:
+    """Return what a player notices of the played games."""
+    table = information.games(_study(found["games"]))
+    rows = {row[0]: row for row in table.rows}
+    return markdown.table(Table(["the demo's hand", *table.head[1:]], [rows[one] for one in _PLAY]))
+
+
+def bundle_information(found: Found) -> str:
+    """Return the bounds that the bundle's answers give, at its own rate."""
+    of = information.with_nan(found["bundle-information"].results["sets"])
+    lines = [
+        [words, *(information.interval(own[key]) for own in of.values())]
+        for words, key in (
+            ("entropy of the label of a window", "h_y"),
+            ("≥ I(window; label)", "window"),
+            ("entropy of a whole gesture", "h_gesture"),
+            ("≥ I(gesture; label)", "gesture"),
+        )
+    ]
+    return markdown.table(Table(["bits, on other people", *of], lines))
+
+
+def information_study(found: Found) -> str:
+    """Return all tables of the study."""
+    return information.text({**_study(found["information"]), "games": {}})
+
+
+def figure7(found: Found) -> str:
+    """Return the tables of figure 7."""
+    from models.studies.figure7 import report  # matplotlib: the [train] extra
+
+    return report.text(found["figure7"].results)
+
+
+def command_cost(found: Found) -> str:
+    """Return the lines of the demo's player by what a command costs it."""
+    lines = [
+        [
+            f"{row['cost']:g}",
+            f"{row['value']:.1f} ({row['low']:.1f}–{row['high']:.1f})",
+        ]
+        for row in _rows(found["command-cost"])
+    ]
+    return markdown.table(Table(["a command costs", "lines"], lines))
+
+
+CARD, PAPER = "models/README.md", "docs/paper.md"
+MEASUREMENTS: Final = "docs/measurements.md"
+BLOCKS: Final = (
+    Block("card-bundle", CARD, ("card",), card_bundle, captioned=False),
+    Block("card", CARD, ("card",), card),
+    *(
+        Block(f"tapping-{one}", MEASUREMENTS, (f"tapping-{one}",), tapping(one))
+        for one in _PRESETS
+    ),
+    Block(
+        "tapping-longer", MEASUREMENTS, tuple(f"tapping-{one}" for one in _PRESETS),
+        tapping_longer, captioned=False,
+    ),
+    Block("driver", MEASUREMENTS, tuple(f"driver-{way}" for way in _WAYS), driver),
+    Block("command-cost", MEASUREMENTS, ("command-cost",), command_cost),
+    Block("play", "docs/play.md", ("games",), play),
+    Block("games", PAPER, ("games",), games),
+    Block("bundle-information", PAPER, ("bundle-information",), bundle_information),
+    Block("information", PAPER, ("information",), information_study),
+    Block("figure7", PAPER, ("figure7",), figure7),
+)  # fmt: skip
