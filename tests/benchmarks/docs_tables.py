@@ -12,7 +12,7 @@ from models.results import storage
 from models.results.evaluation import Evaluation
 from models.studies.information import tables as information
 
-from .stored import Stored
+from .stored import Stored, caption
 
 Found = Mapping[str, Stored]
 _NONE: Final = ""
@@ -49,8 +49,7 @@ class Block:
 
     def text(self, found: Found) -> str:
         """Return the content of the block."""
-        captions = dict.fromkeys(found[name].caption for name in self.parts)
-        under = [f"*{one}.*" for one in captions] if self.captioned else []
+        under = [f"*{caption([found[name] for name in self.parts])}.*"] if self.captioned else []
         return "\n\n".join([self.render(found), *under])
 
 

@@ -9,6 +9,7 @@ import hashlib
 import json
 import platform
 import re
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import date
 from pathlib import Path
@@ -49,11 +50,19 @@ class Stored:
         return replace(self, sum=hashlib.sha256(text.encode()).hexdigest())
 
     @property
-    def caption(self) -> str:
-        """Bundle, date, command and machine, as Markdown."""
+    def origin(self) -> str:
+        """Bundle, date and machine, as Markdown."""
         day = date.fromisoformat(self.date)
         of = f"Bundle `{self.bundle[:SHORT]}`" if self.bundle else "No bundle"
-        return f"{of}, {day.day} {day:%B %Y}, {self.machine}: `{self.command}`"
+        return f"{of}, {day.day} {day:%B %Y}, {self.machine}"
+
+
+def caption(results: Sequence[Stored]) -> str:
+    """Return the origin of results, and the commands that make them again, as Markdown."""
+    commands: dict[str, list[str]] = {}
+    for one in results:
+        commands.setdefault(one.origin, []).append(f"`{one.command}`")
+    return "; ".join(f"{origin}: {', '.join(own)}" for origin, own in commands.items())
 
 
 def machine() -> str:

@@ -54,6 +54,20 @@ def test_images_of_presses_tell_their_places_where_enough_are_known(monkeypatch:
 
 
 @pytest.mark.train
+@pytest.mark.parametrize("rate_hz", [10.0, 40.0])
+def test_sessions_are_judged_by_the_bundle_that_ships_for_their_rate(rate_hz: float) -> None:
+    pytest.importorskip("torch", reason="needs the [train] extra")
+    from models.data.simulate import DataSet
+    from models.studies.information import study
+    from models.studies.information.windows import cut
+
+    windows = cut([DataSet(seed=study.SEED, minutes=0.5, rate_hz=rate_hz).session(0, 0)])
+    answers = study.shipped(windows)
+    assert answers is not None
+    assert answers.log_p.shape == (len(windows.y), 5)
+
+
+@pytest.mark.train
 def test_the_report_is_drawings_and_tables(found: dict[str, Any], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from models.studies.information import report
