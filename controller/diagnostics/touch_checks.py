@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diagnostics.report import Row, Verdict, fault
-from controller.recognition.dead_taxels import DEAD, TaxelInterpolator
+from controller.recognition.dead_taxels import DEAD_SLOPE, TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 
@@ -27,7 +27,10 @@ RADIUS_MM: Final = 7.0
 _HOLD_S: Final = 1.0
 _FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
 _BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
-_STIFF: Final = (DEAD, 0.35)  # of what its neighbours predict, and of what the dome should feel
+_STIFF: Final = (
+    DEAD_SLOPE,
+    0.35,
+)  # of what its neighbours predict, and of what the dome should feel
 _WEAK: Final = (0.6, 0.7)
 
 

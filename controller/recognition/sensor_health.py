@@ -107,7 +107,8 @@ class HealthMonitor:
         """Return the line about dead taxels, (rows, columns)."""
         if dead is None:
             return []
-        return [f"{taxel_names(dead)}: no answer to touch, filled in; run: controller doctor"]
+        remedy = "neighbours stand in; use Calibrate and check"
+        return [f"{taxel_names(dead)}: no answer to touch, {remedy}"]
 
     def _hands(self) -> list[str]:
         if not self._ready and self._frame >= _UNREADY_S * self._rate_hz:

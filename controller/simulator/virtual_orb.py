@@ -64,10 +64,11 @@ class VirtualOrb:
         user: int = 0,
         day: int = 0,
     ) -> None:
-        """Build an orb, its user and their session of a day from a seed.
+        """Build a sound orb, its user and their session of a day from a seed.
 
         Domain 0 of seeds belongs to training. The usual repertoire is the gestures that ship.
         """
+        model = replace(model, electronics=replace(model.electronics, dead=0.0, leaky=0.0))
         orb, people, self._thumbs = np.random.SeedSequence([domain, seed]).spawn(3)
         self.rate_hz, self.model = rate_hz, model
         self._repertoire = shipped() if repertoire is None else repertoire

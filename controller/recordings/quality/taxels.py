@@ -11,7 +11,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response_slope, without_lead
+from controller.recognition.dead_taxels import (
+    DEAD_SLOPE,
+    TaxelInterpolator,
+    response_slope,
+    without_lead,
+)
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
 from controller.recognition.scale import FIRM
@@ -186,7 +191,7 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]
     if unknown:
         return found
     slope = _slope(response, useless(found, response))
-    dead = slope < DEAD
+    dead = slope < DEAD_SLOPE
     if unit != PICOFARAD:
         dead &= _surrounded(response)
     add("dead", dead, f"dead (follows its neighbours with {100 * np.nanmedian(slope[dead]):.0f} %)"

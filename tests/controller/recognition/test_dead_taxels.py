@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import MEMORY, ResponseMonitor, TaxelInterpolator
+from controller.recognition.dead_taxels import ResponseMonitor, TaxelInterpolator
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.faults import Fault
@@ -77,21 +77,38 @@ def test_a_taxel_that_does_not_answer_is_found_and_forgiven_once_it_does() -> No
     assert answers.dead is None
 
 
-def test_one_long_touch_does_not_condemn_the_taxels_far_from_it() -> None:
-    answers, filler = ResponseMonitor(5, 5, 10.0), TaxelInterpolator(5, 5)
-    change = np.where(np.indices((5, 5)).sum(axis=0) < 3, dent(0.0, 0.0), 0.0)
-    for _ in range(10 * MEMORY):
-        answers.learn(change, filler, quiet=False)
-    assert answers.counts[0] < MEMORY
+def touch(answers: ResponseMonitor, change: NDArray[np.float64], frames: int = 5) -> None:
+    """Let a monitor see a touch, and what is between touches."""
+    for quiet in (*(False,) * frames, True):
+        answers.learn(np.zeros((5, 5)) if quiet else change, TaxelInterpolator(5, 5), quiet=quiet)
+
+
+def test_a_taxel_is_dead_after_several_touches_on_it_however_long_they_are() -> None:
+    answers = ResponseMonitor(5, 5, 10.0)
+    change = np.where(broken((2, 2)), 0.0, dent(2.3, 2.1))
+    touch(answers, change, frames=1000)
+    assert answers.dead is None
+    touch(answers, change)
+    touch(answers, change)
+    assert answers.dead is not None
+    assert np.argwhere(answers.dead).tolist() == [[2, 2]]
+
+
+def test_taxels_on_which_no_touch_lay_are_not_judged() -> None:
+    """A player who clicks at one place, where the dome around the finger rises."""
+    answers, far = ResponseMonitor(5, 5, 10.0), np.indices((5, 5)).sum(axis=0) > 3
+    for _ in range(200):
+        touch(answers, np.where(far, 0.02, dent(1.0, 1.0)))
     assert answers.dead is None
 
 
-def test_of_a_very_slow_sensor_one_frame_of_each_touch_counts() -> None:
-    answers, filler = ResponseMonitor(5, 5, 0.1), TaxelInterpolator(5, 5)
-    for _ in range(3):
-        for quiet in (True, False, False):
-            answers.learn(dent(2.0, 2.0), filler, quiet=quiet)
-    assert answers.counts.tolist() == [3.0, 2.0]
+def test_several_fingers_around_a_taxel_say_nothing_of_it() -> None:
+    answers = ResponseMonitor(5, 5, 10.0)
+    fingers = [dent(2 + 1.8 * np.cos(angle), 2 + 1.8 * np.sin(angle)) for angle in np.arange(5)]
+    hand = np.minimum(np.sum(fingers, axis=0) + 0.4, 0.02)  # the dome rises in the middle
+    for _ in range(20):
+        touch(answers, hand)
+    assert answers.dead is None
 
 
 @pytest.mark.parametrize("name", ["nominal", "paper-snr"])

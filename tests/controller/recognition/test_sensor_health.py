@@ -125,7 +125,7 @@ NEVER_QUIET = "no quiet second since the start; take hands and things off the or
         ([TOUCHED] * 1800, "something has touched the orb for 3 min; take it off"),
         ([*[TOUCHED] * 599, FELT, *[TOUCHED] * 200], ""),
         ([replace(FELT, dead=OFF)] * 10,
-         "row 2: no answer to touch, filled in; run: controller doctor"),
+         "row 2: no answer to touch, neighbours stand in; use Calibrate and check"),
     ],
 )  # fmt: skip
 def test_each_finding_has_its_limit_in_time(frames: list[Prepared], told: str) -> None:
