@@ -1,7 +1,8 @@
 """Teaching without a link's other end: examples, recordings, faults, and what is refused."""
 
+import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from controller.protocol.messages import Contact, Message
 from controller.protocol.teaching import (
     DONE,
     FAILED,
+    Check,
+    CheckStep,
     DeleteExamples,
     Describe,
     ExampleDrop,
@@ -36,7 +39,7 @@ from controller.protocol.teaching import (
     Vocabulary,
 )
 from controller.recordings import reader
-from controller.runtime import examples
+from controller.runtime import examples, link_recording
 from controller.runtime.assemble import TOKEN, Parts, open_device, prepare
 from controller.runtime.bundle_updates import BundleUpdater, handlers
 from controller.runtime.device import Device
@@ -221,6 +224,55 @@ def test_a_recording_has_the_cues_that_the_host_asked_for(
     assert orb.answer() == RecordingStatus(False, began.text)
     (path,) = (tmp_path / "teaching" / "recordings").iterdir()
     assert reader.load(path).cue.tolist() == [1] * 10 + [0] * 5
+
+
+def test_a_recording_ends_by_itself_at_its_limit(
+    make: Callable[..., Orb], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link_recording, "MOST_S", 5.0)
+    orb = make()
+    (began,) = orb.ask(Record(True))
+    assert isinstance(began, RecordingStatus)
+    assert orb.run(4.9, FINGER) == []
+    assert orb.device.recorder is not None
+    said = orb.run(0.3, FINGER)
+    assert orb.device.recorder is None
+    assert (said or [orb.answer()]) == [
+        RecordingStatus(False, f"that is long enough, so the recording ended: {began.text}")
+    ]
+    assert link_recording.MOST_BYTES == 200 * 1024**2
+
+
+def test_a_check_has_no_answer_at_once_and_ends_when_it_is_told_to(
+    make: Callable[..., Orb],
+) -> None:
+    orb = make()
+    assert orb.ask(Check(True)) == []
+    assert orb.answer() == CheckStep("rest", 0, 0, 0.0)
+    assert orb.ask(Check(False)) == []
+    until(lambda: CheckStep("over", 0, 0, 1.0) in orb.teacher.poll(orb.device))
+
+
+def test_a_description_of_gestures_that_have_changed_since_is_made_again(
+    make: Callable[..., Orb], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orb, described = make(), threading.Event()
+    describe = orb.teacher.describe
+
+    def signalled(parts: Parts) -> tuple[Message, ...]:
+        old = describe(parts)
+        described.set()
+        return old
+
+    monkeypatch.setattr(orb.teacher, "describe", signalled)
+    orb.ask(Describe())
+    assert described.wait(10.0)
+    known = orb.parts.bundle.labels
+    changed = replace(orb.parts.bundle, labels=(*known, "poke"))
+    monkeypatch.setattr(orb.teacher, "_current", lambda: replace(orb.parts, bundle=changed))
+    described.clear()
+    until(lambda: orb.teacher.poll(orb.device) != [] or described.is_set())
+    assert described.is_set()  # the old description was dropped, and another one begun
 
 
 def test_a_fault_comes_and_goes(make: Callable[..., Orb]) -> None:

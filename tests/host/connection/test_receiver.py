@@ -150,6 +150,14 @@ def test_clock_offset_is_known_only_while_connected(device: VirtualOrbProcess, e
     assert receiver.clock_offset_ms is None
 
 
+def test_nothing_of_a_receiver_runs_on_after_it_is_closed(device: VirtualOrbProcess) -> None:
+    receiver = Receiver(device.open, token=device.token)
+    receiver.connect()
+    running = set(threading.enumerate())
+    receiver.close()
+    assert set(threading.enumerate()) < running
+
+
 def test_waiting_ends_when_there_is_news_to_poll(device: VirtualOrbProcess) -> None:
     receiver = Receiver(device.open, token=device.token)
     receiver.start()
