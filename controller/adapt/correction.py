@@ -1,6 +1,7 @@
 """Corrections in play: the player labels the latest touch, and the network learns it."""
 
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -11,7 +12,7 @@ from controller.adapt.few_shot import AdaptError
 from controller.adapt.process import Job
 from controller.adapt.unlearn import CORRECTED
 from controller.bundles import bundle as bundles
-from controller.bundles.deploy.store import BundleStore
+from controller.bundles.deploy.store import INCOMING, BundleStore
 
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
 GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
@@ -70,7 +71,7 @@ def correct(
             "with controller rollback"
         )
     job = Job("teach", note=CORRECTED + _shown(label), examples=(example(label, images, rate_hz),))
-    out = store.folder / "incoming" / "corrected.orb"
+    out = store.folder / INCOMING / f"corrected-{os.getpid()}.orb"
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
         process.run(job, path, out)

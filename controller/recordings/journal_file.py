@@ -15,13 +15,13 @@ from typing import IO, Final
 
 from controller.errors import count, reason
 from controller.files import sync, sync_folder
+from controller.leftovers import lock
 from controller.recordings import writer
 from controller.recordings.journal import MAX_BYTES, decode
 from controller.recordings.recording import RecordingError
 from controller.recordings.writer import DAMAGED, JOURNAL, SEALED, seal
 
 _BLOCK: Final = 4096  # bytes; disks lose or keep whole blocks
-_LOCK_AT: Final = 1 << 40  # Windows refuses to read locked bytes; this offset is beyond the end
 
 
 class LockedError(RecordingError):
@@ -67,30 +67,6 @@ def remove(path: Path) -> None:
     with suppress(OSError):
         path.unlink()
         sync_folder(path.parent)
-
-
-def lock(file: IO[bytes], *, wait: bool = False) -> None:
-    """Lock a journal until the file is closed or the process ends.
-
-    Raises:
-        BlockingIOError: Another process has locked it.
-        OSError: This file system has no locks.
-    """
-    if sys.platform == "win32":
-        import msvcrt
-
-        place = file.tell()
-        file.seek(_LOCK_AT)
-        try:
-            msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
-        except PermissionError as error:
-            raise BlockingIOError(*error.args) from None
-        finally:
-            file.seek(place)
-    else:
-        import fcntl
-
-        fcntl.flock(file.fileno(), fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
 
 
 # --- recovery -------------------------------------------------------------------------------------

@@ -101,17 +101,20 @@ def prepare(options: Namespace) -> Parts:
 def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
-    They run in the engine that is fastest here.
+    If an installed one cannot be used, it is the one that ships, with a warning. The networks run
+    in the engine that is fastest here.
     """
-    store = BundleStore()
-    path = bundle_path(options)
-    engine = "" if options.bundle is not None else store.current()[1]
+    store, path = BundleStore(), bundle_path(options)
+    installed = options.bundle is None and path.parent == store.folder
+    engine = store.current()[1] if installed else ""
     try:
         bundle = bundles.read(path)
     except bundles.BundleError as error:
-        installed = options.bundle is None and path.parent == store.folder
-        remedy = "; `controller rollback` goes back to the one before" if installed else ""
-        raise bundles.BundleError(f"{error}{remedy}") from None
+        if not installed:
+            raise
+        engine = ""
+        _log.warning("%s; the bundle that ships is used, until `controller rollback`", error)
+        bundle = bundles.read(bundles.default_path(_rate(options)))
     mapping = bundle.mapping
     if options.mapping is not None:
         own, people = users_table.read_mapping(options.mapping, bundle.labels)
@@ -125,7 +128,11 @@ def bundle_path(options: Namespace) -> Path:
     if options.bundle is not None:
         return Path(options.bundle)
     store = BundleStore()
-    path, _ = store.current()
+    try:
+        path, _ = store.current()
+    except bundles.BundleError as error:
+        _log.warning("%s; until then the bundle that ships is used", error)
+        return bundles.default_path(_rate(options))
     return path if path.parent == store.folder else bundles.default_path(_rate(options))
 
 

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from controller import files, npz
+from controller import files, leftovers, npz
 from controller.adapt import rehearsal
 from controller.adapt.examples import NULL_LABEL, Example, Images
 from controller.adapt.symmetry import guess
@@ -95,6 +95,7 @@ class ExampleStore:
         """Read the examples there; files for another grid (rows, columns) are left alone."""
         self.folder, self._grid, self._rate_hz = folder, grid, rate_hz
         self.pending: dict[int, PendingExample] = {}
+        leftovers.sweep(folder)
         with contextlib.suppress(OSError):
             for path in sorted(folder.iterdir()):
                 self._read(path)

@@ -7,9 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller import leftovers
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder
 from controller.errors import reason
+from controller.leftovers import is_free
 from controller.protocol.codec import fitted
 from controller.protocol.messages import MAX_SENTENCE, Message
 from controller.protocol.teaching import Record, RecordingStatus, RecordLabel
@@ -67,8 +69,11 @@ class LinkRecording:
             self._stop(device, "that is long enough, so the recording ended: ")
 
     def delete(self) -> int:
-        """Delete all finished recordings; return their number."""
-        found = list(self.folder.glob("*.npz"))
+        """Delete all recordings but the one under way, and what a crash left; return the number."""
+        if not self.folder.is_dir():
+            return 0
+        leftovers.sweep(self.folder, age_s=0.0)
+        found = [path for path in self.folder.iterdir() if path.is_file() and is_free(path)]
         for path in found:
             path.unlink(missing_ok=True)
         return len(found)

@@ -19,7 +19,7 @@ from controller.adapt import AdaptError, process
 from controller.adapt.examples import TURNS
 from controller.adapt.process import Job
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.store import BundleStore
+from controller.bundles.deploy.store import INCOMING, BundleStore
 from controller.errors import count, reason
 from controller.protocol.codec import fitted
 from controller.protocol.messages import COMMANDS, MAX_SENTENCE, Message
@@ -251,15 +251,14 @@ class Teacher:
     def _alter(self, job: Job, done: str) -> str:
         """Change the bundle in use, on the updater's thread; return a sentence."""
         parts, before = self._current(), self._store.record().current
-        folder = self._store.folder / "incoming"
+        folder = self._store.folder / INCOMING
         folder.mkdir(parents=True, exist_ok=True)
         out = folder / f"taught-{os.getpid()}.orb"
         try:
             outcome = process.run(job, bundle_path(parts.options), out, self._advance)
             self._install(out, before)
         finally:
-            for path in folder.glob("taught-*.orb"):
-                path.unlink(missing_ok=True)
+            out.unlink(missing_ok=True)
         self._recognised = outcome.recognised
         fresh = [label for label in outcome.waits if label not in parts.bundle.debounce.patient]
         if job.action == "learn" and fresh:

@@ -47,7 +47,7 @@ def install(
     new = bundles.read(path)
     check_packets(new)
     if not other_sensor:
-        check_fits(new, bundles.read(store.current(new.rate_hz)[0]))
+        check_fits(new, _in_use(store, new.rate_hz))
     report(f"{path} is whole: {summary(new)}")
     engine = "" if corrects is None else store.current()[1] or engines.STANDARD
     results = selftest.run(path, [engine], selftest.FEW_BLOCKS) if engine else selftest.run(path)
@@ -67,6 +67,14 @@ def install(
     back = shown_name(store.install(data, entry).previous)
     back = back and f"; `controller rollback` goes back to {back}"
     return f"{entry.name} is in use with {best.engine}{back}"
+
+
+def _in_use(store: BundleStore, rate_hz: float) -> Bundle:
+    """Return the bundle in use; the one that ships if it cannot be read."""
+    try:
+        return bundles.read(store.current(rate_hz)[0])
+    except BundleError:
+        return bundles.read(bundles.default_path(rate_hz))
 
 
 def check_fits(new: Bundle, in_use: Bundle) -> None:

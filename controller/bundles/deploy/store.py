@@ -2,7 +2,7 @@
 
 A bundle is written under the name of its hash and read again before `installed.toml` names it; both
 are written by `files.atomic_write`. After an interruption, even by a power cut, the device has the
-old bundle or the new one.
+old bundle or the new one. Programs that change the folder at once wait for each other.
 
     FOLDER/76913f8e79414a23.orb
     FOLDER/installed.toml       current, previous, and measurements of each bundle
@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import tomli_w
 
-from controller import config, files
+from controller import config, files, leftovers
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.errors import reason
@@ -24,7 +24,8 @@ from controller.errors import reason
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the current and previous one, and the newest others
 _NAME: Final = "[0-9a-f]{16}"
-_FILE: Final = re.compile(rf"\.?({_NAME})\.orb(\.[0-9a-f]{{8}})?")  # or a partly written one
+_FILE: Final = re.compile(rf"({_NAME})\.orb")
+INCOMING: Final = "incoming"  # its folder of uploads, and of bundles that are learned
 _MAX_MESSAGE: Final = 200  # characters of an error in the record
 
 
@@ -110,39 +111,58 @@ class BundleStore:
             BundleError: The bundle reads back differently, or the record is damaged.
             OSError: It cannot be written; nothing has changed.
         """
-        before = self.record()
-        path = self.path(entry.name)
-        files.atomic_write(path, data)
-        if path.read_bytes() != data:
-            raise BundleError(f"{path} reads back differently; is the disk failing?")
-        others = tuple(other for other in before.entries if other.name != entry.name)
-        previous = before.current if before.current != entry.name else before.previous
-        after = _kept(InstalledRecord(entry.name, previous, (*others, entry)))
-        self._write(after)
-        self._remove_others(after)
+        with leftovers.locked(self.folder):
+            before = self.record()
+            path = self.path(entry.name)
+            files.atomic_write(path, data)
+            if path.read_bytes() != data:
+                raise BundleError(f"{path} reads back differently; is the disk failing?")
+            others = tuple(other for other in before.entries if other.name != entry.name)
+            previous = before.current if before.current != entry.name else before.previous
+            after = _kept(InstalledRecord(entry.name, previous, (*others, entry)))
+            self._write(after)
+            self._remove_others(after)
         return after
 
     def rollback(self) -> InstalledRecord:
-        """Take the previous bundle into use, or the newer again; BundleError if there is none."""
-        record = self.record()
-        if record.previous is None:
-            raise BundleError("nothing was installed before this bundle, so there is no way back")
-        return self._use(record, record.previous)
+        """Take the previous bundle into use, or the newer again; BundleError if there is none.
+
+        Where the current one cannot be read, that may be the shipped one.
+        """
+        with leftovers.locked(self.folder):
+            record = self.record()
+            if record.previous is not None and self._reads(record.previous):
+                return self._use(record, record.previous)
+            if self._reads(record.current):
+                raise BundleError(
+                    "nothing was installed before this bundle, so there is no way back"
+                )
+            return self._use(record, "")
 
     def take_back(self) -> InstalledRecord:
         """Take the bundle before the last correction into use; BundleError if there was none."""
-        record = self.record()
-        entry = record.entry(record.current)
-        if entry is None or entry.corrects is None:
-            raise BundleError("there is no change to undo")
-        return self._use(record, entry.corrects)
+        with leftovers.locked(self.folder):
+            record = self.record()
+            entry = record.entry(record.current)
+            if entry is None or entry.corrects is None:
+                raise BundleError("there is no change to undo")
+            return self._use(record, entry.corrects)
 
     def undo(self) -> InstalledRecord:
         """Undo the last change, an installation too; BundleError if there was none."""
-        record = self.record()
-        if record.before is None:
-            raise BundleError("there is no change to undo")
-        return self._use(record, record.before)
+        with leftovers.locked(self.folder):
+            record = self.record()
+            if record.before is None:
+                raise BundleError("there is no change to undo")
+            return self._use(record, record.before)
+
+    def _reads(self, name: str) -> bool:
+        """Return whether a bundle can be used."""
+        try:
+            bundles.read(self.path(name))
+        except BundleError:
+            return False
+        return True
 
     def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:
         """Take a bundle of the store into use; the current one is kept for `rollback`."""
@@ -155,12 +175,17 @@ class BundleStore:
         files.atomic_write(self.folder / RECORD, _text(record).encode())
 
     def _remove_others(self, record: InstalledRecord) -> None:
-        """Delete bundles that the record does not name, and partly written ones."""
+        """Delete bundles that the record does not name, and what killed programs left.
+
+        The lock is held, so no program is writing here.
+        """
         for path in self.folder.iterdir():
             match = _FILE.fullmatch(path.name)
-            if match and (match[2] or record.entry(match[1]) is None):
+            if match and record.entry(match[1]) is None:
                 with contextlib.suppress(OSError):
                     path.unlink()
+        leftovers.sweep(self.folder, age_s=0.0)
+        leftovers.sweep(self.folder / INCOMING)
 
 
 def home() -> Path:

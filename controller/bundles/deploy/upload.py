@@ -7,9 +7,9 @@ received and continues there; at the end the SHA-256 of the file is compared.
 import contextlib
 import hashlib
 from pathlib import Path
-from typing import Final
 
 from controller.bundles.bundle import MAX_BYTES
+from controller.bundles.deploy.store import INCOMING
 from controller.protocol.messages import (
     DECLINED,
     PROVING,
@@ -19,8 +19,6 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 
-FOLDER: Final = "incoming"
-
 
 class UploadReceiver:
     """Receiver of one upload at a time: `whole` is the complete file, None before."""
@@ -29,7 +27,7 @@ class UploadReceiver:
         """Receive into the folder of the bundle store; decline all if there is an objection."""
         self.whole: Path | None = None
         self.objection = objection
-        self._folder = store / FOLDER
+        self._folder = store / INCOMING
         self._offer: UploadOffer | None = None
         self._size = 0  # bytes received
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import multiprocessing
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,6 +18,9 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
+from controller.cli.run import parser
+from controller.leftovers import LOCK
+from controller.runtime.assemble import deployed
 from tests.support.onnx_files import model, node, value
 
 SHIPPED = bundles.default_path()
@@ -86,7 +90,7 @@ def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path, shelf: Bu
     kept = [entry.name for entry in shelf.record().entries]
     assert kept == names[-KEEP:]
     files = {path.name for path in shelf.folder.iterdir()}
-    assert files == {RECORD, *(f"{name}.orb" for name in kept)}
+    assert files == {LOCK, RECORD, *(f"{name}.orb" for name in kept)}
 
 
 def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStore) -> None:
@@ -133,7 +137,7 @@ def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
         BundleStore(tmp_path).current()
 
 
-@pytest.mark.parametrize("command", [["--replay", "x.npz"], ["models"], ["rollback"]])
+@pytest.mark.parametrize("command", [["models"], ["rollback"]])
 def test_a_damaged_record_ends_every_command_in_one_sentence(
     command: list[str], shelf: BundleStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -328,12 +332,57 @@ def test_labels_and_commands_that_no_packet_can_carry_are_not_installed() -> Non
         install.check_packets(large)
 
 
-def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
-    tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("harm", ["damaged", "missing", "record"])
+def test_a_run_whose_bundle_cannot_be_used_takes_the_one_that_ships(
+    tmp_path: Path, shelf: BundleStore, harm: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = shelf.path(put(shelf, variant(tmp_path, 1)))
-    path.write_bytes(b"nothing")
-    assert main(["--replay", "none.npz"]) == 2
-    assert "`controller rollback` goes back to the one before" in capsys.readouterr().err
-    assert main(["install", str(path)]) == 2
-    assert "is damaged, or something else" in capsys.readouterr().err
+    if harm == "damaged":
+        path.write_bytes(b"nothing")
+    elif harm == "missing":
+        path.unlink()
+    else:
+        (shelf.folder / RECORD).write_text("nothing")
+    options = parser().parse_args(["--sensor", "virtual"])
+    bundle, _, _ = deployed(options)
+    assert bundle.hash == bundles.read(SHIPPED).hash
+    (warning,) = [record.getMessage() for record in caplog.records]
+    assert "the bundle that ships is used" in warning
+
+
+def test_there_is_a_way_back_from_a_bundle_that_is_missing(
+    tmp_path: Path, shelf: BundleStore
+) -> None:
+    one = put(shelf, variant(tmp_path, 1))
+    two = put(shelf, variant(tmp_path, 2))
+    shelf.path(two).unlink()
+    assert shelf.rollback().current == one
+    shelf.path(one).unlink()
+    assert shelf.rollback().current == ""  # neither is left: the shipped one
+
+
+def _install_some(folder: Path, path: Path, failed: Any) -> None:
+    try:
+        for _ in range(5):
+            put(BundleStore(folder), path)
+    except Exception as error:  # told by the parent
+        failed.put(repr(error))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
+def test_programs_that_install_at_once_lose_nothing(tmp_path: Path, shelf: BundleStore) -> None:
+    context = multiprocessing.get_context("fork")
+    failed = context.SimpleQueue()
+    paths = [variant(tmp_path, number) for number in range(3)]
+    programs = [
+        context.Process(target=_install_some, args=(shelf.folder, path, failed)) for path in paths
+    ]
+    for program in programs:
+        program.start()
+    for program in programs:
+        program.join()
+    assert failed.empty()
+    names = {name_of(bundles.read(path)) for path in paths}
+    assert {entry.name for entry in shelf.record().entries} == names
+    left = {path.name for path in shelf.folder.iterdir()}
+    assert left == {LOCK, RECORD, *(f"{name}.orb" for name in names)}

@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.upload import FOLDER, UploadReceiver
+from controller.bundles.deploy.store import INCOMING
+from controller.bundles.deploy.upload import UploadReceiver
 from controller.protocol.codec import fitted
 from controller.protocol.link_events import Connected, Delivered, Lost, Received
 from controller.protocol.messages import (
@@ -123,7 +124,7 @@ def test_what_is_not_what_was_announced_is_thrown_away(tmp_path: Path) -> None:
     assert answers[-1].state == DECLINED
     assert "not what was announced" in answers[-1].text
     assert intake.whole is None
-    assert not list((tmp_path / FOLDER).iterdir())
+    assert not list((tmp_path / INCOMING).iterdir())
 
 
 def test_a_link_that_proves_nothing_delivers_nothing(tmp_path: Path) -> None:
@@ -131,7 +132,7 @@ def test_a_link_that_proves_nothing_delivers_nothing(tmp_path: Path) -> None:
     answer = intake.take(UploadOffer(bytes(32), 10, "new.orb"))
     assert answer == UploadStatus(DECLINED, 0, "this link has no key")
     assert intake.take(UploadChunk(0, b"x")).state == DECLINED
-    assert not (tmp_path / FOLDER).exists()
+    assert not (tmp_path / INCOMING).exists()
 
 
 def test_a_file_of_any_claimed_size_takes_no_more_room_than_was_sent(tmp_path: Path) -> None:
@@ -141,7 +142,7 @@ def test_a_file_of_any_claimed_size_takes_no_more_room_than_was_sent(tmp_path: P
     for offset, size in ((4000, 0), (0, 1000), (0, 1000)):  # not the next one; twice
         status = intake.take(UploadChunk(offset, bytes(1000)))
         assert status == UploadStatus(WANTED, size, "")
-    (part,) = (tmp_path / FOLDER).iterdir()
+    (part,) = (tmp_path / INCOMING).iterdir()
     assert part.stat().st_size == 1000
 
 
@@ -150,7 +151,7 @@ def test_one_unfinished_delivery_is_kept_not_many(tmp_path: Path) -> None:
     for number in range(3):
         intake.take(UploadOffer(bytes([number]) * 32, 5000, "new.orb"))
         intake.take(UploadChunk(0, bytes(1000)))
-    assert [path.stem for path in (tmp_path / FOLDER).iterdir()] == ["02" * 32]
+    assert [path.stem for path in (tmp_path / INCOMING).iterdir()] == ["02" * 32]
 
 
 def hand_over(clerk: BundleUpdater, data: bytes) -> UploadStatus:
@@ -176,7 +177,7 @@ def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path)
     assert hand_over(clerk, b"bundle") == UploadStatus(IN_USE, 0, "it is in use")
     assert clerk.switched
     assert seen == [b"bundle"]
-    assert not list((tmp_path / FOLDER).iterdir())
+    assert not list((tmp_path / INCOMING).iterdir())
 
 
 @pytest.mark.parametrize(
