@@ -4,22 +4,22 @@ import json
 import re
 import resource
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from controller.bundles import bundle
 from controller.bundles.bundle import SLOW, USUAL
-from controller.bundles.fingerprint import fingerprint
+from controller.bundles.fingerprint import SHORT, fingerprint
 
 from .results import say
 from .stored import ROOT, Stored, machine
 
+CACHE: Final = ROOT / ".cache" / "figures"
 _PROGRAM: Final = re.compile(r"^(models|host|controller) ")
 
 
@@ -31,7 +31,8 @@ class PartError(RuntimeError):
 class Part:
     """A measurement: commands one after the other, and the file in which the last one writes.
 
-    `{out}` in a command is a new folder. Without a file the last line of the output is the result.
+    `{out}` in a command is a folder, kept until the part is complete. Without a file the last line
+    of the output is the result.
     """
 
     name: str
@@ -59,15 +60,17 @@ def measure(part: Part) -> Stored:
     """Run the commands of a part; raise PartError if one fails, or the bundle is replaced."""
     before_it = measured(part)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    with TemporaryDirectory() as out:
-        text = ""
-        for command in part.commands:
-            text = _run(command.replace("{out}", out))
-        if part.file:
-            text = (Path(out) / part.file).read_text(encoding="utf-8")
-        else:
-            text = text.rstrip().rpartition("\n")[2]
-        results = json.loads(text.replace(out, "DIR"))
+    out = CACHE / f"{part.name}-{before_it[:SHORT]}"  # what was done before an interruption is kept
+    out.mkdir(parents=True, exist_ok=True)
+    text = ""
+    for command in part.commands:
+        text = _run(command.replace("{out}", str(out)))
+    if part.file:
+        text = (out / part.file).read_text(encoding="utf-8")
+    else:
+        text = text.rstrip().rpartition("\n")[2]
+    results = json.loads(text.replace(str(out), "DIR"))
+    shutil.rmtree(out)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     if measured(part) != before_it:
