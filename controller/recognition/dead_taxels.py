@@ -36,6 +36,8 @@ NEAR: Final = 1.1  # taxels from the place of a touch to a taxel that it lay on
 ALIVE: Final = 0.3  # least response of a sound taxel
 MODEL: Final = 0.12  # standard deviation of a response, of what the fit says, without noise
 SURE: Final = 3.0  # standard deviations between a dead taxel's mean response and `ALIVE`
+FIRM: Final = 0.1  # least mean change of the strongest taxel, z: what is left of a touch is less
+HALF: Final = 0.55  # least expected change, of the strongest taxel's
 CLEAR: Final = 3.0  # least expected change, in standard deviations of the noise
 QUIET: Final = 100.0  # untouched frames in the estimate of the noise
 MOST: Final = 0.2  # of the taxels; more than that is another fault
@@ -186,7 +188,9 @@ def responses(
     square = np.square(spots[:, None] - grid[None]).sum(axis=2)
     dent = np.exp(-square / (2.0 * WIDTH**2)) - OFFSET  # (places, n)
     own, felt = (np.sign(around[peak]) * one[tuple((grid + peak).T)] for one in (change, whole))
-    found = []
+    found: list[tuple[tuple[int, int], float, float]] = []
+    if felt.max() < FIRM:
+        return found
     for i in np.flatnonzero(np.square(grid).sum(axis=1) <= (2.0 * NEAR) ** 2).tolist():
         others = np.arange(len(grid)) != i
         along, power = dent[:, others] @ felt[others], np.square(dent[:, others]).sum(axis=1)
@@ -194,7 +198,8 @@ def responses(
         total = float(np.square(felt[others]).sum())
         explained = along[best] ** 2 / power[best]
         expected = along[best] / power[best] * dent[best, i]
-        clear = expected > CLEAR * np.sqrt(noise) and square[best, i] <= NEAR**2
+        least = max(CLEAR * np.sqrt(noise), HALF * felt[others].max())
+        clear = expected > least and square[best, i] <= NEAR**2
         if clear and explained - noise >= FIT**2 * (total - noise * others.sum()):
             place = (int(grid[i, 0] + peak[0]), int(grid[i, 1] + peak[1]))
             found.append((place, float(expected), float(own[i] / expected)))
