@@ -2,7 +2,8 @@
 
 Each piece in turn is put to every place that it can reach, tucked in and spun too, and only
 the best boards are pursued. A way is worth what its moves earn and what its last board is
-worth, by the weights `greedy.BCTS`.
+worth, by the weights `greedy.BCTS`. On ten columns, as long as the stack is low, it builds for four
+rows at once: the right column stays free, and rows that lack only it count as closed.
 """
 
 from collections.abc import Iterator
@@ -11,14 +12,20 @@ from typing import Final, NamedTuple
 
 from tetris.bots.greedy import BCTS, HEADROOM_ROWS, LOST, Plan, loses, middle, settled, surface
 from tetris.bots.placements import find, path
+from tetris.engine.board import open_row, row_shift
 from tetris.engine.events import Action
 from tetris.engine.game import Game
 from tetris.engine.moves import entered
-from tetris.engine.pieces import Kind, Piece
+from tetris.engine.pieces import COLUMNS, Kind, Piece
 from tetris.engine.rules import Config
 
-WIDTH: Final = 8  # boards pursued after each piece
+QUAD: Final = 200.0  # for four rows at once
+FEWER: Final = -160.0  # for one to three
+IN_WELL: Final = -20.0  # for each block in the right column
+LOW_ROWS: Final = 12  # a stack within them is low
+WIDTH: Final = 14  # boards pursued after each piece
 DEPTH: Final = 4  # pieces, the one in play included
+_LEFT, _RIGHT, _QUAD_ROWS = 2, 1 << COLUMNS, 4  # bits of the first and the last column of a row
 
 
 class _Way(NamedTuple):
@@ -71,6 +78,10 @@ class _Search:
         self._queue: tuple[Kind, ...] = (game.piece.kind, *game.next)
         rows = self._config.rows + HEADROOM_ROWS
         self._surface = surface(BCTS, self._config.columns, rows)
+        self._builds = self._config.columns == COLUMNS and self._config.rows > LOW_ROWS
+        self._right = sum(_RIGHT << row_shift(y) for y in range(rows))
+        self._left = sum(_LEFT << row_shift(y) for y in range(rows))
+        self._high = sum(open_row(COLUMNS) << row_shift(y) for y in range(LOW_ROWS, rows))
 
     def best(self, width: int, depth: int) -> _Way:
         """Return the best way; a short one where all longer ones end the game."""
@@ -103,7 +114,7 @@ class _Search:
             for landing in find(bits, piece, self._config.kicks):
                 after, earned = self._settled(bits, landing)
                 earned += way.earned
-                worth = earned + self._surface(after)
+                worth = earned + self._worth(after)
                 begun = (bool(holding), landing) if first else (way.holding, way.landing)
                 yield _Way(worth, earned, after, hold, used, *begun)
 
@@ -126,7 +137,20 @@ class _Search:
         """Return the board after a move, and what the move earns."""
         after, eroded = settled(bits, landing, self._config.columns)
         earned = BCTS.landing_height * middle(landing) + BCTS.eroded_cells * eroded
+        if eroded and self._builds and not bits & self._high:
+            rows = (bits.bit_count() + len(landing.cells) - after.bit_count()) // COLUMNS
+            earned += QUAD if rows == _QUAD_ROWS else FEWER
         return after, earned + (LOST if loses(landing, self._config) else 0.0)
+
+    def _worth(self, bits: int) -> float:
+        """Return what a board is worth; a low one without the cells that a long piece will fill."""
+        if not self._builds or bits & self._high:
+            return self._surface(bits)
+        pair = bits & bits >> 1
+        four = pair & pair >> 2
+        ready = four & four >> 4 & bits >> 8 & self._left  # nine in a row, from the first column
+        closed = bits | ready << COLUMNS - 1
+        return self._surface(closed) + IN_WELL * (bits & self._right).bit_count()
 
 
 def _entered(bits: int, kind: Kind, config: Config) -> Piece | None:

@@ -16,16 +16,28 @@ from tetris.history.replay import Player, Recorder, play_bot
 def test_it_tucks_a_piece_under_an_overhang() -> None:
     board = Board.parse("""
         ..........
-        ZZZZZZZZ..
-        ZZZZZZZZ..
-        ZZZZZ.....
-        ZZZZZZZZZ.
+        ..ZZZZZZZZ
+        ..ZZZZZZZZ
+        .....ZZZZZ
+        .ZZZZZZZZZ
     """)
     game = Game(seed=1)
-    set_up(game, board, Piece("J", 7, 10))
+    set_up(game, board, Piece("L", 1, 10))
     to = beam_search.plan(game, depth=1, width=50)
     game.update(0.0, to.actions)
-    assert set(to.landing.cells) <= {(5, 1), (6, 1), (7, 1), (8, 1), (9, 1), (9, 0), (8, 2), (9, 2)}
+    assert set(to.landing.cells) <= {(0, 0), (0, 1), (1, 1), (2, 1), (3, 1), (4, 1), (0, 2), (1, 2)}
+
+
+def test_it_waits_for_four_rows_and_clears_them_with_one_long_piece() -> None:
+    board = Board.parse("\n".join(["ZZZZZZZZZ."] * 4))
+    game = Game(seed=1)
+    set_up(game, board, Piece("T", 4, 18))
+    to = beam_search.plan(game, depth=1)
+    assert all(x != 9 for x, _ in to.landing.cells)  # not one row for a T
+    game = Game(seed=1)
+    set_up(game, board, Piece("I", 4, 18))
+    game.update(0.0, beam_search.plan(game, depth=1).actions)
+    assert game.lines == 4
 
 
 def test_it_holds_a_piece_that_another_one_should_come_before() -> None:
