@@ -178,8 +178,13 @@ def summary(verdict: dict[str, Any]) -> str:
         f"{verdict['hits']} of {count(verdict['intended'], 'gesture')} understood ({share:.1%}), "
         f"{verdict['wrong']} wrong, {count(alarms, 'false alarm')}, "
         f"{count(duplicates, 'duplicate')}; "
-        f"{verdict['latency_s']['p50']:.2f} s from touch to action (median)"
+        f"{_shown(verdict['latency_s']['p50'])} s from touch to action (median)"
     )
+
+
+def _shown(seconds: float | None) -> str:
+    """Return seconds for people; "-" if nothing was measured."""
+    return "-" if seconds is None else f"{seconds:.2f}"
 
 
 def _play(

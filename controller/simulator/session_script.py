@@ -131,7 +131,8 @@ class SessionScript:
         label = np.zeros(len(time_s), dtype=np.int8)
         number = np.full(len(time_s), -1, dtype=np.int32)
         following = [event.onset_s - _APART_S for event in self.events[1:]]
-        for i, (event, next_s) in enumerate(zip(self.events, [*following, np.inf], strict=True)):
+        for i, event in enumerate(self.events):
+            next_s = following[i] if i < len(following) else np.inf
             end_s = max(event.onset_s, min(event.release_s, next_s))
             during = slice(*np.searchsorted(time_s, (event.onset_s, end_s)))
             label[during], number[during] = labels.index(event.kind), i

@@ -42,6 +42,7 @@ def main(words: list[str]) -> int:
             f"{options.orb[0]} stands alone; a port is named with --link {options.orb[0]}, and "
             "options of the virtual orb follow two dashes: host -- --preset paper-snr"
         )
+    options.headless |= options.demo and options.json  # its result is a line, no picture
     _check(parser, options)
     logging.basicConfig(
         format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR

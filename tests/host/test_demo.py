@@ -131,3 +131,11 @@ def test_a_demo_over_a_link_is_the_same_game_as_with_an_orb_of_its_own() -> None
         orb.terminate()
     assert games[0] == games[1]
     assert games[0]["commands"]
+
+
+def test_a_demo_that_understood_nothing_has_no_median() -> None:
+    verdict = {
+        "seconds": 4.0, "pieces": 0, "lines": 0, "hits": 0, "intended": 0, "wrong": 0,
+        "false_alarms": 0, "duplicates": 0, "latency_s": {"p50": None},
+    }  # fmt: skip
+    assert demo.summary(verdict).endswith("; - s from touch to action (median)")

@@ -201,3 +201,8 @@ def test_a_foreign_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.delitem(sys.modules, "models", raising=False)
     assert str(tmp_path / "models") in programs.foreign(root)
     assert programs.foreign(root).startswith("the package 'models' that Python finds is not")
+
+
+def test_a_session_too_short_for_a_gesture_is_a_recording_all_the_same() -> None:
+    made = [orbtouch.simulate(minutes=0.1, seed=seed) for seed in range(8)]
+    assert any(set(one.label.tolist()) == {"null"} for one in made)

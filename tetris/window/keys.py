@@ -45,16 +45,12 @@ class Keys:
         self._due: list[DueAction] = []
         self._held: dict[Code, Action] = {}  # the latest press last
         self._repeat_at_s = 0.0
+        self._polled_s = 0.0
 
     @property
     def held(self) -> frozenset[Action]:
         """The actions whose keys are down."""
         return frozenset(self._held.values())
-
-    @property
-    def soft_drop(self) -> bool:
-        """Whether a key for down is held."""
-        return Action.DOWN in self._held.values()
 
     def press(self, key: Code, time_s: float) -> None:
         """Take note of a key that went down; unknown ones are ignored."""
@@ -70,8 +66,12 @@ class Keys:
             self._repeat_at_s = time_s + self._das_s
 
     def release(self, key: Code, time_s: float) -> None:
-        """Take note of a key that came up."""
-        self._repeat(time_s)
+        """Take note of a key that came up.
+
+        A late frame does not say when: it repeats up to the frame before only, so that a tap never
+        becomes a run.
+        """
+        self._repeat(min(time_s, self._polled_s))
         ruling = self._ruling()
         self._held.pop(key, None)
         if self._ruling() is not ruling:  # the other direction is still held: start afresh
@@ -82,13 +82,10 @@ class Keys:
         self._held.clear()
         self._due.clear()
 
-    def poll(self, time_s: float) -> list[Action]:
-        """Return the actions since the last call, repeats included, oldest first."""
-        return [due.action for due in self.due(time_s)]
-
     def due(self, time_s: float) -> list[DueAction]:
-        """Return the same, each with the moment at which it was due."""
+        """Return the actions since the last call, repeats included, oldest first."""
         self._repeat(time_s)
+        self._polled_s = time_s
         due, self._due = self._due, []
         return due
 

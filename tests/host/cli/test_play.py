@@ -195,3 +195,12 @@ def test_picture_on_full_disk_is_none(tmp_path: Path, monkeypatch: Patch, capsys
     assert told.err == f"host: cannot save the picture {picture}: no space left on device\n"
     assert told.out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_demo_that_prints_json_needs_no_screen() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "host", "--demo", "--json", "--seconds", "1", "--speed", "0"],
+        env=UNSEEN, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("{")
