@@ -66,6 +66,8 @@ def _lives(pid: int) -> bool:
 def main() -> None:
     """Start, interrupt and count."""
     options = command_line(__doc__, starts=100, seed=1).parse_args()
+    # A shell's background ignores it, and its programs with it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     draw, ends, slowest_s = random.Random(options.seed), Counter[str](), 0.0
     with tempfile.TemporaryDirectory() as home:
         for number in range(options.starts):

@@ -19,8 +19,8 @@ from controller.recognition.scale import SKIN
 from controller.sensors import base
 from tests.controller.sensors.test_mpr121 import FakeBus
 
-LANDS_S: Final = 3.0
-HANGS_AFTER_S: Final = 4.0
+LANDS_S: Final = 6.0  # a host has come by then
+HANGS_AFTER_S: Final = 7.0
 HANG_S: Final = 10.0
 FINGER: Final = Contact(0, 2.0, 0.5, 9.0, 7.0)  # where it means down, which is held
 
