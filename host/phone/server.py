@@ -128,6 +128,8 @@ class PhoneServer:
                 self.refused = True
                 await connection.close(TAKEN)
         except ValueError:
+            if self.phone is connection:
+                self.contacts = ()  # closing may take seconds
             await connection.close(MALFORMED)
         except (ConnectionClosed, TimeoutError):
             pass

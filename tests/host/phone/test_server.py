@@ -166,6 +166,26 @@ def test_the_same_phone_connects_again_with_its_key(phone: PhoneServer) -> None:
             assert phone.phone
 
 
+def test_fingers_are_lifted_before_a_malformed_message_closes_the_socket(
+    phone: PhoneServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[int] = []
+    close = server._Connection.close
+
+    async def closing(connection: Any, code: int = 1000, reason: str = "") -> None:
+        seen.append(len(phone.contacts))
+        await close(connection, code, reason)
+
+    monkeypatch.setattr(server._Connection, "close", closing)
+    with opened(phone.url) as tab:
+        join(tab)
+        tab.send(ONE_FINGER)
+        until(lambda: bool(phone.contacts))
+        tab.send("[]]")
+        assert closing_code(tab) == server.MALFORMED
+    assert seen[0] == 0
+
+
 @pytest.mark.parametrize(
     "sent", ["garbage", "[[0, 9, 9, 0, 0]]", "{}", b"[]", "[" * 1000, '"key again"']
 )
