@@ -2,7 +2,7 @@
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import adapt
+from controller.adapt import symmetry
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError, count
@@ -174,8 +175,8 @@ class Network:
         examples: Sequence[Recording],
         *,
         command: str | Sequence[Mapping[str, Any]] | None = None,
-        rotations: Literal["none", "half", "all"] = "none",
-        mirrored: bool = False,
+        rotations: Literal["none", "half", "all"] | None = None,
+        mirrored: bool | None = None,
     ) -> "Network":
         """Return a network that also knows a gesture, or knows it better; this one stays as it is.
 
@@ -184,7 +185,8 @@ class Network:
             examples: Slices, each from the beginning of a touch to its end; three to five do.
             command: What a new gesture commands: a word or rules (docs/mapping.md); None: nothing.
             rotations: Turns under which it is the same gesture: none, by half, or by quarters.
-            mirrored: Whether its mirror image is the same gesture.
+                None: guessed from the examples, as the window does; three or more are needed.
+            mirrored: Whether its mirror image is the same gesture. None: guessed, too.
 
         Raises:
             Error: A slice holds no touch, or the other gestures would suffer.
@@ -195,7 +197,7 @@ class Network:
             new = one, np.zeros(len(one.source.frames), dtype=np.bool_)
             asked.setdefault(id(one.source), new)[1][one.span] = True
         found = [
-            adapt.Example(label, images, rotations=rotations, mirrored=mirrored)
+            adapt.Example(label, images)
             for one, frames in asked.values()
             for images in add_gesture.around(self._bundle, one.source, frames)
         ]
@@ -204,6 +206,11 @@ class Network:
                 "there is no example; give three to five slices of recordings, each a second or "
                 "more after its beginning"
             )
+        touches = [touch for one in found if (touch := one.found(self.rate_hz)) is not None]
+        turns, mirror = symmetry.guess(touches)
+        turns = turns if rotations is None else rotations
+        mirror = mirror if mirrored is None else mirrored
+        found = [replace(one, rotations=turns, mirrored=mirror) for one in found]
         made = adapt.teach(self._data, found, command=command)
         return Network(bundles.assembled(made.manifest, made.parts))
 

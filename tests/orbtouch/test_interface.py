@@ -206,3 +206,14 @@ def test_a_foreign_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_a_session_too_short_for_a_gesture_is_a_recording_all_the_same() -> None:
     made = [orbtouch.simulate(minutes=0.1, seed=seed) for seed in range(8)]
     assert any(set(one.label.tolist()) == {"null"} for one in made)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_five_swipes_teach_swipes_of_every_direction(seed: int) -> None:
+    """As docs/researcher.md prints it; nobody says which symmetries a swipe has."""
+    waves = orbtouch.simulate(gestures=("press", "swipe"), seed=seed)
+    mine = orbtouch.network().teach("swipe", list(waves.gestures("swipe"))[:5], command="hold")
+    other = orbtouch.simulate(minutes=3, gestures=("press", "swipe"), seed=seed + 10)
+    done = mine.evaluate([other]).answered[mine.labels.index("swipe")]
+    assert done[mine.labels.index("swipe")] >= 54 / 56 * done.sum()
