@@ -12,17 +12,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-_ours = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler  # not so under nohup
-
-
-def _end(number: int, frame: object) -> None:
-    os._exit(_INTERRUPTED)
-
-
-if _ours:
-    _signal.signal(_signal.SIGINT, _end)
-
-
 PACKAGES: Final = ("controller", "host", "models", "tetris")
 _USAGE, _INTERRUPTED = 2, 130  # as controller.errors, which may be another one's here
 
@@ -46,20 +35,27 @@ def foreign(root: Path) -> str:
 
 def _program(name: str) -> Callable[[], int]:
     def main() -> int:
+        ours = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler  # not under nohup
+        if ours:
+            _signal.signal(_signal.SIGINT, _end)
         if problem := foreign(Path(__file__).resolve().parents[1]):
             print(f"{name}: {problem}", file=sys.stderr)
             return _USAGE
         run = import_module(f"{name}.__main__").main
-        if _ours:
+        if ours:
             _signal.signal(_signal.SIGINT, _signal.default_int_handler)
         try:
             status: int = run()
         finally:
-            if _ours:
+            if ours:
                 _signal.signal(_signal.SIGINT, _end)
         return status
 
     return main
+
+
+def _end(number: int, frame: object) -> None:
+    os._exit(_INTERRUPTED)
 
 
 controller, host, models, tetris, orbtouch = map(_program, (*PACKAGES, "orbtouch"))
