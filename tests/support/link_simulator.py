@@ -298,7 +298,8 @@ class World:
         for session in tuple(self.lines):
             before = len(session.output)
             session.tick(self.device_ms, self.device_ms - silent_ms)
-            assert not (silent_ms >= DEADMAN_MS and session._pressed), "held by a hung loop"
+            held = session.live and session._pressed
+            assert not (silent_ms >= DEADMAN_MS and held), "held by a hung loop"
             assert not (silent_ms >= HUNG_MS and len(session.output) > before), "a heartbeat"
         if self.host is not None:
             self._hear(self.host.tick(self.now_ms))

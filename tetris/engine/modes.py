@@ -61,7 +61,7 @@ def _garbage(seed: int, rows: int, columns: int) -> str:
 _MODES: Final = (
     Mode("marathon", "score", levels=True, rules=Config(lines_goal=_MARATHON_LINES)),
     Mode("endless", "score", levels=True),
-    Mode("sprint", "time", rules=Config(lines_goal=_SPRINT_LINES)),
+    Mode("sprint", "time", rules=Config(lines_goal=_SPRINT_LINES, gravity_cap=1)),
     Mode("ultra_2", "score", rules=Config(time_limit_s=_ULTRA_S[0])),
     Mode("ultra_3", "score", rules=Config(time_limit_s=_ULTRA_S[1])),
     Mode("zen", "lines", rules=Config(gravity=False, lock_resets=None, undo=True)),

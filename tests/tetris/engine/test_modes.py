@@ -89,3 +89,8 @@ def test_orb_pace_waits_for_slow_hands_and_guards_against_a_late_drop() -> None:
     assert game.pieces_placed == 1
     game.update(1.7, [Action.HARD_DROP])
     assert game.pieces_placed == 2
+
+
+def test_a_sprint_falls_as_slowly_at_its_end_as_at_its_beginning() -> None:
+    game = Game(1, MODES["sprint"].config())
+    assert game.config.gravity_cap == 1  # else slow hands lose it at level 5

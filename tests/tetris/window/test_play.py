@@ -13,7 +13,7 @@ from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
 from tetris.window import theme, video
 from tetris.window.app import App, Start
-from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
+from tetris.window.screens.play_screen import LONGEST_S, READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import Settings
 from tetris.window.video import VideoError
@@ -39,6 +39,17 @@ def test_no_time_passes_in_a_pause(player: Player) -> None:
     player.wait(RESUME_S)
     assert game.phase is Phase.RUNNING
     assert game.time_s - before_s < 0.3
+
+
+def test_a_frame_that_comes_seconds_late_passes_a_quarter_of_a_second(player: Player) -> None:
+    session = player.play().session
+    before_s, placed = session.game.time_s, session.game.pieces_placed
+    player.now_s += 60.0
+    player.wait(FRAME_S)
+    assert session.game.time_s - before_s <= LONGEST_S + 2 * FRAME_S
+    assert session.game.pieces_placed == placed
+    player.key(pygame.K_SPACE)
+    assert session.game.pieces_placed == placed + 1
 
 
 def test_a_game_goes_on_after_three_two_one(player: Player, monkeypatch: Patch) -> None:

@@ -19,6 +19,7 @@ from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
+LONGEST_S: Final = 0.25  # that one frame may bring
 _POINTER_S: Final = 2.0  # after the mouse has moved, in which it is seen
 _LEAST_BUTTON: Final = 26  # pixels, of the button that pauses
 _REST_S: Final = 1.2  # after the end, before a menu covers the board
@@ -156,7 +157,13 @@ class PlayScreen(Screen):
         return self._begin_s is not None and self._time_s >= self._begin_s
 
     def tick(self, time_s: float) -> None:
-        """Let time pass, and do what the player asks for."""
+        """Let time pass, and do what the player asks for.
+
+        The game's clock leaves out what a frame takes longer than LONGEST_S: nobody saw it.
+        """
+        if self._begun:
+            late_s = time_s + self._offset_s - self._time_s - LONGEST_S
+            self._offset_s -= max(0.0, late_s)
         now_s = self._time_s = time_s + self._offset_s
         if self._begin_s is None:
             self._begin_s = now_s + (0.0 if self._bot else READY_S)
@@ -182,7 +189,8 @@ class PlayScreen(Screen):
         self._over_s = None
         for at_s, action, repeated, held in due:
             if not (repeated and self._idle(action)):
-                self._update(max(at_s, began_s), [action], held, commands=int(not repeated))
+                at_s = min(max(at_s, began_s), time_s)
+                self._update(at_s, [action], held, commands=int(not repeated))
         planned = self._bot.actions(game, time_s) if self._bot else []
         self._update(time_s, planned, self._down, commands=len(planned))
         if game.phase is Phase.OVER and self._over_s is None:
