@@ -73,7 +73,7 @@ def _add_conversion(group: Any) -> None:
     export = _add(
         group, "export", _export, "export tables (CSV) that any program reads",
         "Write NAME.csv (a row for each frame), NAME_events.csv (true gestures, where known), "
-        "NAME_csv, NAME_marks.csv and NAME.json (all the rest).",
+        "NAME_commands.csv, NAME_marks.csv and NAME.json (all the rest).",
     )  # fmt: skip
     export.add_argument("files", metavar="FILE", nargs="+", type=Path, help="a recording")
     export.add_argument(

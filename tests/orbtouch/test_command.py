@@ -1,5 +1,6 @@
 """The command `orbtouch` hands its verbs over to the programs that have them."""
 
+import re
 import subprocess
 import sys
 
@@ -122,3 +123,14 @@ def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(module: str) -
 def test_no_two_verbs_have_one_name() -> None:
     names = [verb.name for verb in verbs()]
     assert len(names) == len(set(names))
+
+
+RECORDINGS = ("info", "check", "trim", "recover", "export")
+HELPS = [*(verb.name for verb in verbs()), *(f"recordings {name}" for name in RECORDINGS)]
+
+
+@pytest.mark.parametrize("words", HELPS)
+def test_file_names_in_a_help_have_a_dot_before_their_ending(words: str, capsys: Capture) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main([*words.split(), "--help"])
+    assert re.findall(r"\w+_(?:csv|json|npz|orb|toml)\b", capsys.readouterr().out) == []
