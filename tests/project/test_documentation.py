@@ -118,6 +118,14 @@ def test_steps_of_a_list_are_indented_for_the_site_as_well(name: str) -> None:
     assert [found[0] for part in parts if (found := short.search(part))] == []
 
 
+@pytest.mark.parametrize("name", sorted(pages()))
+def test_an_empty_line_ends_an_indented_block_before_the_next_step(name: str) -> None:
+    """Python-Markdown takes the step for more of the block's paragraph; others do not."""
+    parts = re.split(r"^```.*?^```$", pages()[name], flags=re.MULTILINE | re.DOTALL)
+    joined = re.compile(r"\n\n(?: {4}.*\n)+(?:\d+\.|[-*]) .*")
+    assert [found[0] for part in parts for found in joined.finditer(part)] == []
+
+
 def test_every_benchmark_that_a_page_names_can_be_run() -> None:
     named = {
         name for text in pages().values() for name in re.findall(r"tests\.benchmarks\.(\w+)", text)
