@@ -52,7 +52,7 @@ PART_GOAL: Final = {"nominal": 0.98, "paper-snr": None}  # of ring and corners, 
 RIGHT_S: Final = (0.03, 0.3)  # of a click with the right button
 ANSWER_S: Final = 0.9  # after the button is up
 ORBS: Final = 5
-SEED: Final = 931_000
+SEED: Final = 971_466
 
 
 @dataclass(slots=True)
