@@ -1,8 +1,25 @@
-"""Numbers on command lines: types for argparse that refuse what is out of range in a sentence."""
+"""Command lines: numbers that are refused in a sentence, and options that are suggested."""
 
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable
 from math import inf, nan
+from typing import NoReturn
+
+
+class Parser(ArgumentParser):
+    """Parser that names the nearest option where one is unknown."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the usage and the message, and exit with status 2."""
+        head, _, words = message.partition("unrecognized arguments: ")
+        odd = next((word for word in words.split() if word.startswith("--")), "")
+        if odd and not head:
+            from difflib import get_close_matches  # in here: it compiles regular expressions
+
+            known = [option for option in self._option_string_actions if option.startswith("--")]
+            if near := get_close_matches(odd.partition("=")[0], known, n=1):
+                message += f"; did you mean {near[0]}?"
+        super().error(message)
 
 
 def whole(least: int, most: int) -> Callable[[str], int]:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from controller import __version__, errors
+from controller.arguments import Parser
 from controller.bundles.inference import engines
 from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, hand_of, rate
@@ -185,7 +186,7 @@ def _replay(device: Device, stopped: Callable[[], bool]) -> None:
 
 def parser() -> argparse.ArgumentParser:
     """Return the command line's parser."""
-    options = argparse.ArgumentParser(
+    options = Parser(
         prog="controller",
         usage="controller [OPTION ...]\n       controller COMMAND [-h] ...",
         description="Recognise gestures on the soft sensor and send them as commands, until Ctrl-C."

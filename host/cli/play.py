@@ -190,7 +190,7 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
 
 def _parser() -> argparse.ArgumentParser:
     verbs = "".join(f"  {name:7}  {purpose}\n" for name, (_, purpose) in VERBS.items())
-    parser = argparse.ArgumentParser(
+    parser = arguments.Parser(
         prog="host",
         usage="host [OPTION ...] [-- OPTION OF THE VIRTUAL ORB ...]\n       host COMMAND [-h] ...",
         description="Play with an orb. Without one, a virtual orb is started: touch it with the\n"

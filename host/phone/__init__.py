@@ -28,10 +28,12 @@ def open_phone(words: str) -> PhoneServer:
     try:
         parts = urlsplit(f"//{words}")
         address, port = ip_address(parts.hostname or ""), parts.port
-        if address.is_unspecified or parts.netloc != words or "@" in words:
+        odd = address.is_unspecified or address.is_multicast
+        if odd or parts.netloc != words or "@" in words:
             raise ValueError
     except ValueError:
-        raise _elsewhere(f"{words or 'nothing'} is not one ADDRESS or ADDRESS:PORT") from None
+        found = f"{words} is not one ADDRESS or ADDRESS:PORT" if words else "no address was given"
+        raise _elsewhere(found) from None
     try:
         from host.phone import qr  # noqa: F401 - what is missing shows before anything is served
         from host.phone.server import PhoneServer

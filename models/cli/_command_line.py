@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from controller import __version__, errors
+from controller.arguments import Parser
 from controller.errors import UserError
 from models import cli as commands
 
@@ -65,7 +66,7 @@ def _parser(first: Sequence[str]) -> argparse.ArgumentParser:
     names = commands.names()
     if first and not first[0].startswith("-"):
         names = [commands.require(first[0])]
-    parser = argparse.ArgumentParser(prog="models", description=DESCRIPTION, epilog=EXAMPLE)
+    parser = Parser(prog="models", description=DESCRIPTION, epilog=EXAMPLE)
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     listed = parser.add_subparsers(required=True, metavar="COMMAND")
     for name in names:

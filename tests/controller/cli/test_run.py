@@ -206,6 +206,7 @@ def test_an_orb_that_is_too_slow_for_its_bundle_is_refused(
         (["--rate", "fast"], "fast must be a number above 0, in hertz"),
         (["--rate", "0"], "0 must be a number above 0, in hertz"),
         (["--no"], "unrecognized arguments: --no"),
+        (["--recrod=x"], "unrecognized arguments: --recrod=x; did you mean --record?"),
     ],
 )
 def test_wrong_usage_is_answered_with_what_would_be_right(

@@ -432,6 +432,7 @@ def test_pauses_grow_with_failures_until_a_connection(ears: Ears, monkeypatch: P
     ("url", "reason"),
     [
         ("/dev/ttyNONE", "there is no such port"),
+        ("0.0.0.0:4000", "an address in a network is written socket://0.0.0.0:4000"),
         ("/", "it is not a serial port"),
         ("socket://x:y", "expected is socket://ADDRESS:PORT"),
         ("foo://x", "invalid URL, protocol 'foo' not known"),

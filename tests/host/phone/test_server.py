@@ -292,7 +292,16 @@ def test_a_stranger_that_holds_a_connection_does_not_hold_the_end(phone: PhoneSe
 
 @pytest.mark.parametrize(
     "words",
-    ["", "nonsense", "0.0.0.0", "::", "127.0.0.1:0/path", "127.0.0.1:70000", "me@127.0.0.1"],
+    [
+        "",
+        "nonsense",
+        "0.0.0.0",
+        "::",
+        "224.0.0.1",
+        "127.0.0.1:0/path",
+        "127.0.0.1:70000",
+        "me@127.0.0.1",
+    ],
 )
 def test_what_is_no_address_is_refused_with_the_addresses_there_are(
     words: str, monkeypatch: pytest.MonkeyPatch
