@@ -11,7 +11,8 @@ from collections.abc import Callable, Collection, Iterator
 from types import FrameType
 from typing import Final
 
-GRACE_S: Final = 1.2  # from a signal to the hard end; all of it takes at most 2 s
+GRACE_S: Final = 1.2  # from a signal to the hard end if no loop asks; all takes at most 2 s
+ENDING_S: Final = 5.0  # from a signal to the hard end of a program that has begun to end
 CLOSE_S: Final = 0.6  # for what is closed before the hard end
 SEAL_S: Final = 15.0  # from a signal to the hard end of a program that writes its last file
 
@@ -22,7 +23,8 @@ class Shutdown(list[str]):
     Attributes:
         renew: Whether to read the settings again, and go on.
         at_once: Whether a signal ends the process itself, since there is nothing to close yet.
-        sealing: Whether the loop has ended and a file is written, which takes its time.
+        noticed: Whether a loop has asked for reasons since there is one, and so begun to end.
+        sealing: Whether a file is written at the end, which takes its time.
         close: Releases what outlasts the process, such as keys; called by another thread before
             the hard end.
         status: Exit status of a program that ended by a signal; 0 without one.
@@ -30,22 +32,23 @@ class Shutdown(list[str]):
 
     renew = False
     at_once = False
+    noticed = False
     sealing = False
     close: Callable[[], None] = staticmethod(lambda: None)
     status = 0
 
-    def noticed(self) -> bool:
-        """Return whether to end; from then on a last file may take its time."""
-        self.sealing = bool(self)
-        return self.sealing
+    def __bool__(self) -> bool:
+        """Whether to end; a loop that asks and hears so has noticed."""
+        self.noticed = self.noticed or len(self) > 0
+        return self.noticed
 
 
 @contextlib.contextmanager
 def signals(*, renews: bool = False) -> Iterator[Shutdown]:
     """Turn signals to end into reasons to end, in order, for as long as the context lasts.
 
-    If it lasts GRACE_S longer than the first one, the process ends: a step hangs. Signals that are
-    ignored stay so. If the program `renews`, SIGHUP without a terminal asks for that.
+    If no loop asks for the first one within GRACE_S, a step hangs, and the process ends. Signals
+    that are ignored stay so. If the program `renews`, SIGHUP without a terminal asks for that.
     """
     shutdown = Shutdown()
     # Windows has no SIGHUP. One is ignored by nohup, and SIGINT in a shell's background.
@@ -91,8 +94,10 @@ def _guard(reader: socket.socket, ends: Collection[int], shutdown: Shutdown) -> 
         began_s = time.monotonic()
         if _closed(reader, began_s + GRACE_S):
             return
-        if shutdown.sealing and _closed(reader, began_s + SEAL_S):
-            return
+        if shutdown.noticed:
+            limit_s = SEAL_S if shutdown.sealing else ENDING_S
+            if _closed(reader, began_s + limit_s):
+                return
     last = threading.Thread(target=shutdown.close, name="last", daemon=True)
     last.start()
     last.join(CLOSE_S)

@@ -130,7 +130,7 @@ def _sessions(
         watchdog.beat()
         watchdog.status(_state(parts))
         # The reader of the lines has closed the pipe, as in `controller | head`.
-        shutdown.sealing = bool(shutdown) and parts.runs is not None
+        shutdown.sealing = parts.runs is not None
         return bool(shutdown) or shutdown.renew or (printing and not parts.link.connected)
 
     loop.run(over)

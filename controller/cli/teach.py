@@ -124,8 +124,9 @@ def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], boo
         if begun.model is None:
             say("there is no model for this sensor yet")
         with signals() as ends, keyboard() as keys:
+            ends.sealing = True
             try:
-                made += session.run(begun, keys, ends.noticed)
+                made += session.run(begun, keys, lambda: bool(ends))
             except UserError as error:  # the request was right
                 raise TroubleError(str(error)) from None
         for line in summary(begun.tally):

@@ -56,11 +56,23 @@ import controller.shutdown as module
 module.GRACE_S = 0.1
 with signals() as shutdown:
     os.kill(os.getpid(), signal.SIGTERM)
-    shutdown.noticed()
-    time.sleep(0.5)
+    if shutdown:
+        time.sleep(0.5)
     print("sealed")
 """
     assert run(body) == (0, "sealed\n", "")
+
+
+def test_an_end_that_hangs_ends_with_the_process_after_a_while() -> None:
+    body = """
+import controller.shutdown as module
+module.GRACE_S, module.ENDING_S = 0.1, 0.2
+with signals() as shutdown:
+    os.kill(os.getpid(), signal.SIGTERM)
+    if shutdown:
+        time.sleep(50)
+"""
+    assert run(body) == (128 + signal.SIGTERM, "", "")
 
 
 def test_a_signal_that_is_ignored_stays_so() -> None:

@@ -500,7 +500,8 @@ def test_an_orb_that_does_not_say_where_it_listens_is_ended(code: str, sentence:
 
 def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() -> None:
     device = VirtualOrbProcess(1, ("--presett", "nominal"))
-    with pytest.raises(LinkError, match=r"status 2: unrecognized arguments: --presett nominal$"):
+    told = r"status 2: unrecognized arguments: --presett nominal; did you mean --preset\?$"
+    with pytest.raises(LinkError, match=told):
         device.open()
 
 
