@@ -36,12 +36,17 @@ NEAR: Final = 1.1  # taxels from the place of a touch to a taxel that it lay on
 ALIVE: Final = 0.3  # least response of a sound taxel
 MODEL: Final = 0.12  # standard deviation of a response, of what the fit says, without noise
 SURE: Final = 3.0  # standard deviations between a dead taxel's mean response and `ALIVE`
+OPPOSITE: Final = -0.1  # least response of a dead taxel; below, the touch has another form
+DOUBT: Final = 1.5  # standard deviations of a response below `OPPOSITE` that are noise
 FIRM: Final = 0.1  # least mean change of the strongest taxel, z: what is left of a touch is less
 HALF: Final = 0.55  # least expected change, of the strongest taxel's
 CLEAR: Final = 3.0  # least expected change, in standard deviations of the noise
-QUIET: Final = 100.0  # untouched frames in the estimate of the noise
+NOISE_FRAMES: Final = 100.0  # in the estimate of the noise
+LOW_PASS_S: Final = 0.15  # time constant of the change in which a touch is found
+TOUCHED: Final = 5.0  # least size of a touch, standard deviations of the noise
+LIGHT: Final = 0.05  # least size of a touch, z
 MOST: Final = 0.2  # of the taxels; more than that is another fault
-TOUCH_S: Final = 2.0  # of each touch are used: a longer one adds no evidence
+TOUCH_S: Final = (0.1, 2.0)  # a shorter touch is noise; the rest of a longer one adds no evidence
 _REACH: Final = 3  # taxels around the strongest spot to which a dent is fitted
 _PLACES: Final = np.linspace(-2.0, 2.0, 11)  # of a dent, from the strongest spot
 # Slope of a recording's taxel against its surroundings, in 48 simulated sessions: dead -.51 to .06,
@@ -112,59 +117,79 @@ class TaxelInterpolator:
 class ResponseMonitor:
     """Detection of taxels that do not respond to touches on them, during play.
 
+    Touches are segmented by a low-pass of the change, so that noise neither hides nor splits them.
     Its state is `evidence` and `counts`; `restore` continues exactly with them.
 
     Attributes:
         evidence: Sum of the present touch's changes; of each taxel's touches, the sum of its
-            responses and of 1, both over their variance, (3, rows, columns).
-        counts: Frames of the present touch, those in the sum and all, and the mean square of an
-            untouched taxel's change, (3,).
+            responses and of 1, both over their variance; the low-pass of the change, and the
+            latest change, (5, rows, columns).
+        counts: Frames of the present touch, those in the sum and all; its greatest size, z; noise
+            of a taxel's change, a variance; frames seen, (5,).
         dead: Dead taxels, (rows, columns); None: none, or so many that it is another fault.
     """
 
     def __init__(self, rows: int, columns: int, rate_hz: float) -> None:
         """Begin without evidence."""
-        self.evidence = np.zeros((3, rows, columns))
-        self.counts = np.zeros(3)
+        self.evidence = np.zeros((5, rows, columns))
+        self.counts = np.zeros(5)
         self.dead: Mask | None = None
-        self._longest = max(1, round(TOUCH_S * rate_hz))
+        self._shortest, self._longest = (max(1, round(t_s * rate_hz)) for t_s in TOUCH_S)
+        self._pace = min(1.0, 1.0 / (LOW_PASS_S * rate_hz))
+        patch = min(rows, 2) * min(columns, 2)
+        self._least = TOUCHED * np.sqrt(self._pace / (2.0 - self._pace) / patch)
 
     def restore(self, evidence: NDArray[np.float64], counts: NDArray[np.float64]) -> None:
-        """Continue with evidence, (3, rows, columns), and counts, (3,), of another monitor."""
-        self.evidence = evidence.copy()
-        self.counts[: len(counts)] = counts  # older versions had two
+        """Continue with evidence, (5, rows, columns), and counts, (5,), of another monitor."""
+        if len(evidence) == len(self.evidence):  # older versions segmented touches otherwise
+            self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
 
-    def learn(self, change: Change, interpolator: TaxelInterpolator, *, quiet: bool) -> None:
+    def learn(self, change: Change, interpolator: TaxelInterpolator) -> None:
         """Take the next frame's change, (rows, columns), as it was read."""
-        if not quiet:
-            self.counts[1] += 1.0
+        touch, _, _, level, last = self.evidence
+        self.counts[4] += 1.0
+        noise = mean_of(np.square(change - last)) / 2.0
+        self.counts[3] += (noise - self.counts[3]) / min(self.counts[4], NOISE_FRAMES)
+        last[:] = change
+        level += self._pace * (change - level)
+        size = _size(level)
+        if size > max(LIGHT, self._least * np.sqrt(self.counts[3]), self.counts[2] / 2.0):
+            self.counts[1:3] = self.counts[1] + 1.0, max(size, self.counts[2])
             if self.counts[1] <= self._longest:
-                self.evidence[0] += change
+                touch += change
                 self.counts[0] += 1.0
             return
-        if self.counts[0]:
+        if self.counts[0] >= self._shortest:
             self._weigh(interpolator)
             self._judge()
-        self.evidence[0], self.counts[:2] = 0.0, 0.0
-        self.counts[2] += (mean_of(np.square(change)) - self.counts[2]) / QUIET
+        touch[:], self.counts[:3] = 0.0, 0.0
 
     def _weigh(self, interpolator: TaxelInterpolator) -> None:
         """Add the responses to the touch that has ended; one that contradicts begins anew."""
-        touch, noise = self.evidence[0] / self.counts[0], self.counts[2] / self.counts[0]
+        touch, noise = self.evidence[0] / self.counts[0], self.counts[3] / self.counts[0]
         whole = touch if self.dead is None else interpolator.fill(touch, self.dead)
-        _, along, weight = self.evidence
+        along, weight = self.evidence[1:3]
         for taxel, expected, response in responses(touch, whole, interpolator.around(whole), noise):
+            precision = 1.0 / (MODEL**2 + noise / expected**2)
+            if response < OPPOSITE - DOUBT / np.sqrt(precision):
+                continue
             if (along[taxel] < ALIVE * weight[taxel]) != (response < ALIVE):
                 along[taxel] = weight[taxel] = 0.0
-            precision = 1.0 / (MODEL**2 + noise / expected**2)
             along[taxel] += precision * response
             weight[taxel] += precision
 
     def _judge(self) -> None:
-        _, along, weight = self.evidence
+        along, weight = self.evidence[1:3]
         dead = along + SURE * np.sqrt(weight) < ALIVE * weight
         self.dead = dead if 0.0 < float(dead.mean()) <= MOST else None
+
+
+def _size(change: Change) -> float:
+    """Return the greatest mean change of 2×2 taxels, of fewer on a single row or column."""
+    for _ in range(2):
+        change = change.T if len(change) < 2 else (change[1:] + change[:-1]).T / 2.0
+    return max(float(change.max()), -float(change.min()))
 
 
 def responses(

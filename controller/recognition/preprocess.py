@@ -143,7 +143,7 @@ class Preprocessor:
             return
         (values, felt, gate, strength, prepared), self._measured = self._measured, None
         if self._mend:
-            self._responses.learn(felt - 1.0, self._interpolator, quiet=prepared.quiet)
+            self._responses.learn(felt - 1.0, self._interpolator)
         if prepared.lost is not None:
             values = self._rest.without(prepared.lost, values)
         self._rest.step(values, prepared.image, prepared.deviation, gate, strength)

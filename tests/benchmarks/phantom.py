@@ -16,6 +16,7 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.protocol.messages import Contact
+from controller.recognition.dead_taxels import Mask
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.faults import Fault
 from controller.simulator.orb import PRESETS, preset
@@ -73,7 +74,7 @@ PAUSE_S: Final = {"clicks": 0.4, "phone": 0.5, "squeezes": 2.5, "play": 0.3}
 
 
 def play(
-    name: str, kind: str, seed: int, seconds: float, dead: str, stop: Callable[[object], bool]
+    name: str, kind: str, seed: int, seconds: float, dead: str, stop: Callable[[Mask], bool]
 ) -> float | None:
     """Return when `stop` first holds of the dead taxels found, seconds; None: never."""
     orb = VirtualOrb(seed, RATE_HZ, DOMAIN, preset(name))
@@ -104,6 +105,11 @@ def play(
     return None
 
 
+def found_at(row: int, column: int) -> Callable[[Mask], bool]:
+    """Return a test of whether a taxel is among the dead ones."""
+    return lambda dead: bool(dead[row, column])
+
+
 def main() -> None:
     """Count phantom faults, and the seconds until dead taxels are found."""
     parser = command_line(__doc__, orbs=100, minutes=10.0, taxels=25, seed=1)
@@ -122,9 +128,8 @@ def main() -> None:
         for number, (row, column) in enumerate([*np.ndindex(5, 5)][: options.taxels]):
             seed = 1000 * options.seed + 500 + number
             time_s = play(
-                name, "play", seed, 3 * FOUND_S, f"dead:{row},{column}",
-                lambda found, at=(row, column): bool(found[at]),  # type: ignore[misc]
-            )  # fmt: skip
+                name, "play", seed, 3 * FOUND_S, f"dead:{row},{column}", found_at(row, column)
+            )
             times.append(3 * FOUND_S if time_s is None else time_s)
             say(f"{name}: dead at {row},{column}: {times[-1]:.0f} s")
         found = sum(time_s <= FOUND_S for time_s in times)

@@ -10,6 +10,7 @@ from controller.recognition.preprocess import Preprocessor
 from controller.simulator.faults import Fault
 from controller.simulator.orb import NOMINAL, preset
 from controller.simulator.session import EVALUATION, simulate
+from tests.benchmarks import phantom
 
 CENTRES = np.random.default_rng(1).uniform(-0.5, 4.5, (400, 2))
 
@@ -62,14 +63,12 @@ def test_where_all_are_broken_nothing_is_made_up() -> None:
 
 
 def test_a_taxel_that_does_not_answer_is_found_and_forgiven_once_it_does() -> None:
-    answers, filler = ResponseMonitor(5, 5, 10.0), TaxelInterpolator(5, 5)
-    dead = None
+    answers, dead = ResponseMonitor(5, 5, 10.0), None
     for number, place in enumerate(np.tile(CENTRES, (3, 1))):
         change = dent(*place)
         if number < 500:
             change[1, 3] = 0.0
-        answers.learn(change, filler, quiet=False)
-        answers.learn(np.zeros((5, 5)), filler, quiet=True)
+        touch(answers, change)
         if number == 499:
             dead = answers.dead
     assert dead is not None
@@ -77,10 +76,13 @@ def test_a_taxel_that_does_not_answer_is_found_and_forgiven_once_it_does() -> No
     assert answers.dead is None
 
 
+FILLER = TaxelInterpolator(5, 5)
+
+
 def touch(answers: ResponseMonitor, change: NDArray[np.float64], frames: int = 5) -> None:
-    """Let a monitor see a touch, and what is between touches."""
-    for quiet in (*(False,) * frames, True):
-        answers.learn(np.zeros((5, 5)) if quiet else change, TaxelInterpolator(5, 5), quiet=quiet)
+    """Show a monitor a touch, and the pause after it."""
+    for frame in range(frames + 3):
+        answers.learn(change if frame < frames else np.zeros((5, 5)), FILLER)
 
 
 def test_a_taxel_is_dead_after_several_touches_on_it_however_long_they_are() -> None:
@@ -120,3 +122,15 @@ def test_a_dead_taxel_of_a_simulated_orb_is_found_in_play(name: str) -> None:
     prepared = [stage.step(frame) for frame in session.frames][-1]
     assert prepared.dead is not None
     assert np.argwhere(prepared.dead).tolist() == [[2, 1]]
+
+
+def test_clicks_on_a_noisy_orb_find_a_dead_taxel_though_each_frame_looks_untouched() -> None:
+    found_s = phantom.play(
+        "paper-snr", "play", 2506, 30.0, "dead:1,1", lambda dead: bool(dead[1, 1])
+    )
+    assert found_s is not None
+
+
+def test_hands_that_close_around_a_taxel_and_raise_it_say_nothing_of_it() -> None:
+    """The first frames of a squeeze look like one finger on a taxel that answers the wrong way."""
+    assert phantom.play("nominal", "squeezes", 2000, 60.0, "", lambda dead: True) is None
