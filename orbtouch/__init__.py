@@ -14,10 +14,11 @@ minor version ahead. The packages controller, host, models and tetris are the im
 may change at any time. Whatever a user can put right is raised as `Error`, in one sentence.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
-
+# What this file imports delays the entry points, in which Ctrl+C prints a trace until they run.
+TYPE_CHECKING = False  # as of `typing`, which takes 10 ms
 if TYPE_CHECKING:
+    from typing import Any, Final
+
     from controller import __version__ as __version__
     from controller.errors import UserError as Error
     from orbtouch.networks import Command, Evaluation, Network, network
@@ -42,7 +43,7 @@ __all__ = [
 
 # Modules of the names: each is imported at its first use: the command
 # needs none of them, and looks first whether our other packages are the ones that are found.
-_MODULES: Final = {
+_MODULES: "Final" = {
     **dict.fromkeys(("Command", "Evaluation", "Network", "network"), "networks"),
     **dict.fromkeys(("Orb", "connect", "record"), "orbs"),
     **dict.fromkeys(("Recording", "load", "simulate"), "recordings"),
@@ -50,8 +51,10 @@ _MODULES: Final = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     """Import a public name."""
+    from importlib import import_module
+
     if name == "Error":
         return import_module("controller.errors").UserError
     if name == "__version__":

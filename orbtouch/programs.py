@@ -3,21 +3,25 @@
 Ctrl+C ends the process at once, without a word, before a command has begun and after it has ended.
 """
 
-import _signal  # type: ignore[import-not-found]  # `signal` itself imports for 10 ms
+# Before Ctrl+C is handled, nothing is imported that Python has not: it would print a trace.
+import _signal  # type: ignore[import-not-found]
 import os
 import sys
-from collections.abc import Callable
-from importlib import import_module
-from importlib.util import find_spec
-from pathlib import Path
-from typing import Final
 
-PACKAGES: Final = ("controller", "host", "models", "tetris")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+PACKAGES = ("controller", "host", "models", "tetris")
 _USAGE, _INTERRUPTED = 2, 130  # as controller.errors, which may be another one's here
 
 
-def foreign(root: Path) -> str:
+def foreign(root: "Path") -> str:
     """Return a sentence on a package of one of our names that is not in `root`; "" if all are."""
+    from importlib.util import find_spec
+    from pathlib import Path
+
     for name in PACKAGES:
         spec = find_spec(name)
         if spec is None:
@@ -33,11 +37,14 @@ def foreign(root: Path) -> str:
     return ""
 
 
-def _program(name: str) -> Callable[[], int]:
+def _program(name: str) -> "Callable[[], int]":
     def main() -> int:
         ours = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler  # not under nohup
         if ours:
             _signal.signal(_signal.SIGINT, _end)
+        from importlib import import_module
+        from pathlib import Path
+
         if problem := foreign(Path(__file__).resolve().parents[1]):
             print(f"{name}: {problem}", file=sys.stderr)
             return _USAGE
