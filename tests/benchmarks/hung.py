@@ -1,12 +1,12 @@
 """A sensor that hangs during a hold: when the host is told that nothing is held, and SIGTERM.
 
-Each case is a real `controller` (tests/support/hanging_orb.py) and the host's own receiver, over
-TCP or a pty. RFCOMM has the same link class; HID and USB are tested on a clock of their own
-(tests/controller/links).
+Each case is a real `controller` (tests/support/hanging_orb.py) and the host's own receiver over
+TCP, a pty, or the RFCOMM link on a local socket; or a host that reads the reports of HID and USB.
 """
 
 import json
 import os
+import queue
 import signal
 import socket
 import subprocess
@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from itertools import cycle
 from pathlib import Path
 from typing import Final
@@ -31,8 +31,10 @@ GOAL_S: Final = 0.31  # three frames of 10 Hz, and the way to the host
 END_GOAL_S: Final = 2.0
 PATIENCE_S: Final = 40.0
 GRID: Final = "rows = 5\ncolumns = 5\n"
+Events = queue.Queue[tuple[str, float]]
 SENSORS: Final = ("virtual", "emulated", "lines", "mpr121", "replay", "drum")
-LINKS: Final = ("tcp", "pty")
+LINKS: Final = ("tcp", "pty", "rfcomm", "hid", "usb")
+KEYS: Final = ("hid", "usb")  # links without packets
 
 
 def options(sensor: str, folder: Path, stack: ExitStack) -> list[str]:
@@ -72,8 +74,10 @@ def case(sensor: str, link: str) -> tuple[float, float]:
     """Return the seconds from the hang to the release at the host, and from SIGTERM to the end."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        url, far = "listen://127.0.0.1:0", ""
-        if link == "pty":
+        url, far = f"{link}:", ""
+        if link == "tcp":
+            url = "listen://127.0.0.1:0"
+        elif link == "pty":
             cable = Cable()
             stack.callback(cable.close)
             url, far = cable.ends
@@ -86,25 +90,43 @@ def case(sensor: str, link: str) -> tuple[float, float]:
         )  # fmt: skip
         stack.callback(process.kill)
         assert process.stdout is not None
-        if not far:
+        events: Events = queue.Queue()
+        threading.Thread(target=_listen, args=(process, events), daemon=True).start()
+        if link == "tcp":
             port = json.loads(process.stdout.readline())["listening"].rpartition(":")[2]
             far = f"socket://127.0.0.1:{port}"
-        hung: list[float] = []
-        threading.Thread(target=_listen, args=(process, hung), daemon=True).start()
-        released_s = _released_s(far, hung)
+        elif link == "rfcomm":
+            far = f"socket://127.0.0.1:{_at(events, 'listens'):.0f}"
+        if link in KEYS:
+            _at(events, "held")
+            hung_s = _at(events, "hangs")
+            released_s = _at(events, "released") - hung_s
+        else:
+            released_s = _released_s(far, events)
         began_s = time.monotonic()
         process.send_signal(signal.SIGTERM)
         process.wait(PATIENCE_S)
         return released_s, time.monotonic() - began_s
 
 
-def _listen(process: subprocess.Popen[str], hung: list[float]) -> None:
+def _listen(process: subprocess.Popen[str], events: Events) -> None:
+    """Pass what the orb prints on, as event and number."""
     assert process.stderr is not None
-    lines = (line for line in process.stderr if line.startswith("hangs at"))
-    hung.extend(float(line.split()[2]) for line in lines)
+    for line in process.stderr:
+        name, _, number = line.partition(" at ")
+        with suppress(ValueError):
+            events.put((name, float(number)))
 
 
-def _released_s(far: str, hung: list[float]) -> float:
+def _at(events: Events, name: str) -> float:
+    """Return the number of the next event of a name; queue.Empty after PATIENCE_S."""
+    while True:
+        event, number = events.get(timeout=PATIENCE_S)
+        if event == name:
+            return number
+
+
+def _released_s(far: str, events: Events) -> float:
     """Return the seconds from the hang to the message that releases what was held."""
     receiver = Receiver(lambda: open_transport(far))
     receiver.start()
@@ -116,14 +138,14 @@ def _released_s(far: str, hung: list[float]) -> float:
                 now_s = time.monotonic()
                 message = item.message if isinstance(item, Delivered) else None
                 if isinstance(message, State | Heartbeat):
-                    if held and hung and not message.pressed:
-                        return now_s - hung[0]
+                    if held and not message.pressed:
+                        return now_s - _at(events, "hangs")
                     held = bool(message.pressed)
                 if isinstance(item, Lost) and held:
-                    return now_s - hung[0]
+                    return now_s - _at(events, "hangs")
     finally:
         receiver.close()
-    raise TimeoutError(f"{'held' if held else 'nothing was held'}, hung: {hung}")
+    raise TimeoutError("it is still held" if held else "nothing was held")
 
 
 def main() -> None:
