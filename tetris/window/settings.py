@@ -32,7 +32,7 @@ class Settings:
     das_ms: int = 167  # before a held direction repeats: docs/tetris.md "auto_repeat"
     arr_ms: int = 33  # between repeats; 0 goes to the wall at once
     soft_drop: int = 20  # how many times faster than gravity
-    initial: bool = True  # a turn or hold that is held acts on the next piece as it enters
+    initial: str = "tap"  # which turns and holds act on a piece as it enters: `CHOICES`
     guard_ms: int = 0  # after a lock, in which a hard drop is ignored
     drop_guard: bool = False  # a hard drop is ignored while a direction is held
     theme: str = "dark"  # a name in `tetris.window.theme.PALETTES`
@@ -65,6 +65,10 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
     }
 )
 """Of each number the least, the most, and the step with which a menu changes it."""
+
+CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {"initial": ("off", "tap", "hold")}  # none; those pressed while no piece is in play; all held
+)
 
 _SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "play": ("mode", "orb_mode", "level", "introduced"),
@@ -122,7 +126,7 @@ def _fits(name: str, value: object, usual: object) -> bool:
     if isinstance(value, int) and name in LIMITS:
         least, most, _ = LIMITS[name]
         return least <= value <= most
-    return True
+    return name not in CHOICES or value in CHOICES[name]
 
 
 def _bindings(read: dict[str, Any], usual: Names) -> Names:
@@ -165,8 +169,10 @@ def changed(settings: Settings, **values: Any) -> Settings:
 
 
 def stepped(settings: Settings, name: str, direction: int) -> Settings:
-    """Return settings with one number or switch changed by a step; numbers stay in their limits."""
+    """Return settings with one value changed by a step; numbers stay in their limits."""
     value = getattr(settings, name)
+    if names := CHOICES.get(name):
+        return changed(settings, **{name: names[(names.index(value) + direction) % len(names)]})
     if isinstance(value, bool):
         return changed(settings, **{name: not value})
     least, most, step = LIMITS[name]

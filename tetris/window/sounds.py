@@ -116,6 +116,7 @@ class Sounds:
 
     def __init__(self) -> None:
         self._ready: Mapping[str, pygame.mixer.Sound] = {}
+        self._peaks: Mapping[pygame.mixer.Sound, float] = {}  # greatest samples, 0 to 1
         self._volumes = {"effects": 0.0, "clicks": 0.0, "tones": 0.0}
         self._opening: Thread | None = None
 
@@ -137,6 +138,9 @@ class Sounds:
             sounds = {name: pygame.mixer.Sound(buffer=pcm(notes)) for name, notes in SOUNDS.items()}
         except (pygame.error, NotImplementedError):
             return  # no audio device: a silent game is as good a game
+        self._peaks = {
+            sound: float(np.abs(wave(SOUNDS[name])).max()) for name, sound in sounds.items()
+        }
         self._ready = sounds
 
     def set_volumes(self, settings: Settings) -> None:
@@ -154,20 +158,29 @@ class Sounds:
         self._play(name, "effects")
 
     def show(self, events: Iterable[Event]) -> None:
-        """Play what events sound like."""
-        for event in events:
-            match event:
-                case happened.Spawned(piece=piece):
-                    self._play(f"tone_{piece.kind}", "tones")
-                case _ if name := sound_of(event):
-                    self._play(name, "effects")
+        """Play what the events of a frame sound like, each sound once."""
+        names = dict.fromkeys(
+            (f"tone_{event.piece.kind}", "tones")
+            if isinstance(event, happened.Spawned)
+            else (sound_of(event), "effects")
+            for event in events
+        )
+        for name, kind in names:
+            self._play(name, kind)
 
     def _play(self, name: str, kind: str) -> None:
+        """Play a sound, softer if it would be too loud together with those that are playing."""
         sound, volume = self._ready.get(name), self._volumes[kind]
         if sound is None or volume <= 0 or not pygame.mixer.get_init():
             return
-        sound.set_volume(volume)
-        sound.play()
+        room = 1.0 - sum(
+            channel.get_volume() * self._peaks[playing]
+            for channel in map(pygame.mixer.Channel, range(_CHANNELS))
+            if (playing := channel.get_sound())
+        )
+        volume = min(volume, room / self._peaks[sound])
+        if volume > 0 and (channel := sound.play()):
+            channel.set_volume(volume)
 
 
 def sound_of(event: Event) -> str:

@@ -43,9 +43,9 @@ class Tiles:
             return self._keep("dim", mark, size, self._draw_dim)
         return self._keep("whole", mark, size, self._draw_whole)
 
-    def hint(self, size: int) -> pygame.Surface:
-        """Return one block of a hint: a dot."""
-        return self._keep("hint", DEBRIS, size, self._draw_hint)
+    def hint(self, mark: str, size: int) -> pygame.Surface:
+        """Return one block of a hint: a dot in the colour of its piece."""
+        return self._keep("hint", mark, size, self._draw_hint)
 
     def colour(self, mark: str) -> Colour:
         """Return the colour of a mark of the board."""
@@ -107,9 +107,10 @@ class Tiles:
 
     def _draw_hint(self, mark: str, size: int) -> pygame.Surface:
         picture = pygame.Surface((size, size), pygame.SRCALPHA)
-        radius = max(1, round(size * 0.16))
+        radius = max(2, round(size * 0.2))
         centre = size // 2, size // 2
-        pygame.draw.circle(picture, (*self._palette.text, 230), centre, radius)
+        pygame.draw.circle(picture, self._palette.text, centre, radius)
+        pygame.draw.circle(picture, self.colour(mark), centre, max(1, radius - max(1, size // 16)))
         return picture
 
     def _draw_whole(self, mark: str, size: int) -> pygame.Surface:

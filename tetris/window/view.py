@@ -7,8 +7,9 @@ from typing import Final
 
 import pygame
 
+from tetris.bots.greedy import Plan
 from tetris.engine.board import EMPTY
-from tetris.engine.events import Event
+from tetris.engine.events import Action, Event
 from tetris.engine.game import Finish, Game, Phase, TopOut
 from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
@@ -125,7 +126,7 @@ class GameView:
         *,
         reason: str = "",
         figures: Sequence[Figure] | None = None,
-        hint: Piece | None = None,
+        hint: Plan | None = None,
         words: bool = True,
         veiled: bool = True,
     ) -> None:
@@ -137,7 +138,7 @@ class GameView:
             time_s: The time of its last update.
             reason: Why the game pauses, such as "orb lost, reconnecting".
             figures: The numbers beside the board; None takes those that suit the game.
-            hint: Where a piece would lie well, if the player asked.
+            hint: Where a piece would lie well, and whether it is held first, if the player asked.
             words: Whether words on the board say that it pauses or is over.
             veiled: Whether the board is covered while it pauses or is over.
         """
@@ -147,13 +148,13 @@ class GameView:
             self._lay_out(Layout.inside(area, columns, rows, self._look.scale))
         surface.blit(self._scenery, self.layout.area)
         self._draw_danger(surface, game)
-        self._draw_blocks(surface, game, hint)
+        self._draw_blocks(surface, game, hint.landing if hint else None)
         self._effects.draw(surface, self.layout, time_s)
         if veiled and game.phase is not Phase.RUNNING:
             surface.blit(self._veil, self.layout.board)
             if words:
                 self._draw_words(surface, game, reason)
-        self._draw_hold(surface, game)
+        self._draw_hold(surface, game, lit=hint is not None and hint.actions[0] is Action.HOLD)
         self._draw_next(surface, game)
         self._draw_figures(surface, figures_of(game) if figures is None else figures)
         self._draw_chips(surface, game)
@@ -178,7 +179,7 @@ class GameView:
             shade = tiles.ghost(piece.kind, cell)
             blits += [(shade, at(x, y - fall)) for x, y in piece.cells if fall and y - fall < top]
             if hint and game.in_play:
-                blits += [(tiles.hint(cell), at(x, y)) for x, y in hint.cells if y < top]
+                blits += [(tiles.hint(hint.kind, cell), at(x, y)) for x, y in hint.cells if y < top]
             if game.in_play or piece.mask & ~game.board.bits:  # it is not among the blocks yet
                 body = tiles.mino(piece.kind, cell)
                 blits += [(body, at(x, y)) for x, y in piece.cells if y < top]
@@ -216,7 +217,11 @@ class GameView:
 
     # -- beside it ---------------------------------------------------------------------
 
-    def _draw_hold(self, surface: pygame.Surface, game: Game) -> None:
+    def _draw_hold(self, surface: pygame.Surface, game: Game, *, lit: bool) -> None:
+        if lit and game.in_play:
+            wide, radius = max(2, self.layout.cell // 10), self.layout.cell // 3
+            accent = self._look.palette.accent
+            pygame.draw.rect(surface, accent, self.layout.hold, wide, border_radius=radius)
         if game.hold:
             picture = self._look.tiles.preview(game.hold, self._small, dim=not game.can_hold)
             surface.blit(picture, picture.get_rect(center=self.layout.hold_centre))

@@ -9,13 +9,15 @@ import pytest
 
 from tests.support.pytest_types import Patch
 from tests.support.tetris_player import FRAME_S, Player, open_app
-from tetris.engine.game import Phase
+from tetris.engine.game import Action, Phase
+from tetris.engine.rules import Config
 from tetris.history.replay import Player as ReplayPlayer
+from tetris.history.replay import Recorder
 from tetris.window import theme, video
 from tetris.window.app import App, Start
-from tetris.window.screens.play_screen import LONGEST_S, READY_S, RESUME_S, PlayScreen
+from tetris.window.screens.play_screen import ASK_S, LONGEST_S, READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
-from tetris.window.settings import Settings
+from tetris.window.settings import CHOICES, Settings
 from tetris.window.video import VideoError
 
 
@@ -261,12 +263,72 @@ def test_a_hint_is_shown_until_the_piece_is_placed(window: pygame.Surface) -> No
     assert player.game._hint is None
 
 
-def test_a_turn_that_is_held_turns_the_next_piece_as_it_enters(window: pygame.Surface) -> None:
-    player = open_app(window, Start(mode="marathon", seed=3))
+def test_a_hint_that_begins_with_a_hold_lights_the_hold_until_it_is_done(
+    window: pygame.Surface,
+) -> None:
+    """Hints of thirty pieces, each followed; the frame of the card is looked at in the picture."""
+    player, told = open_app(window, Start(mode="zen", seed=3)), []
     player.wait(READY_S + 0.1)
-    player.wait(FRAME_S, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_z))
+    frame = theme.DARK.accent
+    for _ in range(30):
+        player.key(pygame.K_h)
+        hint = player.game._hint
+        assert hint is not None
+        holds = hint.actions[0] is Action.HOLD
+        card = player.game._view.layout.hold
+        told.append((holds, window.get_at(card.midtop)[:3] == frame))
+        if holds:
+            player.key(pygame.K_c)
+            landing, hint = hint.landing, player.game._hint
+            assert hint is not None
+            assert hint.landing == landing
+            assert window.get_at(card.midtop)[:3] != frame
+        player.orb(*hint.actions)
+    assert {holds for holds, _ in told} == {False, True}
+    assert all(holds is lit for holds, lit in told)
+
+
+def test_a_restart_is_asked_for_once_a_game_is_worth_something(player: Player) -> None:
+    first = player.play().session
+    player.key(pygame.K_r)
+    second = player.game.session
+    assert second is not first
+    while second.game.time_s <= ASK_S:
+        player.wait(0.2)
+    player.key(pygame.K_r)
+    assert player.menu.menu.title == "Paused"
+    assert "Restart" in player.menu.menu.notice
+    player.key(pygame.K_RETURN)
+    assert player.game.session is second
+
+
+def test_a_turn_that_is_held_turns_the_next_piece_as_it_enters(window: pygame.Surface) -> None:
+    """If the player chose so. By default it must be pressed while no piece is in play."""
+    turns = {}
+    for kind in CHOICES["initial"]:
+        player = open_app(window, Start(mode="marathon", seed=3))
+        player.app.stage.change(Settings(initial=kind))
+        player.wait(READY_S + 0.1)
+        player.wait(FRAME_S, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_z))
+        player.key(pygame.K_SPACE)
+        turns[kind] = player.game.session.game.piece.turn
+    assert turns == {"off": 0, "tap": 0, "hold": 3}
+    assert Settings().initial == "tap"
+
+
+@pytest.mark.parametrize(("kind", "turn"), [("off", 0), ("tap", 1), ("hold", 0)])
+def test_a_turn_tapped_before_a_piece_enters_turns_it(
+    window: pygame.Surface, kind: str, turn: int
+) -> None:
+    player = open_app(window, Start(mode="zen"))
+    player.app.stage.change(Settings(initial=kind))
+    player.app.go_on(Recorder(3, Config(generation_delay_s=0.3), "zen"))
+    player.wait(READY_S + 0.5)
     player.key(pygame.K_SPACE)
-    assert player.game.session.game.piece.turn == 3
+    assert not player.game.session.game.in_play
+    player.key(pygame.K_UP)
+    player.wait(0.3)
+    assert player.game.session.game.piece.turn == turn
 
 
 SPACE, UP, Z, C = pygame.K_SPACE, pygame.K_UP, pygame.K_z, pygame.K_c
@@ -310,8 +372,9 @@ def pressed(
 def test_keys_pressed_in_one_frame_act_as_in_frames_of_their_own(
     window: pygame.Surface, keys: tuple[int, ...], turn: int, placed: int, hz: int
 ) -> None:
-    together = pressed(window, keys, hz=hz).session
-    apart = pressed(window, *((key,) for key in keys), hz=hz).session
+    hands = Settings(initial="hold")
+    together = pressed(window, keys, hz=hz, settings=hands).session
+    apart = pressed(window, *((key,) for key in keys), hz=hz, settings=hands).session
     for session in (together, apart):
         assert (session.game.piece.turn, session.game.pieces_placed) == (turn, placed)
         again = ReplayPlayer(session.recorder.replay())
@@ -322,9 +385,10 @@ def test_keys_pressed_in_one_frame_act_as_in_frames_of_their_own(
 
 
 def test_a_hold_that_stays_down_holds_once(window: pygame.Surface) -> None:
-    held = pressed(window, (C,), (SPACE,), (-SPACE,), (SPACE,), hz=60).session.game
+    hands, keys = Settings(initial="hold"), ((C,), (SPACE,), (-SPACE,))
+    held = pressed(window, *keys, (SPACE,), hz=60, settings=hands).session.game
     assert held.can_hold
-    again = pressed(window, (C,), (SPACE,), (-SPACE, -C), (C,), hz=60).session.game
+    again = pressed(window, *keys, (-C,), (C,), hz=60, settings=hands).session.game
     assert not again.can_hold
 
 

@@ -7,12 +7,17 @@ import pygame
 import pytest
 
 from tests.support.tetris_games import set_up
+from tetris.engine import events as happened
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Game
 from tetris.engine.pieces import KINDS, Piece
 from tetris.window import sounds
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds, sound_of
+
+
+def channels() -> list[pygame.mixer.Channel]:
+    return [pygame.mixer.Channel(number) for number in range(pygame.mixer.get_num_channels())]
 
 
 @pytest.mark.parametrize("name", sorted(sounds.SOUNDS))
@@ -52,6 +57,15 @@ def test_a_lock_sounds_like_what_it_cleared(board: str, piece: Piece, sound: str
     game.update(0.0)
     heard = [sound_of(event) for event in game.update(0.0, [Action.HARD_DROP])]
     assert sound in heard
+
+
+@pytest.mark.parametrize("name", ["drop", "lock"])
+def test_a_knock_is_heard_on_the_speakers_of_a_laptop(name: str) -> None:
+    """They play little below 300 Hz: most of the energy lies above, around 400 to 900 Hz."""
+    wave = sounds.wave(sounds.SOUNDS[name])
+    power = np.abs(np.fft.rfft(wave, sounds.RATE_HZ)) ** 2  # one number per hertz
+    assert power[400:900].sum() > 0.8 * power.sum()
+    assert power[:200].sum() < 0.1 * power.sum()
 
 
 def test_moves_are_heard_but_not_the_fall() -> None:
@@ -98,3 +112,23 @@ def test_a_volume_of_nothing_plays_nothing(opened: Sounds) -> None:
     opened.effect("over")
     opened.click("move")
     assert not pygame.mixer.get_busy()
+
+
+def test_a_sound_is_played_once_a_frame(opened: Sounds) -> None:
+    opened.set_volumes(Settings(effects=100))
+    moved = happened.Moved(0.0, Piece("T", 3, 18), -1, 0, Action.LEFT)
+    opened.show([moved] * 9)
+    assert sum(channel.get_busy() for channel in channels()) == 1
+
+
+def test_sounds_together_are_no_louder_than_the_loudest_number(opened: Sounds) -> None:
+    opened.set_volumes(Settings(effects=100, clicks=100, tones=100))
+    for name in sounds.SOUNDS:
+        opened.effect(name)
+    peaks = [
+        channel.get_volume() * opened._peaks[sound]
+        for channel in channels()
+        if (sound := channel.get_sound())
+    ]
+    assert len(peaks) >= 2
+    assert 0.5 < sum(peaks) <= 1.01  # volumes are steps of 1/128

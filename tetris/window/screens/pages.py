@@ -10,7 +10,7 @@ from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu, MenuStep
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
-from tetris.window.settings import LIMITS, Settings, changed, stepped
+from tetris.window.settings import CHOICES, LIMITS, Settings, changed, stepped
 from tetris.window.theme import PALETTES
 
 _UNITS: Final = {
@@ -102,7 +102,9 @@ def _item(stage: ScreenStack, name: str) -> Item:
         stage.change(stepped(stage.settings, name, direction))
 
     share = None
-    if isinstance(value, bool):
+    if name in CHOICES:
+        written = words(f"settings.{name}_{value}")
+    elif isinstance(value, bool):
         written = words("menu.on" if value else "menu.off")
     elif name in _SOUND or name == "scale":
         written = words("settings.percent", value=value)

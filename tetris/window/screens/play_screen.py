@@ -1,15 +1,16 @@
 """The game itself: keys and buttons in, the board and what happens on it out."""
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from operator import itemgetter
 from typing import Final
 
 import pygame
 
 from tetris.bots import beam_search
-from tetris.engine.events import Action, Event, Held, Spawned
+from tetris.bots.greedy import Plan
+from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
-from tetris.engine.pieces import Piece
 from tetris.window import bindings, theme
 from tetris.window.game_session import BotPlayer, Session
 from tetris.window.keys import Code, DueAction
@@ -19,6 +20,7 @@ from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
+ASK_S: Final = 30.0  # of play, after which a restart is asked for
 LONGEST_S: Final = 0.25  # that one frame may bring
 _POINTER_S: Final = 2.0  # after the mouse has moved, in which it is seen
 _LEAST_BUTTON: Final = 26  # pixels, of the button that pauses
@@ -56,7 +58,9 @@ class PlayScreen(Screen):
         self._resuming = False
         self._hold_spent = False  # whether the hold that is held down has swapped a piece
         self._moved_s = -_POINTER_S  # when the mouse moved last, by the window's clock
-        self._hint: Piece | None = None
+        self._tapped: set[Action] = set()  # turns and holds while no piece is in play
+        self._hint: Plan | None = None
+        self._heard: list[Event] = []
         self._given: list[DueAction] = []
         self._held: frozenset[Action] = frozenset()  # by a controller of actions
         self._take_over_hands()
@@ -76,7 +80,7 @@ class PlayScreen(Screen):
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or a button that went down."""
         if code in self._hint_codes and self.session.game.in_play:
-            self._hint = beam_search.plan(self.session.game).landing
+            self._hint = beam_search.plan(self.session.game)
         self._keys.press(code, time_s + self._offset_s)
 
     def release(self, code: Code, time_s: float) -> None:
@@ -174,11 +178,21 @@ class PlayScreen(Screen):
         self._given = []
         wanted = [each.action for each in due if each.action in _OURS]
         if Action.RESTART in wanted:
-            self._restart(self)
+            self._ask_restart()
         elif Action.PAUSE in wanted:
             self.pause()
         elif self._begun:
             self._play([each for each in due if each.action not in _OURS])
+        self._stage.sounds.show(self._heard)  # all of a frame together
+        self._heard = []
+
+    def _ask_restart(self) -> None:
+        """Begin anew; a game of more than ASK_S is paused, and the menu offers it."""
+        game = self.session.game
+        if self.by_hand and game.phase is not Phase.OVER and game.time_s > ASK_S:
+            self.pause(self._stage.look.words("pause.restart"))
+        else:
+            self._restart(self)
 
     def _play(self, due: list[DueAction]) -> None:
         game, time_s = self.session.game, self._time_s
@@ -204,20 +218,29 @@ class PlayScreen(Screen):
         if Action.HOLD in actions or Action.HOLD not in held:
             self._hold_spent = False  # one press is one hold
         spent = (Action.HOLD,) if self._hold_spent else ()
-        initial = [action for action in _INITIAL if action in held and action not in spent]
+        kind = self._stage.settings.initial
+        early = held if kind == "hold" else self._tapped if kind == "tap" else ()
+        initial = [action for action in _INITIAL if action in early and action not in spent]
         events = self.session.update(
-            at_s,
-            actions,
-            commands=commands,
-            soft_drop=Action.DOWN in held,
-            initial=initial if self._stage.settings.initial else (),
+            at_s, actions, commands=commands, soft_drop=Action.DOWN in held, initial=initial
         )
         if self._bot:
             self._bot.watch(events)
         self._hold_spent |= any(isinstance(event, Held) for event in events)
-        if any(isinstance(event, Spawned) for event in events):
-            self._hint = None
+        self._follow(events)
+        if not self.session.game.in_play:
+            self._tapped.update(actions)
         self._show(events)
+
+    def _follow(self, events: list[Event]) -> None:
+        """Forget what was meant for the piece before; a hint that began with a hold goes on."""
+        kinds = {type(event) for event in events}
+        if Spawned not in kinds:
+            return
+        self._tapped.clear()
+        hint, self._hint = self._hint, None
+        if hint and hint.actions[0] is Action.HOLD and Held in kinds and Locked not in kinds:
+            self._hint = replace(hint, actions=hint.actions[1:])
 
     def _idle(self, action: Action) -> bool:
         """Return whether a shift that repeats at once has nowhere to go; replays need it not."""
@@ -236,7 +259,7 @@ class PlayScreen(Screen):
 
     def _show(self, events: list[Event]) -> None:
         self._view.show(events)
-        self._stage.sounds.show(events)
+        self._heard += events
         self._stage.watch(events)
 
     # -- what comes out ----------------------------------------------------------------
