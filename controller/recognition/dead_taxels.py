@@ -36,6 +36,7 @@ NEAR: Final = 1.1  # taxels from the place of a touch to a taxel that it lay on
 ALIVE: Final = 0.3  # least response of a sound taxel
 MODEL: Final = 0.12  # standard deviation of a response, of what the fit says, without noise
 SURE: Final = 3.0  # standard deviations between a dead taxel's mean response and `ALIVE`
+MOST_SURE: Final = 2.9  # the same after one touch: it is never enough
 OPPOSITE: Final = -0.1  # least response of a dead taxel; below, the touch has another form
 DOUBT: Final = 1.5  # standard deviations of a response below `OPPOSITE` that are noise
 FIRM: Final = 0.1  # least mean change of the strongest taxel, z: what is left of a touch is less
@@ -47,6 +48,7 @@ TOUCHED: Final = 5.0  # least size of a touch, standard deviations of the noise
 LIGHT: Final = 0.05  # least size of a touch, z
 MOST: Final = 0.2  # of the taxels; more than that is another fault
 TOUCH_S: Final = (0.1, 2.0)  # a shorter touch is noise; the rest of a longer one adds no evidence
+GAP_S: Final = 0.15  # after a touch; what follows sooner belongs to it
 _REACH: Final = 3  # taxels around the strongest spot to which a dent is fitted
 _PLACES: Final = np.linspace(-2.0, 2.0, 11)  # of a dent, from the strongest spot
 # Slope of a recording's taxel against its surroundings, in 48 simulated sessions: dead -.51 to .06,
@@ -125,22 +127,23 @@ class ResponseMonitor:
             responses and of 1, both over their variance; the low-pass of the change, and the
             latest change, (5, rows, columns).
         counts: Frames of the present touch, those in the sum and all; its greatest size, z; noise
-            of a taxel's change, a variance; frames seen, (5,).
+            of a taxel's change, a variance; frames seen; frames since the last touch, (6,).
         dead: Dead taxels, (rows, columns); None: none, or so many that it is another fault.
     """
 
     def __init__(self, rows: int, columns: int, rate_hz: float) -> None:
         """Begin without evidence."""
         self.evidence = np.zeros((5, rows, columns))
-        self.counts = np.zeros(5)
+        self.counts = np.zeros(6)
         self.dead: Mask | None = None
         self._shortest, self._longest = (max(1, round(t_s * rate_hz)) for t_s in TOUCH_S)
         self._pace = min(1.0, 1.0 / (LOW_PASS_S * rate_hz))
+        self._gap = max(1, round(GAP_S * rate_hz))
         patch = min(rows, 2) * min(columns, 2)
         self._least = TOUCHED * np.sqrt(self._pace / (2.0 - self._pace) / patch)
 
     def restore(self, evidence: NDArray[np.float64], counts: NDArray[np.float64]) -> None:
-        """Continue with evidence, (5, rows, columns), and counts, (5,), of another monitor."""
+        """Continue with evidence, (5, rows, columns), and counts, (6,), of another monitor."""
         if len(evidence) == len(self.evidence):  # older versions segmented touches otherwise
             self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
@@ -156,9 +159,13 @@ class ResponseMonitor:
         size = _size(level)
         if size > max(LIGHT, self._least * np.sqrt(self.counts[3]), self.counts[2] / 2.0):
             self.counts[1:3] = self.counts[1] + 1.0, max(size, self.counts[2])
+            self.counts[5] = 0.0
             if self.counts[1] <= self._longest:
                 touch += change
                 self.counts[0] += 1.0
+            return
+        self.counts[5] += 1.0
+        if self.counts[5] < self._gap:
             return
         if self.counts[0] >= self._shortest:
             self._weigh(interpolator)
@@ -176,7 +183,8 @@ class ResponseMonitor:
                 continue
             if (along[taxel] < ALIVE * weight[taxel]) != (response < ALIVE):
                 along[taxel] = weight[taxel] = 0.0
-            along[taxel] += precision * response
+            least = ALIVE - MOST_SURE / np.sqrt(precision)
+            along[taxel] += precision * max(response, least)
             weight[taxel] += precision
 
     def _judge(self) -> None:
