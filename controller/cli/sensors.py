@@ -97,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
         "try",
         help="show rate, range, rest, sign and noise of a sensor, and which taxels move",
         description="Read a sensor at rest, then while every taxel is touched. Exit status 1: no "
-        "touch was seen.",
+        "touch was seen, or a taxel does not answer.",
     )
     add = trial.add_argument
     add("sensor", metavar="NAME[:KEY=VALUE,...]", help="which, such as lines:port=/dev/ttyACM0")

@@ -9,10 +9,15 @@ from numpy.typing import NDArray
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.skin_checks import Frames
 from controller.recognition.scale import FIRM
+from controller.recognition.sensor_health import taxel_names
 
-_ABOVE: Final = 4.0  # times the noise: energy from which a frame is touched, and a taxel moves
+# Times a taxel's own noise from which it is touched. At rest the greatest of 20,000 values of a
+# virtual orb is at 5.4, that of 10^6 Gaussian ones at 4.9; a finger on it is at 24 or more.
+_ABOVE: Final = 8.0
+_DEVIATION: Final = 1.4826  # standard deviation of Gaussian noise over its median deviation
 _MOVED: Final = 0.1  # of the strongest taxel's change, below which a taxel does not move
 _AT_ZERO: Final = 0.2  # of the strongest change: a rest below is about zero
+_NO_CHIP: Final = 65535.0  # 16 bits of a bus on which nothing answers
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,32 +32,59 @@ class Trial:
 
 def examine(rest: Frames, touched: Frames, rate_hz: float, unit: str) -> Trial:
     """Return what frames show: those at rest, and those in which every taxel was touched."""
-    middle = np.median(rest, axis=0)
-    noise, idle = float(np.median(rest.std(axis=0))), float(np.abs(rest - middle).mean())
-    change = touched - middle
-    energy = np.abs(change).mean(axis=(1, 2), dtype=np.float64)
-    busy = energy > max(_ABOVE * idle, 1e-9)
-    peaks = np.abs(change[busy]).max(axis=0, initial=0.0)
-    at_zero = bool(np.abs(middle).mean() < _AT_ZERO * peaks.max())
-    low, high = (float(limit(np.concatenate([rest, touched]))) for limit in (np.min, np.max))
-    level = f"{middle.mean():.4g} {unit}" + (", about zero" if at_zero else "")
+    middle, noise = np.median(rest, axis=0), _noise(rest)
+    both, change = np.concatenate([rest, touched]), touched - middle
+    silent = np.ptp(both, axis=0) == 0.0
+    silent |= middle == _NO_CHIP
+    if silent.all():
+        return Trial([_silent(silent, middle)], None, 0.0, False)
+    early = ((np.abs(rest - middle) > _ABOVE * noise) & ~silent).any(axis=0)
+    above = np.where(silent, 0.0, np.abs(change) / noise)
+    busy = above.max(axis=(1, 2)) > _ABOVE
+    peaks = np.where(silent, 0.0, np.abs(change[busy]).max(axis=0, initial=0.0))
+    level = float(middle[~silent].mean())
+    at_zero = bool(np.abs(middle[~silent]).mean() < _AT_ZERO * peaks.max())
+    low, high = float(both[:, ~silent].min()), float(both[:, ~silent].max())
     rows = [
         Row("rate", Verdict.GOOD, f"{rate_hz:g} frames a second"),
         Row("range", Verdict.GOOD, f"{low:.4g} to {high:.4g} {unit}"),
-        Row("rest", Verdict.GOOD, level),
-        Row("noise", Verdict.GOOD, f"{noise:.3g} {unit}"),
+        Row("rest", Verdict.GOOD, f"{level:.4g} {unit}" + (", about zero" if at_zero else "")),
+        Row("noise", Verdict.GOOD, f"{np.median(noise[~silent]):.3g} {unit}"),
     ]
+    if silent.any():
+        rows.append(_silent(silent, middle))
+    if early.any():
+        advice = "Keep hands off until the call, and try again."
+        found = f"moved before the call: {taxel_names(early)}"
+        rows.append(Row("hands", Verdict.DOUBTFUL, found, advice, "early"))
     if not busy.any():
         advice = "Touch every taxel firmly after the call; check wiring and range."
         rows.append(Row("touch", Verdict.FAULT, "no touch was seen", advice, "untouched"))
         return Trial(rows, None, 0.0, at_zero)
     flat = change[busy].reshape(-1, middle.size)
-    most = flat[np.arange(len(flat)), np.abs(flat).argmax(axis=1)]
+    most = flat[np.arange(len(flat)), above[busy].reshape(-1, middle.size).argmax(axis=1)]
     sign: Literal["falls", "rises"] = "rises" if np.median(most) > 0.0 else "falls"
-    scale = float(f"{np.median(energy[busy]) / FIRM:.3g}")
+    energy = np.abs(change[busy]).mean(axis=(1, 2), dtype=np.float64, where=~silent)
+    scale = float(f"{np.median(energy) / FIRM:.3g}")
     rows.append(Row("touch", Verdict.GOOD, f"the reading {sign}; scale {scale:g} {unit}"))
-    rows += _moved(peaks > max(_MOVED * peaks.max(), _ABOVE * noise))
+    rows += _moved(peaks > np.maximum(_MOVED * peaks.max(), _ABOVE * noise))
     return Trial(rows, sign, scale, at_zero)
+
+
+def _noise(rest: Frames) -> NDArray[np.float64]:
+    """Return each taxel's noise, (rows, columns): median based, at least half a reading's step."""
+    spread = _DEVIATION * np.median(np.abs(rest - np.median(rest, axis=0)), axis=0)
+    steps = np.abs(np.diff(rest, axis=0))
+    least = float(steps.min(initial=np.inf, where=steps > 0.0))
+    return np.maximum(spread, 0.5 * least if np.isfinite(least) else 1e-9)
+
+
+def _silent(silent: NDArray[np.bool_], middle: NDArray[np.float32]) -> Row:
+    """Return the row about taxels, (rows, columns), that are constant or of a missing chip."""
+    values = ", ".join(f"{value:.6g}" for value in np.unique(middle[silent])[:3])
+    found = f"does not answer: {taxel_names(silent)}, reads {values}"
+    advice = "Touch these, too; if they stay so, check leads, and supply and address of the chip."
+    return Row("readings", Verdict.FAULT, found, advice, "silent")
 
 
 def _moved(moved: NDArray[np.bool_]) -> list[Row]:
