@@ -1,6 +1,7 @@
 """Jobs have stable names, people are held out whole, and a sweep goes on where it was."""
 
 import hashlib
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -53,7 +54,7 @@ def silent(line: str) -> None:
 @pytest.fixture
 def engine(monkeypatch: Patch) -> SetEngine:
     """Sets what does the jobs."""
-    return lambda one: monkeypatch.setattr(run, "_answers", one)
+    return lambda one: monkeypatch.setattr(run, "_answers", lambda at, orders, _: one(at, orders))
 
 
 def test_a_jobs_name_is_the_same_in_years_to_come() -> None:
@@ -185,3 +186,49 @@ def test_a_folder_that_cannot_be_written_to_is_one_sentence(tmp_path: Path) -> N
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match=r"cannot write into .* choose another --out"):
         run.run(Sweep(planned(), tmp_path / "file"), silent)
+
+
+class Cluster:
+    """Stands for a Dask client: it has workers in the seconds that are named."""
+
+    def __init__(self, *staffed: int) -> None:
+        self.staffed, self.second, self.waited_s = staffed, 0, 0.0
+
+    def scheduler_info(self) -> dict[str, Any]:
+        return {"workers": {"one": {}} if self.second in self.staffed else {}}
+
+    def wait_for_workers(self, n_workers: int, timeout: float) -> None:
+        self.waited_s = timeout
+        if not self.staffed:
+            raise TimeoutError
+
+    def close(self) -> None:
+        """Close nothing."""
+
+    def wait(self, seconds: float) -> bool:
+        self.second += round(seconds)
+        return self.second > 60
+
+
+@pytest.mark.parametrize(
+    ("staffed", "said"), [((), 1), (range(0, 70, 10), 0), (range(10), 1), ((0, 20, 45), 3)]
+)
+def test_ten_seconds_without_workers_are_reported_once(staffed: Sequence[int], said: int) -> None:
+    cluster, lines = Cluster(*staffed), list[str]()
+    run._report_absence(cluster, "dask worker a:1", lines.append, cluster.wait)
+    assert len(lines) == said
+    assert all("no workers" in line and line.endswith("dask worker a:1") for line in lines)
+
+
+def test_a_worker_has_half_a_minute_to_register(monkeypatch: Patch) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs the [sweep] extra")
+    ended = threading.Event()
+    ended.set()
+    for cluster in (Cluster(20), Cluster()):
+        monkeypatch.setattr(distributed, "Client", lambda *_, it=cluster, **__: it)
+        if cluster.staffed:
+            assert run._connected("127.0.0.1:1", silent, ended) is cluster
+        else:
+            with pytest.raises(run.ClusterError, match="no workers after 30 s"):
+                run._connected("127.0.0.1:1", silent, ended)
+        assert cluster.waited_s == 30.0
