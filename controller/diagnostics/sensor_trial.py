@@ -17,6 +17,7 @@ _ABOVE: Final = 8.0
 _DEVIATION: Final = 1.4826  # standard deviation of Gaussian noise over its median deviation
 _MOVED: Final = 0.1  # of the strongest taxel's change, below which a taxel does not move
 _AT_ZERO: Final = 0.2  # of the strongest change: a rest below is about zero
+_OFTEN: Final = 10  # differences of successive readings at rest, from which they are noise
 _NO_CHIP: Final = 65535.0  # 16 bits of a bus on which nothing answers
 
 
@@ -72,11 +73,14 @@ def examine(rest: Frames, touched: Frames, rate_hz: float, unit: str) -> Trial:
 
 
 def _noise(rest: Frames) -> NDArray[np.float64]:
-    """Return each taxel's noise, (rows, columns): median based, at least half a reading's step."""
+    """Return each taxel's noise, (rows, columns): median based, at least half a reading's step.
+
+    Steps that are seldom are those of a hand that is early, on a skin without noise.
+    """
     spread = _DEVIATION * np.median(np.abs(rest - np.median(rest, axis=0)), axis=0)
     steps = np.abs(np.diff(rest, axis=0))
-    least = float(steps.min(initial=np.inf, where=steps > 0.0))
-    return np.maximum(spread, 0.5 * least if np.isfinite(least) else 1e-9)
+    steps = steps[steps > 0.0]
+    return np.maximum(spread, 0.5 * float(steps.min()) if len(steps) >= _OFTEN else 1e-9)
 
 
 def _silent(silent: NDArray[np.bool_], middle: NDArray[np.float32]) -> Row:

@@ -45,6 +45,14 @@ def test_a_finger_that_comes_too_early_is_named_and_the_touch_is_seen() -> None:
     assert trial.sign == "falls"
 
 
+def test_a_finger_that_comes_too_early_on_a_skin_without_noise_is_no_noise() -> None:
+    rest, touched = np.zeros((2, 50, 3, 4), np.float32)
+    rest[-1, 1, 2], touched[10:20, 1, 2] = 200.0, 200.0
+    trial = examine(rest, touched, 20.0, "counts")
+    assert row(trial, "hands") == "doubtful moved before the call: taxel row 1, column 2"
+    assert trial.sign == "rises"
+
+
 def test_a_noisy_taxel_is_no_finger_and_a_quiet_one_is_felt_beside_it() -> None:
     rest, touched = frames(1), frames(2)
     for part in (rest, touched):
