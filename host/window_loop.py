@@ -16,7 +16,7 @@ from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
 from host.ui import dome
 from tetris.window import theme
-from tetris.window.display import DisplayError, open_window, set_fullscreen
+from tetris.window.display import DisplayError, open_window, set_fullscreen, show_icon
 
 FRAMES_PER_S = 60
 _EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer
@@ -118,8 +118,6 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
     """Open the window, or WindowError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
-    for system in ("X11", "WAYLAND"):  # the name by which desktops group windows
-        os.environ.setdefault(f"SDL_VIDEO_{system}_WMCLASS", "orbtouch")
     try:
         surface = open_window(size, "OrbTouch")
     except DisplayError as error:
@@ -127,7 +125,7 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
             f"{error}; to let the demo play without a window, add --demo --headless"
         ) from error
     if not headless:
-        pygame.display.set_icon(dome.balloon(_ICON, theme.DARK.raised, theme.DARK.line))
+        show_icon(surface, dome.balloon(_ICON, theme.DARK.raised, theme.DARK.line))
     return surface
 
 

@@ -14,17 +14,20 @@ from tetris.files import config_folder, data_folder
 from tetris.history.replay import Recorder
 from tetris.window import bindings
 from tetris.window import settings as settings_file
-from tetris.window.display import open_window, set_fullscreen
+from tetris.window.display import open_window, set_fullscreen, show_icon
 from tetris.window.game_session import Saves
 from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menus import chosen_mode
 from tetris.window.settings import Settings, stepped
+from tetris.window.theme import DARK
+from tetris.window.tiles import Tiles
 
 __all__ = ["App", "Start", "play"]
 
 _SIZE: Final = (1120, 720)  # pixels; fits a small laptop's screen
+_ICON: Final = 32  # pixels, of each block of the piece that is the icon
 _FRAMES_HZ: Final = 60
 _SETTLE_S: Final = 0.5  # some systems take the focus for a moment from a window that changes
 _MOUSE: Final = (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
@@ -37,6 +40,7 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
         DisplayError: There is no display.
     """
     surface = open_window(_SIZE, "Tetris")
+    show_icon(surface, Tiles(DARK).preview("T", _ICON))
     app = App(surface, start, config=config_folder(), data=data_folder())
     try:
         clock = pygame.time.Clock()

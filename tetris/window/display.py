@@ -6,6 +6,8 @@ import warnings
 
 import pygame
 
+from tetris.window.theme import DARK
+
 _UNSEEN = {"dummy", "offscreen"}  # drivers that SDL takes quietly where there is no display
 _CHOICES = ("SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER")
 
@@ -22,6 +24,8 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
     Raises:
         DisplayError: There is no display.
     """
+    for system in ("X11", "WAYLAND"):  # the name by which desktops group windows
+        os.environ[f"SDL_VIDEO_{system}_WMCLASS"] = caption.lower()  # pygame set the program's
     try:
         # Where it is unset, libwayland would grumble on standard error.
         os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
@@ -38,6 +42,14 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
     pygame.font.init()
     pygame.display.set_caption(caption)
     return surface
+
+
+def show_icon(surface: pygame.Surface, icon: pygame.Surface) -> None:
+    """Set the window's icon, and show it in the middle until there is a first picture."""
+    pygame.display.set_icon(icon)
+    surface.fill(DARK.background)
+    surface.blit(icon, icon.get_rect(center=surface.get_rect().center))
+    pygame.display.flip()
 
 
 def set_fullscreen(full: bool, size: tuple[int, int]) -> pygame.Surface:

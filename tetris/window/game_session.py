@@ -13,7 +13,7 @@ from tetris.engine.events import Action, Event, Finish, GravityCap, Input, Spawn
 from tetris.engine.game import Game, Phase
 from tetris.engine.modes import Mode, Pace
 from tetris.engine.pieces import Piece
-from tetris.history.high_scores import Entry, HighScores
+from tetris.history.high_scores import Entry, HighScores, Totals
 from tetris.history.replay import Player, Recorder, Replay
 from tetris.history.replay_file import SUFFIX, ReplayError, load, save
 from tetris.history.stats import COMMANDS, Statistics, Summary
@@ -195,6 +195,11 @@ class Saves:
     def best(self, mode: str) -> tuple[Entry, ...]:
         """Return a mode's best games, the best first."""
         return self._records.best(mode) if self._records else ()
+
+    def games(self, mode: str) -> tuple[int, int]:
+        """Return how many games of a mode ended, and how many of them reached their goal."""
+        totals = self._records.totals(mode) if self._records else Totals()
+        return totals.games, totals.won
 
     def best_replay(self, mode: str, but: int | None = None) -> Replay | None:
         """Return the replay of a mode's best game, leaving out one place; None if it is gone."""

@@ -86,7 +86,10 @@ class TeachScreen(TeachPage):
         if known and not known.taught:
             self._said = self.words("teach.known", name=naming.gesture(self.words, label))
             return
-        self._teach(plan_of(known) if known else new_plan(label, self.orb.state.gestures.values()))
+        if known:
+            self.ask("teach.replace", lambda: self._teach(plan_of(known)))
+        else:
+            self._teach(new_plan(label, self.orb.state.gestures.values()))
 
     def _teach(self, plan: Plan) -> None:
         self.show(ExamplesPage(self.course, plan))

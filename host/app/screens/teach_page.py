@@ -224,8 +224,8 @@ class NamePage(TeachPage):
 
     def press(self, code: Code, time_s: float) -> None:
         """Type a letter; other keys move through the page."""
-        letter = chr(code).lower() if isinstance(code, int) and 32 < code < 127 else ""
-        letter = "_" if letter == "-" else letter
+        letter = chr(code).lower() if isinstance(code, int) and 32 <= code < 127 else ""
+        letter = "_" if letter in ("-", " ") else letter
         if code == pygame.K_BACKSPACE and self._typed:
             self._typed = self._typed[:-1]
         elif letter.isalpha() or (self._typed and letter == "_"):

@@ -160,12 +160,24 @@ def test_a_name_is_typed() -> None:
     window = Window()
     window.choose("Teach")
     window.choose("New gesture")
-    window.key(
-        pygame.K_w, pygame.K_a, pygame.K_x, pygame.K_BACKSPACE, pygame.K_MINUS, pygame.K_RETURN
-    )
+    window.key(pygame.K_w, pygame.K_a, pygame.K_x, pygame.K_BACKSPACE, pygame.K_MINUS, pygame.K_x)
+    window.key(pygame.K_SPACE, pygame.K_y, pygame.K_RETURN)  # a space does not end it
     screen = window.screen
     assert isinstance(screen, ExamplesPage)
-    assert screen.plan.label == "wa_"
+    assert screen.plan.label == "wa_x_y"
+
+
+def test_a_gesture_of_the_same_name_is_taught_anew_only_if_that_is_confirmed() -> None:
+    window = Window()
+    window.orb.taught["wa"] = "hold"
+    window.pass_s(0.1, Connected(WELCOME))
+    window.choose("Teach")
+    for answer, page in (("No", TeachScreen), ("Yes", ExamplesPage)):
+        window.choose("New gesture")
+        window.key(pygame.K_w, pygame.K_a, pygame.K_RETURN)
+        assert "before" in window.menu.title
+        window.choose(answer)
+        assert isinstance(window.screen, page)
 
 
 def test_the_pictures_choose_how_it_may_be_turned() -> None:

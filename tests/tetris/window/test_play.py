@@ -440,6 +440,16 @@ def test_the_end_says_how_it_went_and_the_best_list_remembers(player: Player) ->
     assert "No game" in player.menu.menu.table[0].cells[0]
 
 
+def test_a_lost_sprint_is_counted_among_the_best_games(player: Player) -> None:
+    player.app.stage.change(replace(Settings(), mode="sprint"))
+    player.play()
+    player.lose()
+    player.choose("Leave the game")
+    player.choose("Best games")
+    assert "No game" in player.menu.menu.table[0].cells[0]
+    assert player.menu.menu.notice == "Games played: 1, won: 0."
+
+
 def test_repeats_of_a_held_key_are_no_commands(player: Player) -> None:
     screen = player.play()
     player.wait(0.5, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))

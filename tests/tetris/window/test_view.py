@@ -1,5 +1,7 @@
 """A view that draws every state of a game without a display, and the display itself."""
 
+import os
+
 import pygame
 import pytest
 
@@ -113,7 +115,13 @@ def test_an_unseen_driver_is_taken_only_when_asked_for(monkeypatch: Patch) -> No
 def test_a_window_opens_where_the_user_names_the_driver(monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     try:
-        assert display.open_window((64, 48), "test").get_size() == (64, 48)
+        surface = display.open_window((64, 48), "Test")
+        assert surface.get_size() == (64, 48)
+        assert os.environ["SDL_VIDEO_X11_WMCLASS"] == "test"  # pygame sets the program's name
+        icon = pygame.Surface((9, 9))
+        icon.fill("red")
+        display.show_icon(surface, icon)
+        assert surface.get_at((32, 24)) == pygame.Color("red")
     finally:
         pygame.display.quit()
 

@@ -91,7 +91,9 @@ def best_screen(stage: ScreenStack, shelf: Saves, attract: AttractMode) -> MenuS
         items = [Item(words("best.mode"), value=title, step=turn), back_item(stage)]
         none = [Row((words("best.none"),))]
         table = _table(entries, MODES[name].ranking, words) if entries else none
-        return Menu(words("best.title"), items, table, notice=shelf.trouble)
+        games, won = shelf.games(name)
+        played = words("best.games", games=games, won=won) if won < games else ""
+        return Menu(words("best.title"), items, table, notice=shelf.trouble or played)
 
     return MenuScreen(stage, build, attract=attract)
 
