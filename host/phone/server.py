@@ -12,6 +12,7 @@ import logging
 import secrets
 import socket
 import threading
+from functools import partial
 from importlib.resources import files
 from typing import Any, Final
 
@@ -19,6 +20,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from controller.protocol.messages import Contact
@@ -27,11 +29,13 @@ from host.ui.pointer_input import DomeArea
 
 TURN_S: Final = 0.03  # in which a new view is sent
 SILENCE_S: Final = 0.5  # a page with fingers down repeats them every 0.1 s; then they are lifted
-WAIT_S: Final = 5.0  # for a request, a first message, an answer to a ping
+REQUEST_S: Final = 1.0  # for a request
+WAIT_S: Final = 5.0  # for a first message, an answer to a ping
 END_S: Final = 0.5  # that closing takes at most
 RATE_HZ: Final = 200  # messages of a page; it sends one a picture, at most 120
 MAX_BYTES: Final = 1024  # of a message; ten fingers take 400
 MAX_CONNECTIONS: Final = 8  # at once, of whatever kind
+MAX_WAITING: Final = 2  # of one address, that have not asked for anything yet
 TAKEN, ENDED, MALFORMED = 4001, 4002, 4003  # WebSocket closing codes, known to the page
 
 _POLICY: Final = (
@@ -85,10 +89,11 @@ class PhoneServer:
         self._loop.close()
 
     async def _serve(self, listener: socket.socket) -> None:
+        connect: Any = partial(_Connection, present=[])
         async with serve(
-            self._talk, sock=listener, process_request=self._answer, create_connection=_Connection,
+            self._talk, sock=listener, process_request=self._answer, create_connection=connect,
             compression=None, server_header=None, logger=_SILENT, max_size=MAX_BYTES,
-            open_timeout=WAIT_S, close_timeout=1.0, ping_interval=WAIT_S, ping_timeout=WAIT_S,
+            open_timeout=REQUEST_S, close_timeout=1.0, ping_interval=WAIT_S, ping_timeout=WAIT_S,
         ) as server:  # fmt: skip
             await self._over.wait()
             server.close(code=ENDED)
@@ -171,11 +176,31 @@ class PhoneServer:
 class _Connection(ServerConnection):
     """One of a bounded number of connections; its refusals have no body."""
 
-    def __init__(self, protocol: ServerProtocol, *rest: Any, **options: Any) -> None:
+    def __init__(
+        self, protocol: ServerProtocol, *rest: Any, present: list["_Connection"], **options: Any
+    ) -> None:
         super().__init__(protocol, *rest, **options)
         protocol.reject = lambda status, text: _NOTHING  # type: ignore[method-assign]
+        self._present = present  # the connections of the server, oldest first
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Make room: idle connections go first, the oldest ones, so that they keep nobody out."""
         super().connection_made(transport)
-        if len(self.server.handler_tasks) > MAX_CONNECTIONS:
+        self._present.append(self)
+        waiting = [one for one in self._present if one.state is State.CONNECTING]
+        near = [one for one in waiting if one.remote_address[0] == self.remote_address[0]]
+        if len(near) > MAX_WAITING:
+            near[0].end()
+        elif len(self._present) > MAX_CONNECTIONS:
+            waiting[0].end()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Give up the place."""
+        super().connection_lost(exc)
+        self.end()
+
+    def end(self) -> None:
+        """Close at once, without a word."""
+        if self in self._present:
+            self._present.remove(self)
             self.transport.abort()
