@@ -235,12 +235,12 @@ def test_a_window_runs_until_closed(monkeypatch: Patch, capsys: Capture, tmp_pat
     monkeypatch.setenv("SDL_AUDIODRIVER", "dummy")
     monkeypatch.setattr("platformdirs.user_data_path", lambda *_, **__: tmp_path / "data")
     monkeypatch.setattr("platformdirs.user_config_path", lambda *_, **__: tmp_path / "config")
-    flips = iter(range(3))
+    pictures = iter(range(3))
 
-    def flip() -> None:
-        if next(flips, None) is None:
+    def update(changed: list[pygame.Rect]) -> None:
+        if next(pictures, None) is None:
             pygame.event.post(pygame.event.Event(pygame.QUIT))
 
-    monkeypatch.setattr(pygame.display, "flip", flip)
+    monkeypatch.setattr(pygame.display, "update", update)
     assert main(["--bot", "--seed", "1", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["seed"] == 1

@@ -14,11 +14,11 @@ from tetris.files import config_folder, data_folder
 from tetris.history.replay import Recorder
 from tetris.window import bindings
 from tetris.window import settings as settings_file
-from tetris.window.display import open_window, set_fullscreen, show_icon
+from tetris.window.display import open_window, set_fullscreen, show, show_icon
 from tetris.window.game_session import Saves
 from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
-from tetris.window.screen_stack import ScreenStack
+from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.screens.menus import chosen_mode
 from tetris.window.settings import Settings, stepped
 from tetris.window.theme import DARK
@@ -28,6 +28,7 @@ __all__ = ["App", "Start", "play"]
 
 _SIZE: Final = (1120, 720)  # pixels; fits a small laptop's screen
 _ICON: Final = 32  # pixels, of each block of the piece that is the icon
+_LOOK_MS: Final = 10  # between two looks for events on an idle page
 _FRAMES_HZ: Final = 60
 _SETTLE_S: Final = 0.5  # some systems take the focus for a moment from a window that changes
 _MOUSE: Final = (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
@@ -47,7 +48,7 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
         began_s = time.monotonic()
         events = pygame.event.get()
         while app.step(time.monotonic() - began_s, events):
-            pygame.display.flip()
+            show(app.changed)
             clock.tick(_FRAMES_HZ)
             events = _next_events(app.frames_hz)
     finally:
@@ -65,15 +66,22 @@ class HostWindow:
 
 
 def _next_events(frames_hz: int) -> list[pygame.event.Event]:
-    """Return what has happened, at once; if nothing has, wait for the screen's next frame."""
+    """Return what has happened; if nothing has, look again until the screen's next frame.
+
+    `pygame.event.wait` looks a thousand times a second while there may be a game pad.
+    """
     wait_ms = round(1000 / frames_hz - 1000 / _FRAMES_HZ)
-    first = [pygame.event.wait(wait_ms)] if wait_ms > 0 else []
-    events = [*first, *pygame.event.get()]
-    return [event for event in events if event.type != pygame.NOEVENT]
+    while not (events := pygame.event.get()) and wait_ms > 0:
+        wait_ms -= pygame.time.wait(min(_LOOK_MS, wait_ms))
+    return events
 
 
 class App:
-    """The whole window, without a clock: each frame passes the time."""
+    """The whole window, without a clock: each frame passes the time.
+
+    Attributes:
+        changed: Where the last picture differs from the one before; None for everywhere.
+    """
 
     def __init__(
         self,
@@ -94,6 +102,8 @@ class App:
             settings, notice = settings_file.load(config / settings_file.FILE_NAME)
         self._surface = surface
         self._size = surface.get_size()
+        self.changed: Sequence[pygame.Rect] | None = None
+        self._drawn: Screen | None = None  # the screen that the surface shows
         self.stage = ScreenStack(settings, config, surface.get_rect())
         self.stage.notice = notice
         self._host = host
@@ -147,16 +157,17 @@ class App:
         return stage.screen is not None
 
     def draw(self, time_s: float) -> None:
-        """Draw the screen that is seen."""
+        """Draw the screen that is seen, or what of it has changed."""
         screen = self.stage.screen
         assert screen
         if self._host is None and screen.pointer is not pygame.mouse.get_visible():
             pygame.mouse.set_visible(screen.pointer)
-        screen.draw(self._surface, time_s)
+        self.stage.kept, self._drawn = self._drawn is screen, screen
+        self.changed = screen.draw(self._surface, time_s)
 
     def place(self, surface: pygame.Surface) -> None:
         """Draw into another part of the host window from now on."""
-        self._surface = surface
+        self._surface, self._drawn = surface, None
         if surface.get_size() != self._size:
             self._size = surface.get_size()
             self.stage.resize(surface.get_rect())
@@ -199,6 +210,8 @@ class App:
                 screen.release_all("pause.focus")
             case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED if self._host is None:
                 self._resize()
+            case pygame.WINDOWEXPOSED:
+                self._drawn = None
             case kind if kind in _MOUSE:
                 screen.mouse(event, time_s)
 
@@ -209,7 +222,7 @@ class App:
         return getattr(event, "unicode", "") == "?" and not taken
 
     def _resize(self) -> None:
-        self._surface = pygame.display.get_surface() or self._surface
+        self._surface, self._drawn = pygame.display.get_surface() or self._surface, None
         if self._surface.get_size() != self._size:
             self._size = self._surface.get_size()
             self.stage.resize(self._surface.get_rect())

@@ -20,6 +20,7 @@ from tetris.window.tiles import ThemeChoice
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
+_TRAIL_ALPHA: Final = 110  # where it is brightest, of 255
 _CLEAR_S: Final = 0.36
 _SPARKS_S: Final = 0.55
 _A_CELL: Final = 3  # sparks
@@ -128,10 +129,11 @@ class _Trail(Effect):
         super().__init__(event.time_s, _TRAIL_S)
         colour = theme.mix(look.tiles.colour(event.piece.kind), look.palette.flash, 0.35)
         height = event.rows * cell
-        strip = pygame.Surface((max(1, cell - 2), height), pygame.SRCALPHA)
-        for row in range(height):
-            strip.fill((*colour, round(110 * (row / height) ** 2)), (0, row, cell, 1))
-        self._strip = strip
+        shades = min(height, _TRAIL_ALPHA)  # more could not be told apart
+        strip = pygame.Surface((1, shades), pygame.SRCALPHA)
+        for row in range(shades):
+            strip.set_at((0, row), (*colour, round(_TRAIL_ALPHA * (row / shades) ** 2)))
+        self._strip = pygame.transform.scale(strip, (max(1, cell - 2), height))
         tops = dict(sorted(event.piece.cells))  # the highest cell of each column
         self._tops = [(x, y + event.rows) for x, y in tops.items()]
 
@@ -239,6 +241,11 @@ class Callouts:
                     self._say(event.time_s, [*fresh, (words, self._look.palette.good)])
                 case happened.Restarted():
                     self.clear()
+
+    @property
+    def alive(self) -> bool:
+        """Whether there are words to be seen at present."""
+        return bool(self._lines)
 
     def clear(self) -> None:
         """Forget all."""

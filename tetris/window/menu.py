@@ -5,7 +5,7 @@ present language.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
@@ -22,11 +22,11 @@ class Item:
     """One line of a menu."""
 
     label: str
-    do: Callable[[], None] | None = None  # when it is taken; None for lines with only a value
+    do: Callable[[], None] | None = field(default=None, compare=False)  # when it is taken, if it is
     value: str = ""  # what is chosen at present
-    late: Callable[[], str] | None = None  # gives the value of an item that is seen
+    late: Callable[[], str] | None = field(default=None, compare=False)  # gives a seen value
     caps: tuple[str, ...] = ()  # the same as the captions of keys
-    step: Step | None = None  # changes the value, by -1 or 1
+    step: Step | None = field(default=None, compare=False)  # changes the value, by -1 or 1
     share: float | None = None  # how much of a bar beside the value is filled, 0 to 1
     hint: str = ""  # shown while it is chosen
 

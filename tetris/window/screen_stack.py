@@ -67,8 +67,11 @@ class Screen(ABC):
         """Let time pass."""
 
     @abstractmethod
-    def draw(self, surface: pygame.Surface, time_s: float) -> None:
-        """Draw the whole window."""
+    def draw(self, surface: pygame.Surface, time_s: float) -> Sequence[pygame.Rect] | None:
+        """Draw the whole window, or only what changed if the stage has `kept` its last picture.
+
+        Return where it changed; None for everywhere.
+        """
 
 
 class ScreenStack:
@@ -84,6 +87,7 @@ class ScreenStack:
         self.notice = ""  # a sentence that the player should read
         self.area = area  # the window, in pixels
         self.time_s = 0.0  # by the clock of the window
+        self.kept = False  # whether the window still shows the last picture of its screen
         self.mode_setting = "mode"  # name of the setting with the mode that the title page offers
         self.watch: Callable[[Sequence[Event]], None] = lambda events: None  # of each game
         self.further: Callable[[], Sequence[Item]] = tuple  # further items of the title page

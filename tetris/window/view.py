@@ -1,8 +1,8 @@
 """Drawing of a game into a rectangle of a surface, and the figures beside its board."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
+from functools import partial
 from typing import Final
 
 import pygame
@@ -26,6 +26,7 @@ _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
 _VEIL_ALPHA: Final = 205  # over the board when time does not pass
 _HEADROOM_ROWS: Final = 1  # drawn above the board, for a piece that is just entering
 _DANGER_ROWS: Final = 4  # a stack so near to the top lights the well's frame
+_Part = tuple[pygame.Rect, object, Callable[[], object]]  # where, what it shows, and its drawing
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +81,11 @@ class GameView:
         self,
         area: pygame.Rect,
         *,
-        hints: Mapping[Phase, str] = MappingProxyType({}),
         look: ThemeChoice | None = None,
         card: bool = True,
     ) -> None:
-        """Draw into an area; hints say what to do when the game pauses or is over.
-
-        `card` is whether there is a card for figures.
-        """
+        """Draw into an area; `card` is whether there is a card for figures."""
         self._card = card
-        self._hints = hints
         self._look = look or ThemeChoice()
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
@@ -102,6 +98,14 @@ class GameView:
         self.layout = layout
         self._effects.clear()  # their pictures have the old size
         self._callouts.clear()
+        self._seen: list[object] = []  # what each part showed in the last picture
+        self._around = layout.board.inflate(layout.cell, layout.cell)  # with what glows there
+        top = (
+            layout.hold.bottom
+            if layout.tall
+            else max(layout.area.top, layout.board.top - 2 * layout.cell)
+        )
+        self._around.top, self._around.height = top, self._around.bottom - top
         self._scenery = draw_scenery(layout, self._look)
         self._veil = pygame.Surface(layout.board.size)
         self._veil.fill(self._look.palette.background)
@@ -124,42 +128,85 @@ class GameView:
         game: Game,
         time_s: float,
         *,
-        reason: str = "",
         figures: Sequence[Figure] | None = None,
         hint: Plan | None = None,
+        ready: str = "",
         words: bool = True,
         veiled: bool = True,
-    ) -> None:
-        """Draw a game as it was at its last update.
+        kept: bool = False,
+    ) -> list[pygame.Rect]:
+        """Draw a game as it was at its last update; return the parts that were drawn.
 
         Args:
             surface: Where to; the area lies inside.
             game: It is not changed.
             time_s: The time of its last update.
-            reason: Why the game pauses, such as "orb lost, reconnecting".
             figures: The numbers beside the board; None takes those that suit the game.
             hint: Where a piece would lie well, and whether it is held first, if the player asked.
+            ready: A word on the board before the pieces move.
             words: Whether words on the board say that it pauses or is over.
             veiled: Whether the board is covered while it pauses or is over.
+            kept: Whether the surface still has the last picture; only what changed is drawn.
         """
         columns, rows = game.config.columns, game.config.rows
         if (columns, rows) != (self.layout.columns, self.layout.rows):
             area = self.layout.area
             self._lay_out(Layout.inside(area, columns, rows, self._look.scale))
-        surface.blit(self._scenery, self.layout.area)
-        self._draw_danger(surface, game)
-        self._draw_blocks(surface, game, hint.landing if hint else None)
-        self._effects.draw(surface, self.layout, time_s)
-        if veiled and game.phase is not Phase.RUNNING:
-            surface.blit(self._veil, self.layout.board)
-            if words:
-                self._draw_words(surface, game, reason)
-        self._draw_hold(surface, game, lit=hint is not None and hint.actions[0] is Action.HOLD)
-        self._draw_next(surface, game)
-        self._draw_figures(surface, figures_of(game) if figures is None else figures)
-        self._draw_chips(surface, game)
-        self._callouts.draw(surface, self.layout, time_s)
-        self._rows = list(game.board.rows)
+        figures = figures_of(game) if figures is None else figures
+        lit = hint is not None and hint.actions[0] is Action.HOLD and game.in_play
+        landing = hint.landing if hint and game.in_play else None
+        veiled = veiled and game.phase is not Phase.RUNNING
+        flash_s, words_s = (
+            time_s if each.alive else None for each in (self._effects, self._callouts)
+        )
+        board = tuple(game.board.rows), game.piece, game.in_play, game.phase
+        layout = self.layout
+
+        def draw_board() -> None:
+            self._draw_danger(surface, game)
+            self._draw_blocks(surface, game, landing)
+            self._effects.draw(surface, layout, time_s)
+            if veiled:
+                surface.blit(self._veil, layout.board)
+            if veiled and words:
+                self._draw_words(surface, game)
+            if ready:
+                self._draw_ready(surface, ready)
+
+        def draw_stats() -> None:
+            self._draw_figures(surface, figures)
+            self._draw_chips(surface, game)
+
+        return self._repaint(
+            surface,
+            kept,
+            (self._around, (board, landing, veiled, words, ready, flash_s), draw_board),
+            (
+                layout.hold,
+                (game.hold, game.can_hold, lit),
+                partial(self._draw_hold, surface, game, lit),
+            ),
+            (layout.next, tuple(game.next), partial(self._draw_next, surface, game)),
+            (layout.stats, (tuple(figures), game.streak), draw_stats),
+            (layout.callout, words_s, partial(self._callouts.draw, surface, layout, time_s)),
+        )
+
+    def _repaint(self, surface: pygame.Surface, kept: bool, *parts: _Part) -> list[pygame.Rect]:
+        """Draw the parts that do not show what they did; return where they are."""
+        seen, self._seen = self._seen if kept else [], [shows for _, shows, _ in parts]
+        area, clip = self.layout.area, surface.get_clip()
+        changed = [] if seen else [area]
+        if not seen:
+            surface.blit(self._scenery, area)
+        for number, (place, shows, draw) in enumerate(parts):
+            if not seen or seen[number] != shows:
+                surface.set_clip(place.clip(clip))
+                if seen:
+                    surface.blit(self._scenery, area)
+                draw()
+                changed.append(place)
+        surface.set_clip(clip)
+        return changed
 
     # -- the board ---------------------------------------------------------------------
 
@@ -193,17 +240,13 @@ class GameView:
             radius = self.layout.cell // 5
             pygame.draw.rect(surface, self._look.palette.bad, frame, wide, border_radius=radius)
 
-    def _draw_words(self, surface: pygame.Surface, game: Game, reason: str) -> None:
+    def _draw_words(self, surface: pygame.Surface, game: Game) -> None:
         board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
         title = self._look.words(_TITLES.get(game.result, "view.over"))
         lines = [(title, cell * 1.5, palette.text)]
-        if reason:
-            lines.append((reason, cell * 0.72, palette.warn))
-        elif game.phase is Phase.OVER:
+        if game.phase is Phase.OVER:
             points = self._look.words("view.points", points=f"{game.score:,}")
             lines.append((points, cell * 0.85, palette.accent))
-        if hint := self._hints.get(game.phase):
-            lines.append((hint, cell * 0.68, palette.dim))
         middle = board.top + round(0.43 * board.height)
         band = pygame.Rect(0, 0, board.width, round((len(lines) * 1.35 + 0.9) * cell))
         band.midtop = board.centerx, middle - round(1.2 * cell)
@@ -215,10 +258,18 @@ class GameView:
             surface.blit(picture, picture.get_rect(center=(board.centerx, middle)))
             middle += round(1.35 * cell)
 
+    def _draw_ready(self, surface: pygame.Surface, words: str) -> None:
+        board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
+        picture = theme.fitted(words, round(1.6 * cell), palette.accent, board.width - cell)
+        place = picture.get_rect(center=(board.centerx, board.top + board.height // 3))
+        band = place.inflate(cell, cell // 2)
+        pygame.draw.rect(surface, palette.background, band, border_radius=cell // 3)
+        surface.blit(picture, place)
+
     # -- beside it ---------------------------------------------------------------------
 
-    def _draw_hold(self, surface: pygame.Surface, game: Game, *, lit: bool) -> None:
-        if lit and game.in_play:
+    def _draw_hold(self, surface: pygame.Surface, game: Game, lit: bool) -> None:
+        if lit:
             wide, radius = max(2, self.layout.cell // 10), self.layout.cell // 3
             accent = self._look.palette.accent
             pygame.draw.rect(surface, accent, self.layout.hold, wide, border_radius=radius)

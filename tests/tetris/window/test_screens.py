@@ -1,5 +1,6 @@
 """Screens: what leads where, by which hands; and that each is drawn in every size."""
 
+import random
 from pathlib import Path
 
 import pygame
@@ -275,3 +276,35 @@ def test_full_screen_and_back(player: Player) -> None:
     player.key(pygame.K_F11)
     player.wait(FRAME_S)
     assert player.app.stage.area.size == (1120, 720)
+
+
+# -- what changed ----------------------------------------------------------------------------
+
+KEYS = [pygame.K_UP, pygame.K_DOWN, pygame.K_LEFT, pygame.K_RIGHT, pygame.K_RETURN, pygame.K_SPACE]
+KEYS += [pygame.K_ESCAPE, pygame.K_p, pygame.K_h, pygame.K_c, pygame.K_z, pygame.K_F1, pygame.K_r]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_parts_that_changed_make_up_the_whole_picture(
+    window: pygame.Surface, seed: int, tmp_path: Path
+) -> None:
+    """A monitor that is only shown the changed parts has the picture of a window drawn anew."""
+    player = open_app(window, config=tmp_path, data=tmp_path)
+    shown, chance, spared = window.copy(), random.Random(seed), 0
+    for step in range(600):
+        if step % 60 == 0 and not isinstance(player.screen, PlayScreen):
+            player.app.play()
+        key, kind = chance.choice(KEYS), chance.choice([pygame.KEYDOWN, pygame.KEYUP])
+        events = [pygame.event.Event(kind, key=key)] if step % 3 == 0 else []
+        player.now_s += chance.choice([FRAME_S, 0.1])
+        if not player.app.step(player.now_s, events):
+            player = open_app(window, config=tmp_path, data=tmp_path)
+        changed = player.app.changed
+        spared += changed is not None
+        for place in [window.get_rect()] if changed is None else changed:
+            shown.blit(window, place, place)
+        if step % 5 == 0:
+            player.app._take(pygame.event.Event(pygame.WINDOWEXPOSED), player.now_s)
+            player.app.draw(player.now_s)
+            assert pygame.image.tobytes(shown, "RGB") == pygame.image.tobytes(window, "RGB"), step
+    assert spared > 300

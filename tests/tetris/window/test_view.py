@@ -9,19 +9,22 @@ from tests.support.pytest_types import Patch
 from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.engine.board import Board
+from tetris.engine.events import Spawned
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
 from tetris.window import display, theme
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout
+from tetris.window.settings import Settings
+from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------
 
 
-def drawn(game: Game, view: GameView, time_s: float, reason: str = "") -> pygame.Surface:
+def drawn(game: Game, view: GameView, time_s: float) -> pygame.Surface:
     surface = pygame.Surface((640, 480))
-    view.draw(surface, game, time_s, reason=reason)
+    view.draw(surface, game, time_s)
     return surface
 
 
@@ -57,12 +60,11 @@ def test_a_drop_and_a_clear_are_seen_and_fade(view: GameView) -> None:
     assert not differs(later, drawn(game, view, 6.0), view.layout.board)
 
 
-@pytest.mark.parametrize("reason", ["", "orb lost, reconnecting"])
-def test_a_pause_covers_the_board_and_says_why(view: GameView, reason: str) -> None:
+def test_a_pause_covers_the_board(view: GameView) -> None:
     game = Game(seed=1)
     running = drawn(game, view, 0.0)
     game.update(0.0, [Action.PAUSE])
-    assert differs(running, drawn(game, view, 0.0, reason), view.layout.board)
+    assert differs(running, drawn(game, view, 0.0), view.layout.board)
 
 
 def test_the_end_of_a_game_is_said_on_the_board(view: GameView) -> None:
@@ -72,6 +74,29 @@ def test_the_end_of_a_game_is_said_on_the_board(view: GameView) -> None:
     said, unsaid = drawn(game, view, 0.0), pygame.Surface((640, 480))
     view.draw(unsaid, game, 0.0, words=False)
     assert differs(said, unsaid, view.layout.board)
+
+
+@pytest.mark.parametrize("name", ["dark", "safe"])
+def test_drawing_what_changed_gives_the_picture_that_drawing_all_of_it_gives(name: str) -> None:
+    look = ThemeChoice.chosen(Settings(theme=name))
+    view, game = GameView(pygame.Rect(0, 0, 640, 480), look=look), Game(5, Config(start_level=5))
+    kept, whole, plan = pygame.Surface((640, 480)), pygame.Surface((640, 480)), greedy.plan(game)
+    actions, saved = list(plan.actions), 0
+    for frame in range(1500):
+        taken = [actions.pop(0)] if actions and frame % 5 == 0 else []
+        taken += [Action.PAUSE] * (frame in (400, 430))
+        events = game.update(frame / 60, taken)
+        view.show(events)
+        if any(isinstance(event, Spawned) for event in events):
+            plan = greedy.plan(game)
+            actions = [Action.HOLD, *plan.actions] if frame % 7 == 0 else list(plan.actions)
+        hint = plan if frame % 240 < 60 else None
+        ready = "Ready" if frame < 20 else ""
+        changed = view.draw(kept, game, frame / 60, hint=hint, ready=ready, kept=frame > 0)
+        view.draw(whole, game, frame / 60, hint=hint, ready=ready)
+        assert pygame.image.tobytes(kept, "RGB") == pygame.image.tobytes(whole, "RGB"), frame
+        saved += not changed
+    assert saved > 300
 
 
 def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:

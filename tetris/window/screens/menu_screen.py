@@ -55,12 +55,14 @@ class AttractMode:
         if self._view:
             self._view.show(events)
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
-        """Draw the game into an area."""
+    def draw(
+        self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice, *, kept: bool
+    ) -> list[pygame.Rect]:
+        """Draw the game into an area, and return where it changed."""
         if self._view is None or self._look is not look or self._area != area:
             self._view = GameView(area, look=look)
             self._look, self._area = look, area.copy()
-        self._view.draw(surface, self._game, self._time_s)
+        return self._view.draw(surface, self._game, self._time_s, kept=kept)
 
 
 class MenuScreen(Screen):
@@ -98,6 +100,7 @@ class MenuScreen(Screen):
         self._cursor, self._repeater = Cursor(), Repeater()
         self._view = MenuView(stage.look)
         self._backdrop: pygame.Surface | None = None  # what is behind a panel
+        self._pictured: object = None  # what was drawn last
         self._menu = build()
 
     @property
@@ -177,7 +180,7 @@ class MenuScreen(Screen):
 
     def refresh(self) -> None:
         """Take over another look."""
-        self._view, self._backdrop = MenuView(self._stage.look), None
+        self._view, self._backdrop, self._pictured = MenuView(self._stage.look), None, None
         self.rebuild()
 
     def tick(self, time_s: float) -> None:
@@ -188,16 +191,23 @@ class MenuScreen(Screen):
         if self._attract and self._stage.screen is self:
             self._attract.tick(time_s)
 
-    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+    def draw(self, surface: pygame.Surface, time_s: float) -> Sequence[pygame.Rect] | None:
         """Draw the menu, and what is beside or behind it."""
-        if self._behind:
+        before = self._pictured
+        self._pictured = self._menu, [item.step is None for item in self._menu.items], self.selected
+        # Pages with a drawing of their own draw over this one: it is drawn whole.
+        kept = self._stage.kept and before == self._pictured and type(self).draw is MenuScreen.draw
+        if not self._behind:
+            return self._draw_page(surface, kept)
+        if not kept:
             self._draw_panel(surface, time_s)
-        else:
-            self._draw_page(surface)
+        return [] if kept else None
 
-    def _draw_page(self, surface: pygame.Surface) -> None:
+    def _draw_page(self, surface: pygame.Surface, kept: bool) -> Sequence[pygame.Rect] | None:
         stage, area, unit = self._stage, self._stage.area, self._stage.unit
-        surface.fill(stage.look.palette.background)
+        changed: Sequence[pygame.Rect] = ()
+        if not kept:
+            surface.fill(stage.look.palette.background)
         column = pygame.Rect(
             0, 0, min(area.width, max(_LEAST_COLUMN, round(_COLUMN * unit))), area.height
         )
@@ -205,18 +215,21 @@ class MenuScreen(Screen):
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
         if self._attract and beside.width >= _LEAST_BESIDE * area.height:
             game = self._share_out(column, beside)
-            self._attract.draw(surface, game, stage.look)
+            changed = self._attract.draw(surface, game, stage.look, kept=kept)
         else:
             high = logo + self._view.height(self._menu, unit)
             middle = (area.height - high) // 2 if self.centred else 0
             column.top = max(round(_TOP * unit / 2), middle)
             column.centerx = area.centerx
+        if kept:
+            return changed
         column.height = area.height - column.top - round(_BOTTOM * unit)
         if logo:
             place = pygame.Rect(column.left, column.top, column.width, logo - round(_EDGE * unit))
             draw_logo(surface, place.inflate(-round(2 * _EDGE * unit), 0), stage.look)
             column.top, column.height = column.top + logo, column.height - logo
         self._view.draw(surface, column, self._menu, self.selected, unit)
+        return None
 
     def _share_out(self, column: pygame.Rect, beside: pygame.Rect) -> pygame.Rect:
         """Move a column and a game beside it, so that the margins are equal and both begin level.

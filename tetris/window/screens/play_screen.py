@@ -11,7 +11,7 @@ from tetris.bots import beam_search
 from tetris.bots.greedy import Plan
 from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
-from tetris.window import bindings, theme
+from tetris.window import bindings
 from tetris.window.game_session import BotPlayer, Session
 from tetris.window.keys import Code, DueAction
 from tetris.window.screen_stack import PLAY_HZ, Screen, ScreenStack
@@ -264,39 +264,34 @@ class PlayScreen(Screen):
 
     # -- what comes out ----------------------------------------------------------------
 
-    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+    def draw(self, surface: pygame.Surface, time_s: float) -> list[pygame.Rect]:
         """Draw the game."""
         game, mode = self.session.game, self.session.mode
-        surface.fill(self._stage.look.palette.background)
         pieces_per_s = game.pieces_placed / game.time_s if game.time_s > 0 else 0.0
         figures = figures_of(game, by_time=mode.ranking == "time", pieces_per_s=pieces_per_s)
         over = game.phase is Phase.OVER  # a pause has a menu, which says so
-        self._view.draw(
+        changed = self._view.draw(
             surface,
             game,
             self._time_s,
             figures=figures,
             hint=self._hint,
+            ready=self._ready(),
             words=over,
             veiled=over or self._stage.screen is not self,
+            kept=self._stage.kept,
         )
         if self._stage.screen is self:
             self._draw_button(surface)
-            if not self._begun:
-                self._draw_ready(surface)
+        return changed
 
-    def _draw_ready(self, surface: pygame.Surface) -> None:
-        """Write "ready" before the first piece, and count down after a pause."""
-        look, layout = self._stage.look, self._view.layout
-        words, board = look.words("view.ready"), layout.board
+    def _ready(self) -> str:
+        """Return what is said before the first piece, or the count down after a pause."""
+        if self._begun or self._stage.screen is not self:
+            return ""
         if self._resuming and self._begin_s is not None:
-            words = str(min(3, 1 + int(3 * (self._begin_s - self._time_s) / RESUME_S)))
-        size = round(1.6 * layout.cell)
-        picture = theme.fitted(words, size, look.palette.accent, board.width - layout.cell)
-        place = picture.get_rect(center=(board.centerx, board.top + board.height // 3))
-        band = place.inflate(layout.cell, layout.cell // 2)
-        pygame.draw.rect(surface, look.palette.background, band, border_radius=layout.cell // 3)
-        surface.blit(picture, place)
+            return str(min(3, 1 + int(3 * (self._begin_s - self._time_s) / RESUME_S)))
+        return self._stage.look.words("view.ready")
 
     def _draw_button(self, surface: pygame.Surface) -> None:
         palette, place = self._stage.look.palette, self.button
