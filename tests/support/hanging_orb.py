@@ -9,6 +9,7 @@ With `--link rfcomm:` a TCP port stands for the radio; `listens at PORT` is prin
 """
 
 import asyncio
+import os
 import socket
 import sys
 import threading
@@ -52,8 +53,8 @@ class Drum(base.Sensor):
 
 
 def note(event: str, value: float | None = None) -> None:
-    """Print an event, and when it was."""
-    print(f"{event} at {value or time.monotonic()}", file=sys.stderr, flush=True)
+    """Print an event, and when it was, in one piece: other threads print, too."""
+    os.write(2, f"\n{event} at {value or time.monotonic()}\n".encode())
 
 
 class Host:
