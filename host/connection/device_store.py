@@ -6,7 +6,7 @@ is put aside.
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import logging
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
@@ -21,6 +21,7 @@ from controller.files import atomic_write, config_folder, read_text
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024
+_DAMAGES: Final = (errno.EFBIG, errno.EILSEQ)  # with which a file is what was never written
 
 log = logging.getLogger(__name__)
 
@@ -94,11 +95,20 @@ class DeviceStore:
             return {}
         except (OSError, ValueError) as error:
             why = reason(error) if isinstance(error, OSError) else str(error)
-            aside = self._path.with_stem(f"{self._path.stem}-damaged")
-            with contextlib.suppress(OSError):
-                self._path.replace(aside)
-            self._warn(f"{self._path} was damaged ({why}), and is put aside as {aside.name}")
+            damaged = not isinstance(error, OSError) or error.errno in _DAMAGES
+            said = (
+                f"is damaged ({why}), and {self._put_aside()}" if damaged else f"is not read: {why}"
+            )
+            self._warn(f"{self._path} {said}")
             return {}
+
+    def _put_aside(self) -> str:
+        aside = self._path.with_stem(f"{self._path.stem}-damaged")
+        try:
+            self._path.replace(aside)
+        except OSError as error:
+            return f"stays: {reason(error)}"
+        return f"was put aside as {aside.name}"
 
 
 def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:

@@ -69,10 +69,30 @@ def test_damaged_file_is_put_aside_and_told_of(path: Path, content: bytes) -> No
     told: list[str] = []
     memory = DeviceStore(path, told.append)
     assert memory.devices == []
-    assert "was damaged" in told[0]
+    assert "is damaged" in told[0]
+    assert told[0].endswith("was put aside as devices-damaged.toml")
     memory.remember("orb-1", port="A")
     assert [known.port for known in DeviceStore(path).devices] == ["A"]
     assert path.with_name("devices-damaged.toml").read_bytes() == content
+
+
+def test_a_folder_that_is_a_file_is_named_and_nothing_said_to_be_put_aside(tmp_path: Path) -> None:
+    folder = tmp_path / ".config"
+    folder.write_text("no folder")
+    told: list[str] = []
+    memory = DeviceStore(folder / "orbtouch" / "devices.toml", told.append)
+    memory.remember("orb-1", port="A")
+    assert len(told) == 3  # at the start, and where it is read again and written
+    assert all("devices.toml" in words and "put aside" not in words for words in told)
+
+
+def test_a_damaged_file_that_cannot_be_put_aside_stays(path: Path) -> None:
+    path.with_name("devices-damaged.toml").mkdir(parents=True)
+    path.write_text("[device")
+    told: list[str] = []
+    assert DeviceStore(path, told.append).devices == []
+    assert "and stays: " in told[0]
+    assert path.read_text() == "[device"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
