@@ -54,6 +54,7 @@ SIZE: Final = (1280, 720)  # the window's first; it can be resized
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
+_ARMED: Final = "disarmed", "armed"
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
 _IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 
@@ -310,6 +311,7 @@ class OrbApp(Target):
         look, settings = self.stage.look, self.stage.settings
         self.orb.note = self.note or self.correcting.told(self._now_s, look.words)
         self.orb.hint, self.orb.ghost = self._hint(), self.ghost
+        self.orb.badge = "" if not self.programs.on else _ARMED[self.programs.armed]
         playing = isinstance(self.stage.screen, PlayScreen)
         self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
         scale = settings.scale / 100
@@ -328,7 +330,7 @@ class OrbApp(Target):
     def _hint(self) -> str:
         words = self.stage.look.words
         if self.programs.on:
-            return words("programs.armed" if self.programs.armed else "programs.disarmed")
+            return words(f"programs.{_ARMED[self.programs.armed]}")
         if not self.virtual:
             return ""
         if self.touch.two_fingers:

@@ -75,6 +75,7 @@ class OrbState:
     gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
     note: str = ""  # a sentence below the dome, before all others
     hint: str = ""  # and one for when there is nothing else
+    badge: str = ""  # "armed" or "disarmed": whether gestures press keys; "" where none does
     rim: Rim = field(default_factory=Rim)  # pulses round the dome
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said

@@ -125,7 +125,7 @@ class Panel:
         key: tuple[Any, ...] = (
             self.rect.topleft, self.rect.size, self.layout, self.projection, self._look.palette,
             self._look.words.name, view.link, view.reason, welcome, view.shape, view.user,
-            round(view.sure, 2), view.labels, tuple(view.gestures.values()),
+            round(view.sure, 2), view.labels, tuple(view.gestures.values()), view.badge,
         )  # fmt: skip
         if key == self._still_key:
             return
@@ -200,8 +200,15 @@ class Panel:
         still.blit(sprites.ring(2 * lamp, 0, tint, 0, 50), at)
         still.blit(sprites.ring(lamp, 0, tint, 0, 255), at)
         room = max(0, at[0] - 2 * lamp - 2 * pad - box.left)
+        at = box.left + pad, box.centery
+        if view.badge:
+            word = words(f"dome.{view.badge}")
+            colour = self._look.palette.warn if view.badge == "armed" else self._look.palette.dim
+            badge = unit.badge(word, _TEXT, colour, room // 2)
+            still.blit(badge, midleft=at)
+            at, room = (at[0] + badge.get_width() + 2 * pad, at[1]), room - badge.get_width()
         name = unit.text(view.welcome.name if view.welcome else "OrbTouch", 24, None, room)
-        still.blit(name, midleft=(box.left + pad, box.centery))
+        still.blit(name, midleft=at)
 
     def _dome(self, still: "_Shifted", view: OrbState) -> None:
         palette, place, radius = self._look.palette, self.projection, self.layout.radius

@@ -56,6 +56,14 @@ class SpriteScale:
         plate = card(rect.size, self.px(12), self.palette.surface, self.palette.line)
         surface.blit(plate, rect)
 
+    def badge(self, words: str, size: int, colour: Colour, width: int) -> pygame.Surface:
+        """Return a word in a frame of its colour, at most so many pixels wide."""
+        letters = self.text(words, size, colour, width - self.px(16))
+        wide, high = letters.get_width() + self.px(16), letters.get_height() + self.px(6)
+        plate = card((wide, high), high // 3, self.palette.surface, colour).copy()
+        plate.blit(letters, letters.get_rect(center=plate.get_rect().center))
+        return plate
+
 
 def mix(low: Colour, high: Colour, share: float) -> Colour:
     """Mix two colours in 16 steps, so that the pictures kept stay few."""

@@ -52,7 +52,10 @@ class ProgramsScreen(OrbScreen):
     def _state(self) -> list[Row]:
         words, control = self._stage.look.words, self._control
         state = "armed" if control.armed else "disarmed" if control.on else "off"
-        return [*rows(words(f"programs.{state}"), marked=True), *rows(control.said)]
+        mouse = self.orb.virtual and not self.orb.phone
+        names = {"orbs": words("orbs.title"), "phone": words("phone.title")}
+        touch = rows(words("programs.mouse", **names)) if mouse else []
+        return [*rows(words(f"programs.{state}"), marked=True), *rows(control.said), *touch]
 
     def _start(self) -> None:
         self._control.start(self.mapping, self.profile)

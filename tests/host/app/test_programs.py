@@ -4,13 +4,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, ClassVar
 
+import pygame
 import pytest
 
 from controller.keymap.key_state import Stroke
 from controller.protocol.messages import Command
 from host.app import programs
 from host.app.programs import Programs
+from host.app.screens.programs import ProgramsScreen
 from host.connection.receiver import Delivered
+from tests.support.app_window import Window
 
 
 class Sender:
@@ -98,3 +101,33 @@ def test_hot_keys_and_dangerous_keys_cannot_be_chosen() -> None:
 def test_files_that_are_no_mapping_are_left_out(tmp_path: Path) -> None:
     (tmp_path / "notes.toml").write_text("x = 1")
     assert [mapping.path.stem for mapping in programs.mappings(tmp_path)] == ["keyboard", "gamepad"]
+
+
+def test_every_page_shows_whether_gestures_press_keys() -> None:
+    window = Window()
+    keyboard = programs.read(Path("keyboard"))
+    assert keyboard
+    window.app.programs = Programs(Sender)  # type: ignore[arg-type]
+    before = header(window)
+    window.app.programs.start(keyboard, "arrows")
+    window.pass_s(0.1)
+    disarmed = header(window)
+    window.app.programs.hot_key("f9")
+    window.pass_s(5.0, Delivered(Command("left", "press", 0.99, None, 1), 0))
+    armed = header(window)
+    assert len({before, disarmed, armed}) == 3
+    window.app.programs.stop()
+    window.pass_s(0.1)
+    assert header(window) == before
+
+
+def header(window: Window) -> bytes:
+    """Return the picture of the line above the dome."""
+    return pygame.image.tobytes(window.surface.subsurface(window.app.panel.layout.header), "RGB")
+
+
+def test_the_page_says_that_a_mouse_cannot_touch_the_dome_while_it_is_elsewhere() -> None:
+    window = Window()
+    page = ProgramsScreen(window.app.stage, window.app, window.app.programs, Path("none"))
+    said = " ".join(row.cells[0] for row in page.menu.table)
+    assert "touch with a phone (Orbs – With a phone) or an orb" in said
