@@ -219,6 +219,11 @@ class _Parser(argparse.ArgumentParser):
         sys.exit(say(self.format_help().rstrip()))
 
     def error(self, message: str) -> NoReturn:
+        from difflib import get_close_matches  # in here: it compiles regular expressions
+
+        odd = message.partition("unrecognized arguments: ")[2].split(" ")[0].partition("=")[0]
+        if odd and (near := get_close_matches(odd, self._option_string_actions, n=1)):
+            message += f"; did you mean {near[0]}?"
         sys.exit(complain(message, 2))
 
 

@@ -1,12 +1,12 @@
 """`controller models`, `install` and `rollback`: the bundles of this device."""
 
-import argparse
 import json
 import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy import install as installer
@@ -16,7 +16,7 @@ from controller.errors import TROUBLE, complain, one_line, printable, reason, ru
 
 def models(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="controller models", description="List the bundles of this device with their cards."
     )
     parser.add_argument("--json", action="store_true", help="as JSON, for programs")
@@ -74,7 +74,7 @@ def install(argv: Sequence[str]) -> int:
 
 
 def _install(argv: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="controller install",
         description="Test a bundle on this device and take it into use: its hash, its golden "
         "vectors, and the time of a control step with each engine. The faster engine is used. The "
@@ -103,7 +103,7 @@ def _report(line: str) -> None:
 
 def rollback(argv: Sequence[str]) -> int:
     """Run `controller rollback` and return its exit status."""
-    argparse.ArgumentParser(
+    Parser(
         prog="controller rollback",
         description="Take the previous bundle into use; a second rollback restores the newer one.",
     ).parse_args(argv)

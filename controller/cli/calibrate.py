@@ -9,6 +9,7 @@ from contextlib import closing
 from dataclasses import asdict
 from datetime import UTC, datetime
 
+from controller.arguments import Parser
 from controller.cli.sensor_options import add_sensor, load, load_skin
 from controller.diagnostics.calibration import keep
 from controller.diagnostics.frame_source import FrameReader
@@ -42,7 +43,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    grammar = argparse.ArgumentParser(
+    grammar = Parser(
         prog="controller calibrate",
         description="Take the rest image of the untouched orb for ten seconds, judge it, and keep "
         "it: the controller then begins sooner, and notices a finger that is there from the start. "

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from controller import files
+from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, load_skin
 from controller.diagnostics import measurements, skin_checks, system_checks, wiring_checks
@@ -39,7 +40,7 @@ def main(argv: Sequence[str]) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """Return the command line's grammar."""
-    grammar = argparse.ArgumentParser(
+    grammar = Parser(
         prog="controller doctor",
         description="Look at computer, wiring, skin and link, and say what is wrong and what to "
         "do. Exit status 0: sound; 1: faults found.",

@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from controller.arguments import whole
+from controller.arguments import Parser, whole
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
@@ -41,7 +41,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="controller pair",
         description="Let a host find this orb and pair with it, for a limited time. Both show six "
         "digits; confirm them here if they are the same.",
@@ -109,7 +109,7 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
 
 def key(argv: Sequence[str]) -> int:
     """Run `controller key` and return its exit status."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="controller key",
         description="Write a random key into a new file that only you can read. Copy it to the "
         "other machine (scp keeps it yours), and name it with --key on both: docs/link.md.",

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
+from controller.arguments import Parser
 from controller.errors import TROUBLE, complain, count, printable, reason
 from controller.recordings import csv_export, edit, importer, journal_file, reader, summary, writer
 from controller.recordings.description import Description, described
@@ -26,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """Return the grammar of the command line."""
-    grammar = argparse.ArgumentParser(
+    grammar = Parser(
         prog="controller recordings",
         description="Inspect, check, correct and convert recordings. No file is ever replaced.",
         epilog="Try it: controller recordings info assets/demo.npz",

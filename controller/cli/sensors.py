@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from controller import plugins
+from controller.arguments import Parser
 from controller.cli.sensor_options import load
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
@@ -87,7 +88,7 @@ def say(line: str) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    grammar = argparse.ArgumentParser(
+    grammar = Parser(
         prog="controller sensors",
         description="List the sensors, those of other packages included; or try one.",
         epilog="Try it: controller sensors try virtual",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import json
 import os
@@ -15,6 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
+from controller.arguments import Parser
 from controller.config import MAX_BYTES, parse_json
 from controller.errors import count, how_to_install
 from controller.files import read_bytes
@@ -31,7 +31,7 @@ PROPERTIES: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRes
 
 def main(argv: Sequence[str]) -> int:
     """Print the unit, and how to install it; return 0."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="controller service",
         description="Print a systemd unit that runs this controller: it starts with the machine, "
         "and again after a crash or a hang.",
@@ -85,7 +85,7 @@ def _quoted(word: str) -> str:
 
 def status(argv: Sequence[str]) -> int:
     """Print the state of the device; return 0 if it runs, as a service or not, 1 if not."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="controller status",
         description="Show whether the device's service runs, which hosts are paired and connected, "
         "and the latency of its frames.",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from controller import arguments
+from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 from controller.cli.bundles import install
@@ -173,7 +174,7 @@ def _asked() -> Iterator[str]:
 
 def parser() -> argparse.ArgumentParser:
     """Return the command line's grammar."""
-    grammar = argparse.ArgumentParser(
+    grammar = Parser(
         prog="controller teach",
         description="Gather examples of your own gestures: get ready, go, rest, until there is "
         "enough of all. Hold 1 to 9 to label by hand; space pauses, backspace drops the last "

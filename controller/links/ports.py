@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import socket
 from functools import partial
 from typing import Any, Final, Protocol
@@ -71,11 +72,15 @@ def _connect(url: str) -> socket.socket:
     return connection
 
 
-def why(error: BaseException) -> str:
+def why(error: BaseException, name: str = "") -> str:
     """Return why a port cannot be opened, from the first known number of an error or its causes.
+
+    The name of the port is looked at only for an address that lacks its scheme.
 
     pyserial wraps errors, sometimes twice; the number of termios.error is its first argument.
     """
+    if re.fullmatch(r"[\w.-]+:\d{1,5}|\[[0-9a-fA-F:.]+\]:\d{1,5}", name):
+        return f"an address in a network is written socket://{name}"
     inner: BaseException | None = error
     while inner is not None:
         number = getattr(inner, "errno", None) or (inner.args[0] if inner.args else None)

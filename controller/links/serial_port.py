@@ -38,7 +38,7 @@ class PortLink(StreamLink):
             self._shut()
             # pyserial raises ValueError for a malformed URL
             kind = LinkError if isinstance(error, ValueError) else LinkAwayError
-            why = ports.why(error)
+            why = ports.why(error, url)
             raise kind(f"cannot open {url}: {why}; name another with --link") from error
         self.start()
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from controller.arguments import number
+from controller.arguments import Parser, number
 from controller.errors import complain, one_line
 from controller.protocol import psk
 from host import discovery
@@ -95,7 +95,7 @@ _NOTHING: Final = (
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="host find",
         description="List orbs by their identity. Asked are the ports where one was before, those "
         "whose USB descriptor says that they may be one, and bonded ones.",

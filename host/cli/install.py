@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from controller import errors
+from controller.arguments import Parser
 from controller.errors import TROUBLE
 from controller.protocol import psk
 from controller.protocol.link_events import Received
@@ -104,7 +105,7 @@ def _receiver(options: argparse.Namespace) -> Receiver:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="host install",
         description="Send an orb a new bundle. The orb tests it while play goes "
         "on, and then takes it into use; `controller rollback` on the orb goes back. Only "

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
+from controller.arguments import Parser
 from controller.errors import TROUBLE, complain, how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
@@ -35,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="host pair",
         allow_abbrev=False,
         description="Find an orb that waits to be paired (controller pair, or its button) and pair "

@@ -9,11 +9,10 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
-import re
 import select
 import socket
 import threading
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 from controller.links import ports
 from host.connection import rfcomm
@@ -41,10 +40,6 @@ class Transport(Protocol):
         """Let go of the port. The reading thread calls this."""
 
 
-# ADDRESS:PORT without a scheme; a device of Windows is COM3, one of Unix a path.
-_ADDRESS: Final = re.compile(r"[\w.-]+:\d{1,5}|\[[0-9a-fA-F:.]+\]:\d{1,5}")
-
-
 def open_transport(url: str) -> Transport:
     """Open a port by its name (/dev/ttyACM0, COM3), or by a URL; LinkError says why not.
 
@@ -55,9 +50,7 @@ def open_transport(url: str) -> Transport:
     except LinkError:
         raise
     except Exception as error:  # pyserial lets many kinds through, termios.error among them
-        why = ports.why(error)
-        if _ADDRESS.fullmatch(url):
-            why = f"an address in a network is written socket://{url}"
+        why = ports.why(error, url)
         raise LinkError(f"cannot open {url}: {why}; name another with --link") from error
     if isinstance(port, socket.socket):
         return _Selected(port, url)

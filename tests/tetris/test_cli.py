@@ -56,6 +56,7 @@ def test_the_version_is_that_of_the_whole_project(capsys: Capture) -> None:
         (["--bot", "--record", "one.tetris"], "for --headless"),
         (["--mode", "golf"], "invalid choice: 'golf'"),
         (["--bot", "hal"], "invalid choice: 'hal'"),
+        (["--levl", "3"], "unrecognized arguments: --levl 3; did you mean --level?"),
         (["--replay", "one.tetris", "--seed", "0"], "leave --seed and --level out"),
         (["--replay", "one.tetris", "--film", "one.avi"], "must end in .gif or .mp4"),
         (["--level", "0"], "from 1 to 20"),

@@ -54,6 +54,28 @@ def test_a_misspelt_command(words: str, sentence: str, capsys: pytest.CaptureFix
     assert capsys.readouterr().err == f"controller: {sentence}\n"
 
 
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [
+        ("recordings infoo x.npz", "info"),
+        ("recordings info --jsno x.npz", "--json"),
+        ("models --jsn", "--json"),
+        ("doctor --sensr virtual", "--sensor"),
+        ("service --hlep", "--help"),
+    ],
+)
+def test_a_misspelt_option(words: str, near: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(words.split())
+    assert capsys.readouterr().err.endswith(f"; did you mean {near}?\n")
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:4000", "orb.local:4000", "[::1]:4000"])
+def test_an_address_without_its_scheme(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--sensor", "virtual", "--link", address]) == 1
+    assert f"is written socket://{address}; name another" in capsys.readouterr().err
+
+
 def test_exit_statuses(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["--link", "hid:?keys=absent.toml"]) == 2
     assert main(["--link", "socket://127.0.0.1:1"]) == 1
