@@ -5,7 +5,7 @@ The name of an entry point is that on the command line; its value is a module wi
 
 from typing import Any
 
-from controller.errors import TroubleError
+from controller.errors import TroubleError, one_line
 
 
 class PluginError(TroubleError):
@@ -21,16 +21,23 @@ def find(kind: str, name: str) -> Any:
         if entry.name == name:
             try:
                 return entry.load()
-            except Exception as error:  # of a stranger's module
-                raise PluginError(
-                    f"cannot import {entry.value}, {kind} {name!r}: {error}"
-                ) from None
+            except (Exception, SystemExit) as error:  # of a stranger's module
+                why = one_line(str(error)) or type(error).__name__
+                raise PluginError(f"cannot import {entry.value}, {kind} {name!r}: {why}") from None
     return None
 
 
 def names(kind: str) -> list[str]:
     """Return the names of all parts of a kind in other packages."""
     return sorted({entry.name for entry in _entries(kind)})
+
+
+def packages(kind: str) -> dict[str, str]:
+    """Return the name and the package of all parts of a kind in other packages.
+
+    None is imported: a part that fails, or waits, must not keep the others from being listed.
+    """
+    return {entry.name: f"{entry.dist.name} {entry.dist.version}" for entry in _entries(kind)}
 
 
 def _entries(kind: str) -> Any:

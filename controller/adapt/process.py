@@ -25,6 +25,7 @@ from controller.adapt import rehearsal, unlearn
 from controller.adapt.examples import Example
 from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress, teach
 from controller.bundles.bundle import BundleError
+from controller.errors import reason
 
 DEADLINE_S: Final = 120.0
 NICE: Final = 10
@@ -163,8 +164,11 @@ def main(argv: list[str]) -> int:
     try:
         made = job.do(path.read_bytes(), lambda share: print(round(share, 3), flush=True))
         unlearn.counted(made).write(out)
-    except (AdaptError, BundleError, OSError) as error:
+    except (AdaptError, BundleError) as error:
         print(error, file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"the orb cannot keep it: {reason(error)}", file=sys.stderr)
         return 1
     debounce = made.debounce
     outcome = Outcome(made.kept, dict(made.recognised), debounce.patient, debounce.patience_s)

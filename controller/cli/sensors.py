@@ -33,8 +33,12 @@ def main(
     """Run `controller sensors`; exit status 0: success, 1: trouble, 2: wrong usage."""
     options = _parser().parse_args(argv)
     if options.command is None:
-        for name in sorted({*sensors.names(), *plugins.names("sensors")}):
-            purpose = (sensors.module_of(name).__doc__ or "").strip().partition("\n")[0]
+        others = plugins.packages("sensors")
+        for name in sorted({*others, *sensors.names()}):
+            if name in sensors.names():
+                purpose = (sensors.module_of(name).__doc__ or "").partition("\n")[0]
+            else:
+                purpose = f"Of the package {others[name]}."
             print(f"{name:12}  {purpose}")
         return 0
     if options.out is not None and options.out.exists():

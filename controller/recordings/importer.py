@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -36,8 +37,12 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def read(path: Path, description: Description) -> Arrays:
-    """Return the described arrays of an .npz or .npy; RecordingError if one cannot be read."""
+    """Return the described arrays of an .npz or .npy; RecordingError if one cannot be read.
+
+    Refused is also what would take more than half of the free memory.
+    """
     try:
+        _check_memory(path, description)
         if path.suffix == ".npy":
             arrays = {description.frames: npz.single(path, MAX_BYTES)}
         else:
@@ -51,6 +56,33 @@ def read(path: Path, description: Description) -> Arrays:
         if name not in arrays:
             raise RecordingError(f"{path} has no array {name!r}, which the description names")
     return arrays
+
+
+def _check_memory(path: Path, description: Description) -> None:
+    """Raise RecordingError if the described arrays, and a copy of the frames, need too much."""
+    if path.suffix == ".npy":
+        return  # it is not packed, so no file is small and its array large
+    needed = 0
+    for name, (shape, dtype) in npz.shapes(path, MAX_BYTES).items():
+        if name in description.arrays:
+            copied = np.dtype(np.float32).itemsize if name == description.frames else 0
+            needed += math.prod(shape) * (dtype.itemsize + copied)
+    free = free_memory()
+    if needed > free / 2:
+        raise RecordingError(
+            f"{path} needs {needed / 1e9:.1f} GB of memory, more than half of the {free / 1e9:.1f} "
+            "GB that are free; split it into files of fewer frames"
+        )
+
+
+def free_memory() -> float:
+    """Return the bytes of memory that Linux can give without swapping; infinite elsewhere."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return math.inf
+    kilobytes = (int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    return 1024 * next(kilobytes, math.inf)
 
 
 def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
@@ -67,7 +99,8 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     rate_hz = description.rate_hz or _rate(times, [rows for _, _, rows in groups], description)
     for user, session, chosen in groups:
         rows, t, sequence = _stretches(chosen, times, rate_hz, description)
-        taken = frames[rows].astype(np.float32)
+        with np.errstate(over="ignore"):  # what is no number is refused later, in a sentence
+            taken = frames[rows].astype(np.float32)
         own_rest = taken[0] if description.rest == description.frames else rest
         given: dict[str, Any] = {**unlabelled(len(rows)), description.labeller: column[rows]}
         origin = Provenance(
@@ -172,6 +205,11 @@ def _labels(
     # Names that no frame has are left out of training.
     used = [i for i in np.unique(number[number >= 0]).tolist() if given[i] != null]
     labels = (NULL, *(given[i] for i in used))
+    odd = next(
+        (label for label in labels if not label[:1].isalnum() or set(label) & set("/\\")), ""
+    )
+    if odd or "" in labels:
+        raise RecordingError(f"the label {odd!r} is no name of a gesture; give label_names")
     if len(set(labels)) < len(labels):
         raise RecordingError(f"the labels {', '.join(labels)} are not all different")
     index = np.zeros(len(given) + 1, dtype=np.int16)
@@ -197,6 +235,7 @@ def _rest(
     return first
 
 
+@np.errstate(invalid="ignore")
 def _sign(frames: NDArray[Any], null: NDArray[np.bool_], rest: NDArray[np.float32] | None) -> int:
     """Return 1 if touches raise frames, (n, rows, columns), -1 if they lower them.
 

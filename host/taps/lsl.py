@@ -14,7 +14,7 @@ from typing import Any, Final
 from controller.errors import how_to_install
 from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import Command, Telemetry, Welcome
-from host.taps import Tap, TapError, TapUnavailableError
+from host.taps import Tap, TapError, TapUnavailableError, log
 
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # for a slow inlet; pylsl's default of 360 s needs more memory
@@ -137,6 +137,9 @@ def create(where: str) -> LslTap:
             f"--tap lsl needs the library liblsl, which this pylsl cannot load "
             f"({str(error).strip().splitlines()[0]}); install liblsl (docs/taps.md)"
         ) from error
+    log.warning(
+        "other machines can read what --tap lsl sends: liblsl listens on every network card"
+    )
     own = any(Path(name).expanduser().is_file() for name in _OWN)
     if not own and "LSLAPICFG" not in os.environ:
         pylsl.set_config_content(_QUIET if where == NETWORK else _MACHINE)

@@ -47,7 +47,7 @@ def drum(installed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("drum")
 def test_the_template_s_sensor_is_listed_and_read(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sensors"]) == 0
-    assert "drum          A drum of 3 x 4 pads" in capsys.readouterr().out
+    assert "drum          Of the package own-sensor " in capsys.readouterr().out
     sensor = sensors.load("drum:strength=300", 10.0)
     assert (sensor.rate_hz, sensor.signal.unit, sensor.signal.sign) == (10.0, "counts", 1)
     assert sensor.read(6.1).max() == 300.0
@@ -122,6 +122,31 @@ def test_a_part_that_cannot_be_imported_is_named(
     expected = "cannot import broken_part, sensors 'broken': No module named"
     with pytest.raises(plugins.PluginError, match=expected):
         sensors.load("broken")
+
+
+@pytest.mark.parametrize(
+    "module", ["raise SystemExit('\\033[2Jgone\\n')", "raise OSError('\\033[2Jgone\\n')"]
+)
+def test_a_part_that_ends_or_paints_is_answered_in_a_line(
+    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package(tmp_path, "sensors", "rude", module)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    importlib.invalidate_caches()
+    monkeypatch.delitem(sys.modules, "rude_part", raising=False)
+    with pytest.raises(plugins.PluginError) as told:
+        sensors.load("rude")
+    assert str(told.value) == (r"cannot import rude_part, sensors 'rude': \x1b[2Jgone\n")
+
+
+def test_parts_are_listed_without_being_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package(tmp_path, "sensors", "slow", "raise AssertionError('imported')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    importlib.invalidate_caches()
+    assert main(["sensors"]) == 0
+    assert "slow          Of the package slow-part 1.0.\n" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("words", ["--version", "--help", "--sensor virtual --link zzz:1"])

@@ -5,9 +5,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from controller.adapt import process
 from controller.adapt.examples import Example
+from controller.adapt.few_shot import AdaptError
 from controller.adapt.process import Job
 from controller.bundles import bundle
 
@@ -29,6 +31,12 @@ def test_a_change_is_made_and_its_outcome_returned(tmp_path: Path) -> None:
     shares: list[float] = []
     process.run(Job("command", label="press", command="hold"), SHIPPED, out, shares.append)
     assert bundle.read(out).mapping.command("press", None) == "hold"
+
+
+def test_a_disk_that_cannot_keep_it_is_named_without_the_number_of_its_error() -> None:
+    job = Job("command", label="press", command="hold")
+    with pytest.raises(AdaptError, match=r"^the orb cannot keep it: [a-z ]+$"):
+        process.run(job, SHIPPED, SHIPPED / "new.orb")
 
 
 def test_learning_ends_with_the_program_that_asked_for_it(tmp_path: Path) -> None:

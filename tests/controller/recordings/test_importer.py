@@ -9,7 +9,7 @@ import pytest
 
 from controller import config
 from controller.errors import UserError
-from controller.recordings import importer
+from controller.recordings import edit, importer
 from controller.recordings.description import Description, described
 from controller.recordings.recording import Recording, RecordingError
 
@@ -149,6 +149,34 @@ def test_arrays_unlike_the_description_are_refused(arrays: dict[str, Any], compl
 def test_repeated_times_are_told_unless_they_shall_be_dropped() -> None:
     with pytest.raises(RecordingError, match="twice in a row; say drop_repeated = true"):
         imported(CAPFINGERID.replace("drop_repeated = true", ""))
+
+
+def test_more_than_half_of_the_free_memory_is_refused_before_it_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Zeros pack well: a file of 4 MB had taken 2.6 GB."""
+    path, told = tmp_path / "zeros.npz", Description(frames="frames", pitch_mm=10.0, rate_hz=10.0)
+    np.savez_compressed(path, frames=np.zeros((1000, 5, 5), np.uint8))
+    monkeypatch.setattr(importer, "free_memory", lambda: 250_000.0)
+    assert importer.read(path, told)["frames"].shape == (1000, 5, 5)
+    monkeypatch.setattr(importer, "free_memory", lambda: 249_000.0)
+    with pytest.raises(RecordingError, match=r"needs 0\.0 GB of memory, more than half"):
+        importer.read(path, told)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("reading", [np.inf, 1e300])
+def test_what_is_no_number_is_refused_without_a_warning_of_numpy(reading: float) -> None:
+    told = Description(frames="frames", pitch_mm=10.0, rate_hz=10.0, unit="counts")
+    arrays = {"frames": np.full((50, 5, 5), reading)}
+    with pytest.raises(RecordingError, match="frames that are not all numbers"):
+        edit.sealed(next(importer.recordings(arrays, told)))
+
+
+def test_a_name_that_looks_like_a_path_is_no_label() -> None:
+    names = np.array(["DRAG", "PAUSE", "../x", "TAP"])
+    with pytest.raises(RecordingError, match=r"the label '\.\./x' is no name of a gesture"):
+        imported(CAPFINGERID, task_names=names)
 
 
 def test_files_of_arrays_are_read_without_trusting_them(tmp_path: Path) -> None:
