@@ -120,6 +120,15 @@ class ExampleStore:
                 count += 1
         return count
 
+    def delete(self) -> int:
+        """Delete all examples, of other grids too, and what a crash left; return the number."""
+        self.pending.clear()
+        leftovers.sweep(self.folder, age_s=0.0)
+        found = [path for path in self.folder.glob("*") if _FILE.fullmatch(path.name)]
+        for path in found:
+            path.unlink(missing_ok=True)
+        return len(found)
+
     def of(self, label: str) -> list[PendingExample]:
         """Return the pending examples of a label, in the order of their numbers."""
         found = (one for one in self.pending.values() if one.example.label == label)

@@ -152,7 +152,7 @@ class Teacher:
 
     def _delete(self) -> Iterable[Message]:
         """Delete all pending examples and recordings."""
-        examples = self._examples.drop(list(self._examples.pending))
+        examples = self._examples.delete()
         recordings = self._recording.delete()
         return [
             LearnStatus(

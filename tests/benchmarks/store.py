@@ -1,10 +1,11 @@
 """Three programs change one store of bundles at once, and are killed at random times.
 
-    python -m tests.benchmarks.store [--changes N] [--kills N] [--seed N] [--json]
+    python -m tests.benchmarks.store [--changes N] [--kills N] [--recordings N] [--seed N] [--json]
 
 Each installs, rolls back or undoes; every so often one gets SIGKILL and is replaced. The record
-must always be whole, and name files that are there; in the end nothing may be left over. Needs
-fork.
+must always be whole, and name files that are there; in the end nothing may be left over. Then
+programs that record or seal are killed; every other journal is recovered, "delete all" is done, and
+nothing may be left either. Needs fork.
 """
 
 import multiprocessing
@@ -23,7 +24,12 @@ from controller import leftovers
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import RECORD, BundleStore, StoredBundle, name_of
+from controller.recordings import journal_file
+from controller.recordings.recording import RecordingError
+from controller.runtime.link_recording import LinkRecording
+from controller.runtime.worker import Worker
 
+from .crash_lives import AT_ONCE, Life, kill, record, seal
 from .results import Results, command_line, say
 
 PROGRAMS = 3
@@ -75,9 +81,32 @@ def state(folder: Path) -> str:
     return "sound"
 
 
+def recordings(count: int, draw: random.Random) -> list[str]:
+    """Kill programs that record, and return the files that are left after "delete all"."""
+    left = []
+    with tempfile.TemporaryDirectory() as place:
+        for number in range(0, count, AT_ONCE):
+            work = (record, seal)[number // AT_ONCE % 2]
+            span_s = 0.1 if work is seal else 1.0
+            folders = [Path(place) / f"{number + one}" for one in range(AT_ONCE)]
+            lives = []
+            for folder in folders:
+                folder.mkdir()
+                lives.append(Life(folder, number, draw.uniform(0.0, span_s), waits=work is seal))
+            kill(lives, work)
+            for folder in folders:
+                for journal in journal_file.leftovers(folder) if draw.random() < 0.5 else ():
+                    with suppress(RecordingError):  # it holds no frame yet
+                        journal_file.recover(journal)
+                LinkRecording(folder, Worker()).delete()
+                left += [str(path) for path in folder.rglob("*")]
+            say(f"{number + AT_ONCE} programs that recorded were killed; left: {len(left)} files")
+    return left
+
+
 def main() -> None:
     """Run the programs, kill some, and look at the store."""
-    parser = command_line(__doc__, changes=2000, kills=200, seed=1)
+    parser = command_line(__doc__, changes=2000, kills=200, recordings=300, seed=1)
     options, results = parser.parse_args(), Results("store")
     if sys.platform == "win32":
         raise SystemExit("this needs fork: Linux or macOS")
@@ -120,6 +149,8 @@ def main() -> None:
     results.note("store_kills", killed)
     results.note("store_unsound", sum(seen.values()) - seen["sound"], goal=0)
     results.note("store_left_over", len(left), "files", goal=0)
+    lost = recordings(options.recordings, draw)
+    results.note("recordings_left_over", len(lost), "files", goal=0)
     for kind in seen:
         results.note(kind, seen[kind])
     results.finish(options.json)

@@ -3,9 +3,9 @@
 import dataclasses
 import json
 import multiprocessing
+import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBun
 from controller.cli.run import parser
 from controller.leftovers import LOCK
 from controller.runtime.assemble import deployed
+from tests.support.killed import at_each_call
 from tests.support.onnx_files import model, node, value
 
 SHIPPED = bundles.default_path()
@@ -164,42 +165,40 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
     assert shelf.current() == (SHIPPED, "")
 
 
-class PowerCutError(Exception):
-    """The power is gone."""
-
-
-def failing(at: int, when: str) -> Callable[[Path, bytes], None]:
-    """A disk whose power is cut at one write: before it, in the middle, or after it."""
-    step, write = count(), files.atomic_write
-
-    def atomic_write(path: Path, data: bytes) -> None:
-        last = next(step) == at
-        if last and when == "amid":
-            path.with_name(f".{path.name}.01234567").write_bytes(data[: len(data) // 2])
-        if not last or when == "after":
-            write(path, data)
-        if last:
-            raise PowerCutError
-
-    return atomic_write
-
-
-@pytest.mark.parametrize("step", [0, 1])
-@pytest.mark.parametrize("when", ["before", "amid", "after"])
-def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
-    tmp_path: Path, shelf: BundleStore, step: int, when: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
+@pytest.mark.parametrize("change", ["first", "install", "again", "rollback", "undo"])
+def test_a_program_killed_between_any_two_calls_leaves_a_store_that_starts(
+    tmp_path: Path, shelf: BundleStore, change: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    old = put(shelf, variant(tmp_path, 1))
-    fresh = variant(tmp_path, 2)
-    with monkeypatch.context() as patch:
-        patch.setattr(files, "atomic_write", failing(step, when))
-        with pytest.raises(PowerCutError):
-            put(shelf, fresh)
-    assert name_of(bundles.read(shelf.current()[0])) in {old, name_of(bundles.read(fresh))}
-    new = put(shelf, fresh)
-    assert new == name_of(bundles.read(shelf.current()[0]))
-    left = {path.name for path in shelf.folder.iterdir() if path.name.endswith(".01234567")}
-    assert left <= {f".{RECORD}.01234567"}
+    one, two, three = (variant(tmp_path, number) for number in range(3))
+    options = parser().parse_args(["--sensor", "virtual"])
+
+    def prepare() -> None:
+        shutil.rmtree(shelf.folder, ignore_errors=True)
+        for path in () if change == "first" else (one, two):
+            put(shelf, path)
+
+    def work() -> None:
+        if change == "rollback":
+            shelf.rollback()
+        elif change == "undo":
+            shelf.undo()
+        else:
+            put(shelf, two if change == "again" else three)
+
+    killed = 0
+    for _ in at_each_call(work, prepare):
+        killed += 1
+        bundle, _, _ = deployed(options)
+        before, after = SHIPPED if change == "first" else two, {"rollback": one, "undo": one}
+        expected = {bundles.read(path).hash for path in (before, after.get(change, three))}
+        assert bundle.hash in expected
+        assert all(shelf.path(entry.name).exists() for entry in shelf.record().entries)
+        put(shelf, one)  # the next change sweeps
+        named = {f"{entry.name}.orb" for entry in shelf.record().entries}
+        assert {path.name for path in shelf.folder.iterdir()} == {LOCK, RECORD, *named}
+    assert killed > 8
+    assert not caplog.records
 
 
 def test_a_full_disk_changes_nothing(
