@@ -17,6 +17,7 @@ from controller.protocol.messages import Contact, Message
 from controller.protocol.teaching import (
     DONE,
     FAILED,
+    LEARNING,
     Check,
     CheckStep,
     DeleteExamples,
@@ -196,6 +197,14 @@ def test_what_cannot_be_done_is_refused_at_once(make: Callable[..., Orb]) -> Non
         assert why in answer.text
 
 
+@pytest.mark.parametrize("label", ["press", "twist_ccw"])  # the first and the last
+def test_every_gesture_can_be_forgotten_but_null(make: Callable[..., Orb], label: str) -> None:
+    orb = make()
+    (refused,) = orb.ask(Forget("null"))
+    assert refused == LearnStatus(FAILED, 1.0, "there is no gesture 'null'")
+    assert orb.ask(Forget(label)) == [LearnStatus(LEARNING, 0.0, "learning")]
+
+
 def test_a_bundle_is_saved_once_under_a_name(make: Callable[..., Orb], tmp_path: Path) -> None:
     orb = make()
     states = []
@@ -216,6 +225,7 @@ def test_a_recording_has_the_cues_that_the_host_asked_for(
     (began,) = orb.ask(Record(True))
     assert isinstance(began, RecordingStatus)
     assert began.on
+    assert orb.ask(Record(True)) == [began]  # there is one already
     for label, seconds in (("press", 1.0), ("null", 0.5)):
         assert orb.ask(RecordLabel(label)) == []
         orb.run(seconds, FINGER)

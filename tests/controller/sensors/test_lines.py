@@ -340,6 +340,14 @@ def test_what_is_missing_is_said_in_a_sentence(spec: str, sentence: str) -> None
         sensors.load(spec)
 
 
+def test_a_port_that_may_come_back_is_waited_for_and_a_name_that_is_none_is_not() -> None:
+    with pytest.raises(SensorAwayError):
+        sensors.load("lines:port=/dev/absent,rows=3,columns=4")
+    with pytest.raises(SensorError) as never:
+        sensors.load("lines:port=tcp:nowhere,rows=3,columns=4")
+    assert not isinstance(never.value, SensorAwayError)
+
+
 class NeverEmpty:
     """A port whose other side prints faster than anything can read."""
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import queue
+import random
 import signal
 import socket
 import subprocess
@@ -638,6 +640,25 @@ def test_a_mistake_in_the_receivers_thread_is_seen(ears: Ears) -> None:
         with pytest.raises(RuntimeError, match="thread has died") as raised:
             ask()
         assert isinstance(raised.value.__cause__, ZeroDivisionError)
+
+
+def test_what_did_not_fit_is_sent_while_the_host_reads() -> None:
+    data = random.Random(1).randbytes(transport_module.BACKLOG)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+        with peer, contextlib.closing(transport):
+            assert isinstance(transport, transport_module._Selected)
+            sent = 0
+            while not transport._backlog:  # the system's own buffers fill first
+                transport.write(data[:4096])
+                sent += 4096
+            transport.write(data[4096:8192])
+            received = b""
+            while len(received) < sent + 4096:
+                received += peer.recv(1 << 20)
+                transport.read(0.0)
+    assert received == data[:4096] * (sent // 4096) + data[4096:8192]
 
 
 def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> None:
