@@ -15,7 +15,7 @@ _FORK: Final = multiprocessing.get_context("fork")
 def at_each_call(work: Callable[[], object], prepare: Callable[[], object]) -> Iterator[int]:
     """Do `prepare` here and `work` in a child that is killed before its call 0, 1, 2 ...
 
-    Yield the number after each killed child, and end with the child that nobody had to kill.
+    Yield the number after each killed child, and end after the first that was not killed.
     A write is two calls, each of half of the bytes. Needs fork.
     """
     for last in itertools.count():

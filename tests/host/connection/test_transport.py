@@ -1,0 +1,75 @@
+"""Ports, as the receiver reads and writes them: whole, in order, and without waiting."""
+
+import contextlib
+import random
+import socket
+import threading
+
+import pytest
+
+from host.connection.receiver import LinkError
+from host.connection.transport import BACKLOG, _Selected, open_transport
+
+DEADLINE_S = 20.0
+
+
+def test_a_port_without_a_file_descriptor_gives_all_that_has_come() -> None:
+    transport = open_transport("loop://")
+    assert transport.read(0.0) == b""
+    transport.write(b"OrbTouch")
+    assert transport.read(DEADLINE_S) == b"OrbTouch"
+    transport.write(b"!")
+    assert transport.read(0.0) == b"!"
+    assert transport.read(0.0) == b""
+    transport.close()
+
+
+def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+
+        def wake() -> None:
+            for _ in range(5_000):  # more than fit between reader and others
+                transport.wake()
+
+        waking = threading.Thread(target=wake, daemon=True)
+        waking.start()
+        waking.join(DEADLINE_S)
+        assert not waking.is_alive()
+        assert transport.read(DEADLINE_S) == b""
+        transport.close()
+
+
+def test_what_did_not_fit_is_sent_while_the_host_reads() -> None:
+    data = random.Random(1).randbytes(BACKLOG)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+        with peer, contextlib.closing(transport):
+            assert isinstance(transport, _Selected)
+            sent = 0
+            while not transport._backlog:  # the system's own buffers fill first
+                transport.write(data[:4096])
+                sent += 4096
+            transport.write(data[4096:8192])
+            received = b""
+            while len(received) < sent + 4096:
+                received += peer.recv(1 << 20)
+                transport.read(0.0)
+    assert received == data[:4096] * (sent // 4096) + data[4096:8192]
+
+
+def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+
+        def write_on() -> None:
+            while True:  # the system's own buffers fill first
+                transport.write(bytes(4096))
+
+        with peer, pytest.raises(LinkError, match="takes no more bytes"):
+            write_on()
+        transport.close()
+    assert isinstance(transport, _Selected)
+    assert len(transport._backlog) <= BACKLOG + 4096
