@@ -1,7 +1,8 @@
 """Make small mistakes in a copy of the code, one by one, and run the tests that know the file.
 
-A mutation that takes five times as long as the tests do without it counts as caught. The tables
-beside this file name the tests of each source file, and the mutations that no test can catch.
+A mutation that takes five times as long as the tests do without it counts as caught. What the
+closest tests do not catch is tried on all tests of their folders. The tables beside this file name
+the closest tests of each source file, and the mutations that no test can catch.
 POSIX only. The exit status is 0 if 90 % are caught and no entry of the tables is out of date.
 """
 
@@ -29,6 +30,7 @@ HERE: Final = Path(__file__).parent
 GOAL: Final = 0.9  # share caught, of those that are not equivalent
 SLOWER: Final = 5  # times as long as without the mutation: it hangs
 GRACE_S: Final = 20.0  # on top of that, for a machine that is busy
+FOLDERS_LIMIT_S: Final = 1200.0  # for all tests of the folders
 _PYTEST: Final = (
     *(sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider"),
     "--hypothesis-profile=mutants",  # see tests/conftest.py
@@ -106,7 +108,11 @@ def run(drawn: list[Mutation], tests_of: dict[str, list[str]]) -> Iterator[tuple
                 if code != 0:
                     raise SystemExit(f"{tests} fail without a mutation; mend them\n{output}")
                 limits_s[mutation.file] = (time.monotonic() - start_s) * SLOWER + GRACE_S
-            yield mutation, judge(tree, mutation, tests, limits_s[mutation.file])
+            verdict = judge(tree, mutation, tests, limits_s[mutation.file])
+            if verdict == "survived":
+                folders = sorted({str(Path(test).parent) for test in tests} - {"tests/project"})
+                verdict = judge(tree, mutation, folders, FOLDERS_LIMIT_S)
+            yield mutation, verdict
 
 
 def judge(tree: Path, mutation: Mutation, tests: list[str], limit_s: float) -> str:
