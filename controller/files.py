@@ -41,12 +41,6 @@ def config_folder() -> Path:
     return platformdirs.user_config_path(_APPLICATION, appauthor=False)
 
 
-def runtime_folder() -> Path:
-    """Return the folder of what holds while a program runs; the state folder if there is none."""
-    given = Path(os.environ.get("XDG_RUNTIME_DIR", ""))
-    return given / _APPLICATION if given.is_absolute() else state_folder()
-
-
 def open_regular(path: Path) -> IO[bytes]:
     """Open a regular file for reading, or raise OSError: pipes and devices may never end."""
     try:

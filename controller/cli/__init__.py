@@ -16,8 +16,6 @@ COMMANDS: Final = {  # name: function that runs it, and purpose
     "doctor": ("doctor:main", "check computer, wiring, sensor and link"),
     "key": ("pair:key", "make a key that this orb and its host share"),
     "pair": ("pair:main", "pair with a host over Bluetooth"),
-    "service": ("service:main", "print a systemd unit for this installation"),
-    "status": ("service:status", "show service, Bluetooth and latency"),
 }
 
 

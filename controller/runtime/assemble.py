@@ -29,7 +29,7 @@ from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings import reader
 from controller.runtime.device import Device, VirtualHand
-from controller.runtime.latency import LatencyReporter, status_file
+from controller.runtime.latency import LatencyReporter
 from controller.runtime.process import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
@@ -261,8 +261,6 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         1.0 / sensor.rate_hz,
         lambda report: link.send(report, round(device.now_s * 1000)) if link.connected else None,
         collector=parts.collector,
-        status=status_file(),
-        about={"device": sensor.device_id, "link": options.link, **about_of(parts)},
     )
     hand = _hand(parts, sensor)
     device = Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)
@@ -286,11 +284,6 @@ def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
         hand = VirtualHand(respond=CuedHand(sensor.geometry, options.seed, gestures).obey)
     _log.info("no host touches this orb, so the simulated hand %s", script)
     return hand
-
-
-def about_of(parts: Parts) -> dict[str, object]:
-    """Return the bundle and the engine for the latency report."""
-    return {"bundle": parts.bundle.hash, "engine": parts.recognizer.engine}
 
 
 def _pipeline(

@@ -219,7 +219,6 @@ class Device:
     def untimed(self) -> None:
         """Stop measuring latency: the host grants time."""
         if self.latency is not None:
-            self.latency.close()
             self.latency = self.pipeline.mark = None
 
     def skip(self) -> None:

@@ -1,21 +1,16 @@
 """Latency of the control loop: a stamp at the end of each hop, percentiles, and their reports.
 
 The loop stamps the beginning of a frame, the stages the ends of their hops. In the idle time
-between two frames garbage is collected, and the report is sent to the host and written for
-`controller status`. No function waits, and memory is bounded.
+between two frames garbage is collected, and the report is sent to the host. No function waits,
+and memory is bounded.
 """
 
-import contextlib
-import json
-import os
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from controller.files import atomic_write, runtime_folder
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime.process import IdleCollector
 
@@ -59,7 +54,6 @@ class LatencyReporter:
 
     Attributes:
         statistics: Of the session's frames.
-        about: Further entries of the status file.
     """
 
     def __init__(
@@ -68,19 +62,15 @@ class LatencyReporter:
         send: Callable[[LatencyReport], object],
         *,
         collector: IdleCollector | None = None,
-        status: Path | None = None,
-        about: dict[str, object] | None = None,
         clock_ns: Callable[[], int] = time.perf_counter_ns,
     ) -> None:
         """Prepare for the first frame.
 
-        Reports go to `send` every second, and with further entries to a file for the command
-        `status`. The collector works in idle time.
+        Reports go to `send` every second. The collector works in idle time.
         """
         self.statistics = LatencyStatistics()
-        self.about = about or {}
         self._period_s, self._send, self._collector = period_s, send, collector
-        self._status, self._clock_ns = status, clock_ns
+        self._clock_ns = clock_ns
         self._stamps = [0] * (len(HOPS) + 1)
         self._at = 0
         self._reported_s = 0.0
@@ -110,44 +100,4 @@ class LatencyReporter:
             self._collector.idle(now_s, left_s)
         if now_s - self._reported_s >= REPORT_S and self.statistics.lines:
             self._reported_s = now_s
-            report = LatencyReport(self._period_s * 1000, missed, self.statistics.digest())
-            self._send(report)
-            self._publish(report)
-
-    def close(self) -> None:
-        """Remove the status file."""
-        if self._status is not None:
-            with contextlib.suppress(OSError):
-                self._status.unlink()
-
-    def _publish(self, report: LatencyReport) -> None:
-        if self._status is None:
-            return
-        entries = {
-            **self.about,
-            "pid": os.getpid(),
-            "frames": self.statistics.lines,
-            "missed": report.missed,
-            "period_ms": round(report.period_ms, 3),
-            "hops": [[hop.name, hop.p50_ms, hop.p95_ms, hop.p99_ms] for hop in report.hops],
-        }
-        try:
-            atomic_write(self._status, (json.dumps(entries) + "\n").encode(), durable=False)
-        except OSError:
-            self._status = None  # a run needs no status file
-
-
-def status_folders() -> list[Path]:
-    """Return the folders of status files: the service's, then the user's own."""
-    return [Path("/run/orbtouch"), runtime_folder()]
-
-
-def status_file() -> Path | None:
-    """Return this controller's status file; None if its folder cannot be made."""
-    service = os.environ.get("RUNTIME_DIRECTORY", "").partition(":")[0]  # systemd's
-    folder = Path(service) if service else status_folders()[-1]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder / "status.json"
+            self._send(LatencyReport(self._period_s * 1000, missed, self.statistics.digest()))

@@ -10,7 +10,7 @@ from controller.links import LinkError
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 from controller.protocol.packets import encode
-from controller.runtime.assemble import Parts, about_of, deployed, sensor_of, welcome_of
+from controller.runtime.assemble import Parts, deployed, sensor_of, welcome_of
 from controller.runtime.device import Device
 
 _log = logging.getLogger("controller")
@@ -63,6 +63,4 @@ def exchange(parts: Parts, device: Device) -> None:
         from controller.runtime import recording_session
 
         device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
-    if device.latency is not None:
-        device.latency.about |= about_of(parts)
     _log.info("now running bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)

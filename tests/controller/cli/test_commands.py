@@ -1,20 +1,18 @@
 """All commands of the device: their list, signals, output and statuses."""
 
-import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from controller import __version__
 from controller.__main__ import main
-from controller.cli import COMMANDS, load, service
+from controller.cli import COMMANDS, load
 
 DEMO = "assets/demo.npz"
-PRINTING = ("status", "doctor --no-touch", "key FILE", f"recordings info {DEMO}", "service")
+PRINTING = ("doctor --no-touch", "key FILE", f"recordings info {DEMO}", "models")
 posix = pytest.mark.skipif(os.name != "posix", reason="no such signals, devices and permissions")
 
 
@@ -61,7 +59,6 @@ def test_a_misspelt_command(words: str, sentence: str, capsys: pytest.CaptureFix
         ("recordings info --jsno x.npz", "--json"),
         ("models --jsn", "--json"),
         ("doctor --sensr virtual", "--sensor"),
-        ("service --hlep", "--help"),
     ],
 )
 def test_a_misspelt_option(words: str, near: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -138,33 +135,6 @@ def test_recordings_follow_the_umask(tmp_path: Path, capsys: pytest.CaptureFixtu
     finally:
         os.umask(before)
     assert (tmp_path / "new.npz").stat().st_mode & 0o777 == 0o600
-
-
-SOUND = {
-    "pid": os.getpid(), "device": "d", "bundle": "b", "engine": "e", "link": "-", "frames": 1,
-    "missed": 0, "period_ms": 100.0, "hops": [["all", 1.0, 2.0, 3.0]],
-}  # fmt: skip
-
-
-def damaged() -> Iterator[str]:
-    """Status files that no running controller writes."""
-    yield from ("", "[" * 50_000, "3", "[]", '{"pid": ' + "9" * 5000 + "}")
-    for key in SOUND:
-        yield json.dumps({name: value for name, value in SOUND.items() if name != key})
-        values: tuple[object, ...] = (None, [], {}, "x", -(2**70), [[]])
-        for value in values:
-            yield json.dumps({**SOUND, key: value})
-
-
-def test_a_damaged_status_is_no_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(service, "status_folders", lambda: [tmp_path])
-    for text in damaged():
-        (tmp_path / "status.json").write_text(text)
-        assert service.running_lines(service.read_running())
-    (tmp_path / "status.json").write_text("[]")
-    assert service.read_running() == {}
-    (tmp_path / "status.json").write_text(json.dumps(SOUND))
-    assert service.read_running() == SOUND
 
 
 @pytest.mark.parametrize("command", ["", "calibrate", "doctor", "teach"])

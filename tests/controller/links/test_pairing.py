@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import threading
 
 import pytest
 
-from tests.support.fake_bluez import HOST, MOCK, FakeBluez, bus, fake, missing, until
+from tests.support.fake_bluez import MOCK, FakeBluez, bus, fake, missing, until
 
 __all__ = ["bus", "fake"]
 
@@ -16,7 +15,7 @@ if missing():
 
 
 from controller.__main__ import main as controller
-from controller.cli import pair, service
+from controller.cli import pair
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
@@ -111,15 +110,6 @@ def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
     assert discovery.paired() == [f"rfcomm://{ORB}"]
     fake.stop()
     assert discovery.paired() == []
-
-
-def test_status_has_adapters_and_hosts(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
-    service.status(["--json"])
-    (adapter,) = json.loads(capsys.readouterr().out)["bluetooth"]["adapters"]
-    assert adapter["name"] == "hci0"
-    assert adapter["on"]
-    (host,) = adapter["hosts"]
-    assert host == {"name": "laptop", "address": HOST, "connected": False}
 
 
 def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:

@@ -1,4 +1,4 @@
-"""The device as a service: what systemd is told, its unit, and what status says of it."""
+"""The device as a service: what systemd is told, its unit, and the checks of Bluetooth."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from controller.cli import service
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import SERIAL_PORT_UUID, SERVICE_UUID, explain
@@ -109,8 +108,10 @@ def test_the_real_controller_is_ready_beats_tells_and_stops(systemd: socket.sock
 
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="needs systemd")
 def test_systemd_finds_no_fault_in_the_unit_and_little_that_it_exposes(tmp_path: Path) -> None:
-    file = tmp_path / service.NAME
-    file.write_text(service.unit(["/bin/true"], ["--link", "rfcomm:"]))
+    page = (ROOT / "docs" / "service.md").read_text()
+    unit = page.partition("```ini\n")[2].partition("```")[0]
+    file = tmp_path / "orbtouch.service"
+    file.write_text(unit.replace("/opt/orbtouch/bin/controller", "/bin/true"))
     verify = ["systemd-analyze", "verify", "--man=no", str(file)]
     done = subprocess.run(verify, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
@@ -118,30 +119,6 @@ def test_systemd_finds_no_fault_in_the_unit_and_little_that_it_exposes(tmp_path:
     done = subprocess.run(security, capture_output=True, text=True, check=False)
     exposure = float(done.stdout.rsplit("exposure level", 1)[1].split()[2])
     assert exposure < 2.0  # of 10
-
-
-def test_words_with_a_meaning_for_systemd_are_quoted() -> None:
-    text = service.unit(["/opt/my orb/controller"], ["--record", "50%", "$HOME"])
-    assert 'ExecStart="/opt/my orb/controller" --record 50%% $$HOME\n' in text
-
-
-def test_the_unit_names_this_installation(capsys: pytest.CaptureFixture[str]) -> None:
-    assert service.main(["--", "--sensor", "orb", "--link", "rfcomm:"]) == 0
-    told = capsys.readouterr().out
-    assert "--sensor orb --link rfcomm:\n" in told
-    assert str(Path(sys.executable).parent) in told
-    assert "@" not in told.replace("@system-service", "").replace("@privileged", "")
-
-
-def test_the_state_of_the_service_is_told_in_lines() -> None:
-    text = "LoadState=loaded\nActiveState=active\nSubState=running\nNRestarts=2\n"
-    text += "StatusText=waiting for a host at rfcomm://00:AA:01:01:00:01:22\n"
-    assert service.service_lines(service.parse(text)) == [
-        "service    active (running), restarted 2 times",
-        "           waiting for a host at rfcomm://00:AA:01:01:00:01:22",
-    ]
-    assert "not installed" in service.service_lines({"LoadState": "not-found"})[0]
-    assert "does not run here" in service.service_lines({})[0]
 
 
 def test_a_button_that_is_held_tells_once_and_again_after_it_was_let_go() -> None:
