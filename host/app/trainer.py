@@ -48,7 +48,7 @@ def steps(sessions: Sequence[Path], out: Path, found: Path) -> list[Step]:
     """Return the commands that make a bundle `out` of sessions, oldest first, and judge it."""
     learned, spared, bundle = [str(path) for path in sessions[:-1]], str(sessions[-1]), str(out)
     return [
-        ("train", *learned, "--task", "gesture", "--no-advice", "--out", bundle),
+        ("train", *learned, "--task", "gesture", "--out", bundle),
         ("tune", bundle, *learned, "--out", bundle),
         ("rehearse", bundle, *learned, "--out", bundle),
         ("evaluate", bundle, spared, "--json", str(found)),

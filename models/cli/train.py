@@ -82,7 +82,7 @@ def _command(request: Request) -> str:
     words = ["models", "train", *map(str, request.paths)]
     for field in fields(Request):
         value = getattr(request, field.name)
-        if not field.metadata or value == field.default or field.name == "unmeasured":
+        if not field.metadata or value == field.default:
             continue
         words.append(f"--{field.metadata.get('flag', field.name)}")
         if field.name == "gestures":

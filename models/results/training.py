@@ -65,10 +65,7 @@ class ClassRow:
     precision: float  # share of the windows so named that are it, in sessions held out
     # share of its events recognised, in sessions held out; NaN for null
     event_recall: float = math.nan
-    # (examples, errors): share of its events that are not recognised after so many
-    curve: tuple[tuple[float, float], ...] = ()
-    more: int = 0  # further examples worth recording; 0: enough
-    advice: str = ""  # the same in words
+    advice: str = ""  # whether more examples of it would help
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ Terminal, report and JSON show the same words, the worst gesture first.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -47,7 +47,6 @@ def judge(
     labels: Sequence[str],
     answered: Table,
     unanswered: Table = (),
-    more: Mapping[str, int] | None = None,
 ) -> Verdict:
     """Return the verdict on every gesture that was made, the worst first.
 
@@ -55,14 +54,12 @@ def judge(
         labels: Classes, "null" first.
         answered: Events by answer, (classes, classes); column 0: no answer. () is no event.
         unanswered: Those without an answer by reason, (classes, `REASONS`); (): not known.
-        more: Further examples known to help, by label, 0 where they would not. Of others, as many
-            as were missed are advised, rounded up to tens.
     """
     made = []
     for number, row in list(enumerate(answered))[1:]:
         if sum(row):
             reasons = unanswered[number] if unanswered else ()
-            made.append(_gesture(labels, number, row, reasons, more or {}))
+            made.append(_gesture(labels, number, row, reasons))
     return tuple(sorted(made, key=lambda one: one.understood / one.of))
 
 
@@ -82,7 +79,6 @@ def _gesture(
     number: int,
     row: Sequence[int],
     reasons: Sequence[int],
-    more: Mapping[str, int],
 ) -> GestureVerdict:
     """Return the verdict on a class, of which a row of `answered` and of `unanswered` are given."""
     causes = [
@@ -97,7 +93,6 @@ def _gesture(
     why = ", ".join(f"{count} {why}" if causes[1:] else why for count, why, _ in causes)
     advice = ""
     if missed >= _LEAST and missed > _SHARE * total:
-        examples = more.get(labels[number], math.ceil(missed / _STEP) * _STEP)
-        advice = f"{examples} more examples or " if examples else ""
-        advice += causes[0][2]
+        examples = math.ceil(missed / _STEP) * _STEP
+        advice = f"{examples} more examples or {causes[0][2]}"
     return GestureVerdict(labels[number], row[number], total, why, advice)

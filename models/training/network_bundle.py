@@ -133,10 +133,7 @@ class NetworkPlan:
             answered, unanswered = evaluate.replay_held_out(bundle.read(tried), data, split)
             scores = replace(result.gesture, answered=answered, unanswered=unanswered)
             result = replace(result, gesture=scores)
-            measured = not (request.unmeasured or request.auxiliary)
-            if measured:
-                say("measuring how much more examples would help")
-            result = advice.advise(result, job, measured=measured)
+            result = advice.advise(result, data.vocabulary.table)
         export.write_bundle(request.out, manifest, gesture, location)
         loaded = bundle.read(request.out)
         result = replace(result, debounce=numbers(loaded.debounce))

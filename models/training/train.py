@@ -134,9 +134,6 @@ class Request:
         "try no symmetries beside those in gestures.toml; else, on another sensor than the orb, "
         "those that help people held out are used (docs/people.md)",
     )
-    unmeasured: bool = _option(
-        False, "do not measure how much more examples would help", flag="no-advice"
-    )
     command: str = ""  # as it was typed
 
     def networks(self) -> Recipe:

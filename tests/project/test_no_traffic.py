@@ -174,7 +174,7 @@ def test_training_keeps_to_its_machine_and_its_folders(tmp_path: Path) -> None:
     data = str(tmp_path / "data")
     simulated = ["--users", "1", "--sessions", "2", "--minutes", "1", "--out", data]
     subprocess.run([sys.executable, "-m", "models", "simulate", *simulated], check=True)
-    training = ["models", "train", data, "--out", "my.orb", "--epochs", "1", "--no-advice"]
+    training = ["models", "train", data, "--out", "my.orb", "--epochs", "1"]
     made = stray(training, tmp_path, also=MATPLOTLIB)
     assert {path for path in made if not path.is_relative_to(tmp_path / "work")} == set()
 

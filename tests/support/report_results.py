@@ -35,9 +35,8 @@ def training(**more: object) -> learned.Training:
     )  # fmt: skip
     classes = (
         learned.ClassRow("null", 0, 540.0, 0.995, 0.99),
-        learned.ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95, ((20.0, 0.2), (40.0, 0.1),
-                         (80.0, 0.05)), 40, "40 more of press would help"),
-        learned.ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0, (), 0, "enough of pinch"),
+        learned.ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95, "40 more of press would help"),
+        learned.ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0, "enough of pinch"),
     )  # fmt: skip
     made = learned.Training(
         "my.orb", "models train data --out my.orb", "0.1.0", "default", ("rest: followed",), 5, 5,

@@ -19,7 +19,7 @@ def test_a_gesture_that_was_taught_is_in_the_bundle_with_its_command(tmp_path: P
     for number in ("1", "2"):
         taught = ("--out", str(mine), "--session", number, "--repetitions", "2")
         assert main(["teach", "--speed", "0", *taught]) == 0
-    assert models(["train", str(mine), "--out", str(made), "--epochs", "1", "--no-advice"]) == 0
+    assert models(["train", str(mine), "--out", str(made), "--epochs", "1"]) == 0
     loaded = bundle.read(made)
     assert loaded.labels == ("null", "press", "pinch", "twist_cw", "twist_ccw", "knock")
     assert loaded.mapping.command("knock", None) == "hold"

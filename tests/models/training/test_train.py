@@ -25,7 +25,7 @@ from models.data.recipe import RECIPES, UNTOUCHED
 from models.evaluation.replay import Batched
 from models.reports import page
 from models.results import storage, training
-from models.training import advice, loop
+from models.training import loop
 
 pytestmark = pytest.mark.train
 
@@ -72,7 +72,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def asked(out: Path, *words: str | Path) -> list[str | Path]:
-    return ["train", *words, "--epochs", "2", "--no-advice", "--out", out]
+    return ["train", *words, "--epochs", "2", "--out", out]
 
 
 def train(out: Path, *words: str | Path) -> int:
@@ -159,23 +159,6 @@ def test_bare_bundle_holds_the_gesture_network(data: Path, tmp_path: Path, capsy
     loaded = bundle.read(out)
     Recognizer(loaded)
     assert not loaded.locates
-
-
-def test_curves_are_in_the_report_if_wanted(data: Path, tmp_path: Path, monkeypatch: Patch) -> None:
-    monkeypatch.setattr(advice, "STEPS", 5)
-    out = tmp_path / "my.orb"
-    words = [word for word in asked(out, data, "--task", "gesture") if word != "--no-advice"]
-    assert main([str(word) for word in words]) == 0
-    null, *gestures = json.loads((tmp_path / "my.json").read_text())["classes"]
-    assert not null["curve"]
-    for row in gestures:
-        amounts, _ = zip(*row["curve"], strict=True)
-        assert amounts == (row["examples"] / 4, row["examples"] / 2, row["examples"])
-    measured = bundle.read(out).hash
-    assert train(out, data, "--task", "gesture") == 0
-    assert bundle.read(out).hash == measured  # advice changes no bundle
-    classes = json.loads((tmp_path / "my.json").read_text())["classes"]
-    assert not any(row["curve"] for row in classes)
 
 
 def test_places_never_taught_are_told_apart_in_the_card(data: Path, tmp_path: Path) -> None:
