@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from controller.arguments import Parser
 from controller.errors import TROUBLE, complain, count, printable, reason
-from controller.recordings import csv_export, edit, importer, journal_file, reader, summary, writer
+from controller.recordings import edit, importer, journal_file, reader, summary, writer
 from controller.recordings.description import Description, described
 from controller.recordings.quality import check as quality
 from controller.recordings.quality.check import Finding, FrameIndex, Level, Report
@@ -70,16 +70,6 @@ def _add_conversion(group: Any) -> None:
     recover.add_argument(
         "paths", metavar="PATH", nargs="*", type=Path, default=[Path()],
         help="a journal, or a folder of them (default: this folder)",
-    )  # fmt: skip
-    export = _add(
-        group, "export", _export, "export tables (CSV) that any program reads",
-        "Write NAME.csv (a row for each frame), NAME_events.csv (true gestures, where known), "
-        "NAME_commands.csv, NAME_marks.csv and NAME.json (all the rest).",
-    )  # fmt: skip
-    export.add_argument("files", metavar="FILE", nargs="+", type=Path, help="a recording")
-    export.add_argument(
-        "--out", metavar="DIR", type=Path,
-        help="the folder to write into (default: beside the recording)",
     )  # fmt: skip
     importing = _add(
         group, "import", _import_arrays, "import arrays of other sensors",
@@ -222,17 +212,6 @@ def _recover(options: Namespace) -> int:
         where = ", ".join(map(str, options.paths))
         print(f"no journal is left in {where}; nothing to recover")
     return status
-
-
-def _export(options: Namespace) -> int:
-    """Write recordings as tables, and print the path of each."""
-    for path in options.files:
-        tables = csv_export.tables(reader.load(path))
-        folder = _folder(options.out or path.parent)
-        for end, text in tables.items():
-            _write(folder / (path.stem + end), text.encode())
-        print(folder / f"{path.stem}.json")
-    return 0
 
 
 def _import_arrays(options: Namespace) -> int:

@@ -97,22 +97,10 @@ def test_check_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None
     assert told["cadence"]["measured_hz"] == pytest.approx(10.0)
 
 
-def test_a_recording_is_exported_as_tables(tmp_path: Path, run: Run) -> None:
-    path = write(tmp_path / "one.npz", played())
-    status, out, _ = run("export", path, "--out", tmp_path / "tables")
-    assert (status, out) == (0, f"{tmp_path / 'tables' / 'one.json'}\n")
-    ends = (".csv", ".json", "_commands.csv", "_events.csv", "_marks.csv")
-    names = [file.name for file in sorted((tmp_path / "tables").iterdir())]
-    assert names == sorted(f"one{end}" for end in ends)
-
-
 def test_no_file_is_ever_replaced(tmp_path: Path, run: Run) -> None:
     path = write(tmp_path / "one.npz", played())
-    tables = tmp_path / "tables"
-    assert run("export", path, "--out", tables)[0] == 0
     (tmp_path / "precious.npz").write_text("precious")
     for words in (
-        ("export", path, "--out", tables),
         ("trim", path, "--to", 5, "--out", tmp_path / "precious.npz"),
         ("relabel", path, "--to", 5, "--label", "press", "--out", path),
     ):

@@ -73,8 +73,6 @@ ROWS = {
     ("recordings info", "files"): Row("recordings info @"),
     ("recordings check", "paths"): Row("recordings check @", prints=True),
     ("recordings recover", "paths"): Row("recordings recover @", fine=("folder",)),
-    ("recordings export", "files"): Row("recordings export @ --out %"),
-    ("recordings export", "--out"): Row("recordings export {DEMO} --out @", fine=NEW),
     ("recordings import", "sources"): Row(
         "recordings import @ %/told.toml --out %/out", name="x.npy", prepare=_frames
     ),
