@@ -19,13 +19,12 @@ from tetris.engine.game import Game, Phase
 from tetris.engine.modes import MODES
 from tetris.engine.rules import LAST_GRAVITY_LEVEL
 from tetris.history.replay import Player, Recorder, play_bot
-from tetris.history.replay_file import FILM_SUFFIXES, ReplayError, load, save
+from tetris.history.replay_file import ReplayError, load, save
 
 _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
 _MOST_RATE_HZ: Final = 1000
 _BOT_RATE_HZ: Final = 12  # where the clock counts: a quick hand
-_MOST_SPEED: Final = 100
 
 
 def run(argv: list[str] | None = None) -> int:
@@ -52,9 +51,6 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
         and (options.seed is not None or options.level),
         f"--mode {options.mode} has no levels; leave --level out, or play "
         + ", ".join(mode.name for mode in MODES.values() if mode.levels): levels,
-        "--film shows a recorded game; add --replay FILE": options.film and not options.replay,
-        f"--film {options.film} must end in {' or '.join(FILM_SUFFIXES)}": options.film
-        and options.film.suffix.lower() not in FILM_SUFFIXES,
         "--record is for --headless; the window keeps its games by itself": options.record
         and not options.headless,
     }
@@ -67,8 +63,6 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
 def _play(options: argparse.Namespace) -> int:
     if options.version:
         return say(f"tetris {_version()}")
-    if options.film:
-        return _film(options)
     if options.headless:
         return _check(options) if options.replay else _play_unseen(options)
     app = _window()
@@ -127,26 +121,6 @@ def _check(options: argparse.Namespace) -> int:
             1,
         )
     return _report(player.game, options.json)
-
-
-def _film(options: argparse.Namespace) -> int:
-    """Save a replay as a film; on a terminal, show how far it is."""
-    from tetris.window import video
-
-    replay = load(options.replay)
-    video.unseen()
-    shown = -1
-    watched = sys.stderr is not None and sys.stderr.isatty()
-    try:
-        for share in video.export(replay, options.film, speed=options.speed):
-            if watched and round(100 * share) != shown:
-                shown = round(100 * share)
-                print(f"\r{shown} %", end="", file=sys.stderr, flush=True)
-    except video.VideoError as error:
-        return complain(error, 1)
-    except OSError as error:
-        return _unwritten(options.film, error)
-    return say(("\r" if shown >= 0 else "") + printable(str(options.film)))
 
 
 def say(line: str) -> int:
@@ -258,9 +232,6 @@ def _parser() -> argparse.ArgumentParser:
         type=_whole(_MOST_RATE_HZ),
     )
     add("--record FILE", "keep a headless game", type=Path)
-    add("--film FILE", "save --replay as a .gif or .mp4 (film extra)", type=Path)
-    speed = "how many times faster the film is than the game (default: %(default)s)"
-    add("--speed N", speed, type=_whole(_MOST_SPEED), default=1)
     add("--json", "print the result as JSON")
     add("--version", "print the version")
     return parser

@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.tetris_pictures docs/pictures
 
-Needs Pillow, which the film extra has, to save them in few colours.
+Needs Pillow, which `[train]` brings, to save them in few colours.
 """
 
 import argparse

@@ -6,7 +6,7 @@
 
 Writes docs/pictures/app-*.png, teach.gif, play.gif and traces.png in about four
 minutes: a script moves the pointer, and a virtual orb in a process of its own feels it. No display
-is needed; the films need the `film` extra.
+is needed; the films need Pillow, which `[train]` brings.
 """
 
 import os
@@ -32,13 +32,13 @@ from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.window_loop import window
+from tests.system.gif import GifFile
 from tetris.engine.pieces import KINDS
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.settings import changed
 from tetris.window.theme import DARK
-from tetris.window.video import video_file
 
 from .desktop import arc
 from .pictures import Shelf
@@ -213,9 +213,10 @@ class Camera:
     def save_film(self, path: Path) -> None:
         """Save the film, and begin another one."""
         pictures = [zlib.decompress(picture) for picture in list(self.film)[:: len(self.film) // 9]]
-        with video_file(path, FILM, RATE_HZ, [*pictures, _swatch()]) as film:
-            for picture in self.film:
-                film.add(zlib.decompress(picture))
+        film = GifFile(path, FILM, RATE_HZ, [*pictures, _swatch()])
+        for picture in self.film:
+            film.add(zlib.decompress(picture))
+        film.close()
         print(f"{path.name}: {len(self.film)} pictures, {path.stat().st_size / 1e6:.1f} MB")
         self.film, self.speed = deque(), 0.0
 

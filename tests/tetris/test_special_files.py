@@ -41,7 +41,7 @@ def replay(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("more", [(), ("--headless",), ("--film", "game.gif")])
+@pytest.mark.parametrize("more", [(), ("--headless",)])
 def test_a_replay_that_is_none_is_refused(kind: str, more: tuple[str, ...], tmp_path: Path) -> None:
     told = answer(main, ["--replay", str(make(kind, tmp_path)), *more])
     assert told.refused_by("tetris")
@@ -61,17 +61,6 @@ def test_a_recording_replaces_files_only(kind: str, tmp_path: Path) -> None:
         assert told.status == 1
         assert identity(path) == before
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
-
-
-@pytest.mark.parametrize("kind", UNREPLACED)
-def test_a_film_replaces_files_only(kind: str, tmp_path: Path) -> None:
-    (tmp_path / "in").mkdir()
-    game, path = replay(tmp_path / "in"), make(kind, tmp_path, "film.gif")
-    before = identity(path)
-    told = answer(main, ["--replay", str(game), "--film", str(path)])
-    assert told.refused_by("tetris")
-    assert told.status == 1
-    assert identity(path) == before
 
 
 @pytest.mark.parametrize("kind", KINDS)

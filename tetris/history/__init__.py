@@ -1,1 +1,1 @@
-"""Replays, best lists, statistics and video. For `window`."""
+"""Replays, best lists and statistics. For `window`."""

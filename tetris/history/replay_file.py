@@ -22,7 +22,6 @@ from tetris.files import read_bytes, write_beside
 from tetris.history.replay import Moment, Outcome, Replay, check_game
 
 SUFFIX: Final = ".tetris"
-FILM_SUFFIXES: Final = (".gif", ".mp4")  # of what a replay can be shown in elsewhere
 FORM: Final = 1  # of the file, not of the rules
 _TITLE: Final = "tetris-replay"
 _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second

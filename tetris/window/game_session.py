@@ -1,9 +1,8 @@
 """One game being played: its recording, figures and bot, and how it is kept. No pixels."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -20,7 +19,6 @@ from tetris.history.stats import COMMANDS, Statistics, Summary
 from tetris.window.settings import Settings
 
 _FOLDER: Final = "replays"
-_FILMS: Final = "films"
 _MOST: Final = 1000  # replays kept; a few kilobytes each
 _LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
 _REST_S: Final = 4.0  # how long a bot's lost game stays on the screen
@@ -215,12 +213,6 @@ class Saves:
     def trouble(self) -> str:
         """A sentence if the best lists could not be read, "" when all is well."""
         return self._records.trouble if self._records else ""
-
-    def film_namer(self, mode: str) -> Callable[[str], Path] | None:
-        """Return what names a new film's file by its suffix; None where nothing is kept."""
-        if self._folder is None:
-            return None
-        return partial(_free, self._folder / _FILMS, mode or "game")
 
     def replays(self) -> list[Path]:
         """Return the replays' files, the newest first."""

@@ -155,8 +155,7 @@ class ScreenFlow:
         self._watch(Player(replay))
 
     def _watch(self, player: Player) -> None:
-        films = self._shelf.film_namer(player.replay.mode)
-        self._stage.push(ReplayScreen(self._stage, player, take_over=self.go_on, films=films))
+        self._stage.push(ReplayScreen(self._stage, player, take_over=self.go_on))
 
     def go_on(self, recorder: Recorder) -> None:
         """Let the player go on with a game that was recorded so far; it is not ranked."""

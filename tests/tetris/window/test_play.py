@@ -1,6 +1,5 @@
 """A game in the window: beginning, pausing, ending, watching, and playing on."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +12,11 @@ from tetris.engine.game import Action, Phase
 from tetris.engine.rules import Config
 from tetris.history.replay import Player as ReplayPlayer
 from tetris.history.replay import Recorder
-from tetris.window import theme, video
+from tetris.window import theme
 from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import ASK_S, LONGEST_S, READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import CHOICES, Settings
-from tetris.window.video import VideoError
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:
@@ -196,29 +194,6 @@ def watching(player: Player) -> ReplayScreen:
     player.choose("Watch it")
     assert isinstance(player.screen, ReplayScreen)
     return player.screen
-
-
-def test_a_film_is_made_while_it_plays(player: Player, tmp_path: Path, monkeypatch: Patch) -> None:
-    monkeypatch.setattr(video, "export", lambda *_, **__: iter([0.02 * n for n in range(1, 51)]))
-    screen = watching(player)
-    player.choose("Save as a film")
-    (share,) = (item.share for item in screen.menu.items if item.share)
-    assert 0 < share < 1
-    player.wait(0.6)
-    assert "films" in screen.menu.notice
-    assert screen.menu.notice.endswith(".gif")
-
-
-def test_a_film_that_cannot_be_made_is_a_sentence(player: Player, monkeypatch: Patch) -> None:
-    def refuse(*_: object, **__: object) -> Iterator[float]:
-        raise VideoError("no library for films")
-        yield
-
-    monkeypatch.setattr(video, "export", refuse)
-    screen = watching(player)
-    player.choose("Save as a film")
-    player.wait(0.1)
-    assert screen.menu.notice == "no library for films"
 
 
 def test_a_file_that_is_no_replay_is_one_sentence(window: pygame.Surface, tmp_path: Path) -> None:

@@ -1,19 +1,16 @@
 """A replay on the screen: play, stop, seek both ways, and play on from any moment."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Final
 
 import pygame
 
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player, Recorder
-from tetris.history.replay_file import FILM_SUFFIXES
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.video import VideoExport
 from tetris.window.view import GameView, clock, figures_of
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -33,15 +30,9 @@ class ReplayScreen(MenuScreen):
         player: Player,
         *,
         take_over: Callable[[Recorder], None],
-        films: Callable[[str], Path] | None = None,
     ) -> None:
-        """Show a replay from its start.
-
-        `take_over` plays on from where it has come to; `films` names a film's file by its suffix.
-        """
-        self._player, self._take_over, self._films = player, take_over, films
-        self._film: VideoExport | None = None
-        self._suffix = 0
+        """Show a replay from its start; `take_over` plays on from where it has come to."""
+        self._player, self._take_over = player, take_over
         self._playing, self._speed = True, _USUAL
         self._seen_s: float | None = None
         super().__init__(stage, self._page)
@@ -53,8 +44,6 @@ class ReplayScreen(MenuScreen):
         super().tick(time_s)
         passed_s = min(_LONGEST_S, time_s - self._seen_s) if self._seen_s is not None else 0.0
         self._seen_s = time_s
-        if self._film and self._film.going_on:
-            self._film.step()
         player = self._player
         if self._playing and not player.at_end:
             events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
@@ -66,8 +55,8 @@ class ReplayScreen(MenuScreen):
 
     @property
     def frames_hz(self) -> int:
-        """As a game while it plays, or while a film is made."""
-        return PLAY_HZ if self._playing or (self._film and self._film.going_on) else IDLE_HZ
+        """As a game while it plays."""
+        return PLAY_HZ if self._playing else IDLE_HZ
 
     def refresh(self) -> None:
         """Take over another look, or another size."""
@@ -94,10 +83,9 @@ class ReplayScreen(MenuScreen):
             ),
             Item(words("replays.speed"), value=f"{_SPEEDS[self._speed]:g} ×", step=self._faster),
             Item(words("replays.take_over"), self._play_on, hint=words("replays.take_over_hint")),
-            *self._film_items(),
             Item(words("menu.back"), self._stage.pop),
         ]
-        notice = words("replays.differs") if player.differs else self._said()
+        notice = words("replays.differs") if player.differs else ""
         mode = player.replay.mode
         title = words(f"modes.{mode}.title") if mode in MODES else words("replays.title")
         return Menu(title, items, notice=notice)
@@ -119,36 +107,6 @@ class ReplayScreen(MenuScreen):
     def _play_on(self) -> None:
         if not self._player.at_end:
             self._take_over(self._player.take_over())
-
-    def _film_items(self) -> list[Item]:
-        """Return the items that export a video; none without a folder for it."""
-        words, film = self._stage.look.words, self._film
-        if self._films is None:
-            return []
-        if film and film.going_on:
-            return [Item(words("replays.film"), value=f"{film.share:.0%}", share=film.share)]
-        kind = FILM_SUFFIXES[self._suffix].removeprefix(".").upper()
-        hint = words("replays.film_hint")
-        return [
-            Item(
-                words("replays.film"), self._make_film, value=kind, step=self._turn_film, hint=hint
-            )
-        ]
-
-    def _turn_film(self, step: int) -> None:
-        self._suffix = (self._suffix + step) % len(FILM_SUFFIXES)
-
-    def _make_film(self) -> None:
-        if self._films:
-            path = self._films(FILM_SUFFIXES[self._suffix])
-            self._film = VideoExport(self._player.replay, path, self._stage.look)
-
-    def _said(self) -> str:
-        """Return the sentence about a film that is over."""
-        film = self._film
-        if film is None or film.going_on:
-            return ""
-        return film.trouble or self._stage.look.words("replays.film_done", path=film.path)
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the menu, the game, and how far it is."""
