@@ -29,6 +29,12 @@ def test_a_press_looks_like_a_touch_and_its_end_like_a_lift(place: tuple[float, 
     assert drift.shape(1.0 / (1.0 + change) - 1.0) == "lifted"
 
 
+def test_no_change_is_not_smooth() -> None:
+    assert drift.smoothness(np.zeros((5, 5))) == 0.0
+    assert drift.smoothness(np.ones((1, 1))) == 0.0  # without neighbours
+    assert drift.smoothness(np.ones((5, 5))) == 1.0
+
+
 def test_air_and_warmth_change_all_taxels_alike() -> None:
     rng = np.random.default_rng(1)
     assert drift.shape(-0.1 + 0.005 * rng.standard_normal((5, 5))) == "common"

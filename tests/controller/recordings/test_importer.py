@@ -56,6 +56,12 @@ def test_each_person_gets_a_recording() -> None:
     assert first.origin.rate_hz == 14.3  # the median of the times
 
 
+def test_a_person_with_a_single_frame_gets_a_recording_of_it() -> None:
+    one = {name: array[:1] for name, array in screen().items() if name != "task_names"}
+    (only,) = imported(CAPFINGERID + "rate_hz = 14.0\n", **one)
+    assert only.frames.shape == (1, 3, 2)
+
+
 def test_repeated_times_are_dropped_and_stretches_begin_where_time_jumps() -> None:
     first, _ = imported(CAPFINGERID)
     # 0, 0.07, (again), 0.14, a pause until 1.0, and back to 0.5

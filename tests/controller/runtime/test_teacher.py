@@ -120,6 +120,10 @@ def test_an_example_is_on_the_disk_and_comes_again_after_a_restart(
     assert 0.3 < taken.seconds < 1.0
     assert min(taken.image) == taken.image[12]  # the middle, where the finger was
     assert stored(tmp_path) == ["example-7.npz"]
+    kept = examples.ExampleStore(tmp_path / "teaching" / "examples", (5, 5), 10.0)
+    (one,) = kept.of("poke")
+    assert one.example.span is not None
+    assert one.example.span[0] >= bundles.read(SHIPPED).settings.preprocess.window  # at rest
     (tmp_path / "teaching" / "examples" / "example-8.npz").write_bytes(b"half")
     orb = make()  # the first one was killed
     assert orb.ask(Describe()) == []
@@ -203,6 +207,26 @@ def test_every_gesture_can_be_forgotten_but_null(make: Callable[..., Orb], label
     (refused,) = orb.ask(Forget("null"))
     assert refused == LearnStatus(FAILED, 1.0, "there is no gesture 'null'")
     assert orb.ask(Forget(label)) == [LearnStatus(LEARNING, 0.0, "learning")]
+
+
+def test_a_gesture_is_learned_and_forgotten_while_every_other_change_waits(
+    make: Callable[..., Orb],
+) -> None:
+    orb = make()
+    for number in (1, 2):
+        orb.example(number, FINGER, replace(FINGER, id=2, x=0.5, y=3.5))
+    started = orb.ask(Learn("poke", "hold", "none", False, ""))
+    assert started == [LearnStatus(LEARNING, 0.0, "learning")]
+    (busy,) = orb.ask(Forget("press"))
+    assert isinstance(busy, LearnStatus)
+    assert (busy.state, busy.text[:21]) == (LEARNING, "the orb is still busy")
+    learned = until(orb.updater.poll)
+    assert (learned.state, learned.progress) == (DONE, 1.0)
+    assert learned.text.startswith("poke is learned from 2 examples")
+    assert orb.updater.loaded.parts is not None
+    assert orb.updater.loaded.parts.bundle.labels[-1] == "poke"
+    assert len(learned.kept) == 6
+    assert all(0.0 <= share <= 1.0 for share in learned.kept)
 
 
 def test_a_bundle_is_saved_once_under_a_name(make: Callable[..., Orb], tmp_path: Path) -> None:
