@@ -2,8 +2,8 @@
 
 `--cues` reads the plan from TOML; docs/recording.md lists the keys, and only `labels` is required.
 
-An example counts if the sensor was touched during its go phase. One without a touch, or dropped or
-interrupted by a pause, is requested again, and its frames are left out of training.
+An example counts if the sensor was touched during its go phase. One without a touch, or with
+missing frames, is requested again, and its frames are left out of training.
 """
 
 from collections import deque
@@ -133,7 +133,6 @@ class Cue:
     place: tuple[float, float] | None = None  # requested position, (x, y) in grid units; None: any
     left_s: float = 0.0  # time left in the phase
     more: dict[str, int] = field(default_factory=dict)  # number of missing examples of each label
-    paused: bool = False  # whether the session is paused
     then: str = ""  # label of the next example; "" if there is none
 
     @property
@@ -145,7 +144,7 @@ class Cue:
         """Return the cue as plain data, for any screen."""
         return {
             "t": round(t_s, 3),
-            "cue": "pause" if self.paused else self.phase.value,
+            "cue": self.phase.value,
             "label": self.label,
             **({} if self.place is None else {"place": list(self.place)}),
             "seconds": round(self.left_s, 3),
@@ -186,7 +185,6 @@ class CueSession:
         """
         self._queue = deque(asks)
         self._pace, self._rng, self._shuffled = pace, rng, shuffled
-        self._counted: list[tuple[ExampleRequest, float, float]] = []  # with beginning and end
         self._labels = tuple(dict.fromkeys(ask.label for ask in asks))
         self._phase = Phase.WAIT
         self._present: ExampleRequest | None = None
@@ -195,7 +193,6 @@ class CueSession:
         self._new = 0  # those of a touch that began since the last example
         self._touched_s = 0.0  # the last of them
         self._clear = False  # the sensor was untouched since the last example
-        self._paused = False
 
     @classmethod
     def of(cls, plan: CuePlan) -> "CueSession":
@@ -208,17 +205,15 @@ class CueSession:
         """Whether there are enough examples of all labels."""
         return self._phase is Phase.DONE
 
-    def advance(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
-        """Advance to a frame, touched or left out of training; return the discarded examples."""
+    def advance(self, t_s: float, *, felt: bool) -> list[DiscardedExample]:
+        """Advance to a frame, touched or not; return the discarded examples."""
         if self._phase is Phase.WAIT:
             self._last_s = t_s
             self._next(t_s)
         passed_s, self._last_s = t_s - self._last_s, t_s
-        self._paused = paused
-        if paused or passed_s > GAP_S:
+        if passed_s > GAP_S:
             self._until_s += passed_s
-            reason = "there was a pause" if paused else "frames were missed"
-            return self._restart(t_s, reason) if self._phase is Phase.GO else []
+            return self._restart(t_s) if self._phase is Phase.GO else []
         self._count_touch(t_s, touched=felt)
         discarded: list[DiscardedExample] = []
         while self._phase is not Phase.DONE and t_s >= self._until_s:
@@ -237,27 +232,8 @@ class CueSession:
             present.place if present else None,
             max(self._until_s - t_s, 0.0),
             {label: missing.count(label) for label in self._labels},
-            self._paused,
             self._queue[0].label if self._queue else "",
         )
-
-    def drop(self, from_s: float, to_s: float) -> list[DiscardedExample]:
-        """Discard the examples between two times, and return them."""
-        discarded = []
-        for example in tuple(self._counted):
-            request, began_s, ended_s = example
-            if began_s < to_s and from_s < ended_s:
-                self._counted.remove(example)
-                self._repeat(request)
-                void = DiscardedExample(request.label, began_s, ended_s, "it was dropped")
-                discarded.append(void)
-        if to_s <= self._from_s:
-            return discarded
-        if self._phase is Phase.GO:
-            discarded += self._restart(self._last_s, "it was dropped")
-        elif self._phase is Phase.GET_READY:  # restarts the phase
-            self._until_s = self._last_s + self._pace.get_ready_s
-        return discarded
 
     def _count_touch(self, t_s: float, *, touched: bool) -> None:
         """Count touched frames; go ends early when the touch has been over for `still_s`.
@@ -289,7 +265,6 @@ class CueSession:
         self._clear = False
         self._enter(Phase.REST, now_s, pace.rest_s + float(self._rng.uniform(0.0, pace.jitter_s)))
         if self._touched >= FELT_FRAMES or present.label == NULL_LABEL:
-            self._counted.append((present, began_s, now_s))
             return []
         self._repeat(present)
         return [DiscardedExample(present.label, began_s, now_s, "nothing was felt")]
@@ -302,10 +277,10 @@ class CueSession:
         else:
             self._enter(Phase.GET_READY, now_s, self._pace.get_ready_s)
 
-    def _restart(self, t_s: float, reason: str) -> list[DiscardedExample]:
+    def _restart(self, t_s: float) -> list[DiscardedExample]:
         """Begin the present example again."""
         assert self._present is not None
-        void = DiscardedExample(self._present.label, self._from_s, t_s, reason)
+        void = DiscardedExample(self._present.label, self._from_s, t_s, "frames were missed")
         self._enter(Phase.GET_READY, t_s, self._pace.get_ready_s)
         return [void]
 

@@ -6,9 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from controller.capture.cue_log import Display
 from controller.capture.labels import FrameLabels, Labeller
-from controller.capture.status_line import Display
-from controller.keymap.terminal import Keyboard
 from controller.recognition.frames import Frame, State
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings import journal_file, writer
@@ -40,7 +39,6 @@ class SessionRecorder:
         pipeline: Pipeline,
         labeller: Labeller,
         *,
-        keyboard: Keyboard | None = None,
         on_cue: Callable[[Plain], None] = lambda plain: None,
         display: Display | None = None,
     ) -> None:
@@ -50,7 +48,7 @@ class SessionRecorder:
         """
         self.labels = labeller.labels
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
-        self._keyboard, self._on_cue = keyboard, on_cue
+        self._on_cue = on_cue
         self._display = display or Display()
         self._recorder = begin(pipeline.state())
         self._rested = False  # whether this file has its rest image
@@ -92,7 +90,6 @@ class SessionRecorder:
         labels = self._labeller.label(
             step.t_s,
             button=button,
-            events=self._keyboard.poll() if self._keyboard is not None else (),
             felt=step.ready and not step.quiet,
             ready=step.ready,
         )
@@ -101,7 +98,7 @@ class SessionRecorder:
             self._on_cue(void.plain(step.t_s))
         if labels.asked is not None and labels.fresh:
             self._on_cue(labels.asked.plain(step.t_s))
-        self._display.show(labels, step, self._recorder.problem)
+        self._display.show(labels, step)
         return labels
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
@@ -110,7 +107,6 @@ class SessionRecorder:
 
     def close(self) -> bool:
         """Seal the recording; return whether it was kept, or raise RecordingError."""
-        self._display.clear()
         return self._seal()
 
     def _write(self, frame: Frame, step: Step, label: int, labels: FrameLabels) -> None:
@@ -122,14 +118,12 @@ class SessionRecorder:
             step.frame,
             label=label,
             button=labels.button,
-            key=labels.key,
             cue=labels.cue,
-            excluded=labels.excluded,
             touch=step.touch,
             command=step.command,
         )
         for amend in labels.amends:
-            recorder.amend(amend.column, amend.from_s, amend.to_s, amend.value)
+            recorder.amend("excluded", amend.from_s, amend.to_s, True)
         for mark in labels.marks:
             recorder.mark(mark.t_s, mark.kind, mark.text)
         if rest is not None and not self._rested:
@@ -139,7 +133,6 @@ class SessionRecorder:
     def _seal(self) -> bool:
         path = self._recorder.close(self._least_s)
         if path is not None:
-            self._display.clear()
             _log.info("recorded into %s", path)
         return path is not None
 

@@ -36,7 +36,7 @@ class CuedHand:
 
     def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
         """Return time and gesture of the hand for a cue that changed at `t_s`; None: it rests."""
-        if cue.phase is not Phase.GO or cue.paused:
+        if cue.phase is not Phase.GO:
             return None
         label = cue.label
         if label == NULL_LABEL:

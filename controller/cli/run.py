@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -31,7 +31,6 @@ from controller.runtime.renewal import exchange, renew
 from controller.shutdown import Shutdown, signals
 
 if TYPE_CHECKING:
-    from controller.keymap.terminal import Keyboard
     from controller.runtime.bundle_updates import BundleUpdater
     from controller.runtime.teacher import Teacher
 
@@ -51,8 +50,7 @@ def main(words: Sequence[str]) -> int:
                 target=_watch_host, args=(shutdown,), name="owner", daemon=True
             ).start()
         try:
-            with _keyboard(parts) as keys:
-                _run(parts, shutdown, keys)
+            _run(parts, shutdown)
         except UserError as error:
             return complain("controller", error, TROUBLE)
         finally:
@@ -61,16 +59,7 @@ def main(words: Sequence[str]) -> int:
         return complain("controller", problem, TROUBLE) if problem else 0
 
 
-def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
-    """Return the keyboard, for labels of a recording."""
-    if parts.runs is None:
-        return nullcontext()
-    from controller.keymap.terminal import keyboard
-
-    return keyboard()
-
-
-def _run(parts: Parts, shutdown: Shutdown, keyboard: Keyboard | None) -> None:
+def _run(parts: Parts, shutdown: Shutdown) -> None:
     """Run until stopped, or until a recording ends or is complete."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := parts.link.url:
@@ -85,7 +74,7 @@ def _run(parts: Parts, shutdown: Shutdown, keyboard: Keyboard | None) -> None:
     collector = IdleCollector()
     parts = replace(parts, collector=collector)
     try:
-        while _sessions(parts, shutdown, keyboard, watchdog):
+        while _sessions(parts, shutdown, watchdog):
             shutdown.renew = False
             try:
                 parts = renew(parts)
@@ -96,9 +85,7 @@ def _run(parts: Parts, shutdown: Shutdown, keyboard: Keyboard | None) -> None:
         collector.close()
 
 
-def _sessions(
-    parts: Parts, shutdown: Shutdown, keyboard: Keyboard | None, watchdog: WatchdogHeartbeat
-) -> bool:
+def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> bool:
     """Run with these parts; return whether to continue with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
@@ -115,7 +102,7 @@ def _sessions(
 
     loop = Loop(
         parts.link,
-        lambda: open_device(parts, next(sessions), keyboard),
+        lambda: open_device(parts, next(sessions)),
         time.monotonic,
         # A simulation or a replay begins when a host connects.
         await_host=not printing and (parts.sensor.virtual or replaying),

@@ -25,7 +25,6 @@ from controller.errors import (
     complain,
     reason,
 )
-from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
 from controller.shutdown import signals
@@ -124,10 +123,10 @@ def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], boo
             say(f"{user}: take a seat")
         if begun.model is None:
             say("there is no model for this sensor yet")
-        with signals() as ends, keyboard() as keys:
+        with signals() as ends:
             ends.sealing = True
             try:
-                made += session.run(begun, keys, lambda: bool(ends))
+                made += session.run(begun, lambda: bool(ends))
             except UserError as error:  # the request was right
                 raise TroubleError(str(error)) from None
         for line in summary(begun.tally):
@@ -177,8 +176,7 @@ def parser() -> argparse.ArgumentParser:
     grammar = Parser(
         prog="controller teach",
         description="Gather examples of your own gestures: get ready, go, rest, until there is "
-        "enough of all. Hold 1 to 9 to label by hand; space pauses, backspace drops the last "
-        "seconds. Then train, tune and evaluate. All of it: docs/teach.md.",
+        "enough of all. Then train, tune and evaluate. All of it: docs/teach.md.",
         epilog="Try it without hardware (seconds): controller teach --example mine, then "
         "controller teach --sensor virtual --out mine --speed 0",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
@@ -206,7 +204,6 @@ def parser() -> argparse.ArgumentParser:
         help="sensor scans per second (default: the sensor's own)")  # fmt: skip
     add("--speed", metavar="X", type=arguments.number(0.0), default=1.0,
         help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)")  # fmt: skip
-    add("--bell", action="store_true", help="ring the terminal's bell at every go")
     add("--yes", action="store_true",
         help="train, tune and evaluate unasked; with --add, take it into use")  # fmt: skip
     add("--add", metavar="NAME",

@@ -38,7 +38,6 @@ from controller.sensors.base import Sensor, SensorError
 if TYPE_CHECKING:
     from controller.capture.cues import CuePlan
     from controller.capture.session_recorder import RunFiles
-    from controller.keymap.terminal import Keyboard
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 
@@ -245,7 +244,7 @@ def welcome_of(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
 # --- a session ------------------------------------------------------------------------------------
 
 
-def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) -> Device:
+def open_device(parts: Parts, session: int) -> Device:
     """Return a device before its first frame; the first one has the sensor already checked."""
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else sensor_of(options, bundle)
@@ -256,7 +255,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     if parts.runs is not None:
         from controller.runtime import recording_session
 
-        recorder = recording_session.recorder(parts, parts.runs, sensor, pipeline, keyboard)
+        recorder = recording_session.recorder(parts, parts.runs, sensor, pipeline)
     latency = LatencyReporter(
         1.0 / sensor.rate_hz,
         lambda report: link.send(report, round(device.now_s * 1000)) if link.connected else None,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from controller.capture.cue_log import CueLog
 from controller.capture.cues import CuePlan, CueSession, read_plan
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
-from controller.capture.status_line import StatusLine
-from controller.keymap.terminal import Keyboard
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RecordingError
 
@@ -34,9 +34,7 @@ def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
     return None if options.cues is None else read_plan(options.cues, labels)
 
 
-def recorder(
-    parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
-) -> SessionRecorder:
+def recorder(parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline) -> SessionRecorder:
     """Return the recorder of a session from its first frame on."""
     plan = parts.plan
     cues = None if plan is None else CueSession.of(plan)
@@ -44,9 +42,8 @@ def recorder(
         begin(parts, runs, sensor),
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
-        keyboard=keyboard,
         on_cue=parts.link.print_record,
-        display=StatusLine(sys.stderr, pipeline.labels, keyboard=keyboard is not None),
+        display=CueLog(partial(print, file=sys.stderr, flush=True)),
     )
 
 

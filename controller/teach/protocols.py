@@ -28,7 +28,6 @@ PACES: Final = {
     # Whoever teaches from so few shall do each with care, and what was before it is learned too.
     FEW: CueTiming(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
 }
-GO_S: Final = 1.7  # what go usually takes: reaction, gesture, stillness
 
 Place = tuple[float, float]
 

@@ -22,9 +22,7 @@ from controller.capture.cues import CueSession, ExampleRequest
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
-from controller.capture.status_line import Display
 from controller.errors import count
-from controller.keymap.terminal import Keyboard
 from controller.links.base import Link
 from controller.protocol.messages import Message
 from controller.recognition.debounce import NULL, DebounceSettings
@@ -39,13 +37,7 @@ from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
 from controller.teach import TeachError, dataset_folder, protocols
-from controller.teach.progress import (
-    ExampleCounts,
-    ProgressDisplay,
-    ProgressLog,
-    ProgressPage,
-    drawable,
-)
+from controller.teach.progress import ExampleCounts, ProgressLog
 
 _TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
@@ -133,7 +125,7 @@ def begin(lesson: TeachPlan, user: str) -> Session:
     return Session(lesson, user, sensor, model, runs, key, asks, tally)
 
 
-def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]) -> list[Path]:
+def run(session: Session, stopped: Callable[[], bool]) -> list[Path]:
     """Run a session; return the recordings. SensorError or RecordingError if it breaks off."""
     options, sensor, vocabulary = session.lesson.options, session.sensor, session.lesson.vocabulary
     pipeline = _pipeline(session)
@@ -156,8 +148,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         record,
         pipeline,
         Labeller(vocabulary.labels, cues=cues),
-        keyboard=keyboard,
-        display=_screen(session, keyboard),
+        display=ProgressLog(session.tally, say, None if sensor.virtual else vocabulary),
     )
     obey = None
     if sensor.virtual:
@@ -215,25 +206,6 @@ def _pipeline(session: Session) -> Pipeline:
     grid = sensor.geometry
     settings = PipelineSettings(labels, grid.rows, grid.columns, preprocess, DebounceSettings())
     return Pipeline(settings, _NullModel(len(labels)), Mapping(), signal=sensor.signal)
-
-
-def _screen(session: Session, keyboard: Keyboard | None) -> Display:
-    """Return the display of a session."""
-    options, tally, grid = session.lesson.options, session.tally, session.sensor.geometry
-    pace = protocols.PACES[options.protocol]
-    encoding = (getattr(sys.stderr, "encoding", "") or "").lower()
-    page = ProgressPage(
-        session.lesson.vocabulary,
-        tally,
-        (grid.rows, grid.columns),
-        model=tally.model,
-        example_s=pace.get_ready_s + protocols.GO_S + pace.rest_s + pace.jitter_s / 2.0,
-        keyboard=keyboard is not None,
-        plain=not encoding.startswith("utf"),
-    )
-    if drawable(sys.stderr):
-        return ProgressDisplay(sys.stderr, page, tally, bell=options.bell)
-    return ProgressLog(tally, say)
 
 
 def say(line: str) -> None:

@@ -15,12 +15,11 @@ import pygame
 from controller.keymap import keymap
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
-from controller.keymap.terminal import Keyboard, keyboard
-from controller.keymap.terminal_decoder import Action, KeyEvent
 from controller.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
+from host.injection.terminal import Poll, keyboard
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
 from host.ui.orb_window import WINDOW, OrbWindow
@@ -48,7 +47,7 @@ class KeysTarget(Target):
         """
         super().__init__()
         self.keys = KeyState(key_map)
-        self._terminal: Keyboard | None = None
+        self._typed: Poll = list
         self._resources = contextlib.ExitStack()  # the terminal
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._window = OrbWindow()
@@ -71,9 +70,8 @@ class KeysTarget(Target):
             self.keys.release()
         if trouble := self._sender.check():
             self._fail(trouble)
-        for _, event in self._terminal.poll() if self._terminal else ():
-            if isinstance(event, KeyEvent) and event.action is not Action.RELEASED:
-                self.hot_key(event.key)
+        for key in self._typed():
+            self.hot_key(key)
         for item in received:
             self._take(item, now_s)
         self.keys.tick(now_s)
@@ -87,7 +85,7 @@ class KeysTarget(Target):
 
     def read_terminal(self) -> None:
         """Read hot keys from the terminal, too, until `close`; in the main thread only."""
-        self._terminal = self._resources.enter_context(keyboard())
+        self._typed = self._resources.enter_context(keyboard())
 
     def hot_key(self, key: str) -> None:
         """Process a hot key of the program's window or terminal."""

@@ -33,12 +33,12 @@ def cues(*labels: str, pace: CueTiming = PACE) -> CueSession:
 
 
 def play(
-    session: CueSession, from_s: float, to_s: float, *, felt: bool = True, paused: bool = False
+    session: CueSession, from_s: float, to_s: float, *, felt: bool = True
 ) -> list[DiscardedExample]:
     """Let ten frames a second pass; return what turned out void."""
     voids = []
     for k in range(round(from_s * 10), round(to_s * 10) + 1):
-        voids += session.advance(k / 10, felt=felt, paused=paused)
+        voids += session.advance(k / 10, felt=felt)
     return voids
 
 
@@ -184,48 +184,6 @@ def test_where_no_touch_is_asked_for_none_needs_to_be_felt() -> None:
     assert session.done
 
 
-def test_a_finished_example_that_is_dropped_is_asked_for_again() -> None:
-    session = cues("press", "pinch", "press")
-    play(session, 0.0, 4.5)
-    assert session.at(4.5).more == {"press": 1, "pinch": 1}
-    assert session.drop(2.0, 4.5) == [DiscardedExample("press", 1.0, 3.0, "it was dropped")]
-    assert session.at(4.5).more == {"press": 2, "pinch": 1}
-    assert session.at(4.5).left_s == 1.0  # and there is time again to get ready for the pinch
-
-
-def test_an_example_that_is_dropped_while_it_is_done_begins_anew() -> None:
-    session = cues("press")
-    play(session, 0.0, 2.0)
-    assert session.drop(0.0, 2.0) == [DiscardedExample("press", 1.0, 2.0, "it was dropped")]
-    assert session.at(2.0) == Cue(Phase.GET_READY, "press", None, 1.0, {"press": 1})
-
-
-def test_what_was_dropped_long_ago_stays_dropped_and_the_rest_stays() -> None:
-    session = cues("press", "pinch", "twist_cw")
-    play(session, 0.0, 9.0)
-    assert [void.label for void in session.drop(5.5, 8.5)] == ["pinch"]
-    assert session.drop(5.5, 8.5) == []
-
-
-def test_a_pause_stops_the_time() -> None:
-    session = cues("press")
-    play(session, 0.0, 0.5)
-    play(session, 0.6, 30.0, paused=True)
-    assert session.at(30.0).paused
-    assert session.at(30.0).left_s == pytest.approx(0.5)
-    play(session, 30.1, 30.6)
-    assert session.at(30.6).phase is Phase.GO
-
-
-def test_an_example_that_a_pause_breaks_off_begins_anew() -> None:
-    session = cues("press")
-    play(session, 0.0, 2.0)
-    (void,) = play(session, 2.1, 9.0, paused=True)
-    assert void == DiscardedExample("press", 1.0, 2.1, "there was a pause")
-    session.advance(9.1, felt=False)
-    assert session.at(9.1).phase is Phase.GET_READY
-
-
 def test_an_example_of_which_frames_are_missing_begins_anew() -> None:
     session = cues("press")
     play(session, 0.0, 2.0)
@@ -234,7 +192,7 @@ def test_an_example_of_which_frames_are_missing_begins_anew() -> None:
     ]
 
 
-EVENTS = st.lists(st.sampled_from(["felt", "quiet", "pause", "drop"]), max_size=300)
+EVENTS = st.lists(st.sampled_from(["felt", "quiet"]), max_size=300)
 
 
 @given(EVENTS, st.booleans())
@@ -247,8 +205,7 @@ def test_every_example_is_done_or_still_asked_for(events: list[str], shuffled: b
     assert before == 3
     for k, event in enumerate(events):
         t_s = k / 10
-        voids = session.drop(t_s - 3.0, t_s) if event == "drop" else []
-        voids += session.advance(t_s, felt=event == "felt", paused=event == "pause")
+        voids = session.advance(t_s, felt=event == "felt")
         cue = session.at(t_s)
         assert cue.left_s >= 0.0
         assert 0 <= cue.left <= 3

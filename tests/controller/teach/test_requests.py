@@ -1,6 +1,5 @@
 """Requests, counts and display of a teaching session."""
 
-import io
 from collections import Counter
 from pathlib import Path
 
@@ -10,17 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
-from controller.capture.cues import Cue, CueSession, CueTiming, ExampleRequest, Phase
-from controller.capture.labels import FrameLabels, Labeller
+from controller.capture.cues import CueSession, CueTiming, ExampleRequest
+from controller.capture.labels import Labeller
 from controller.recognition.pipeline import Step
 from controller.teach import TeachError, protocols
 from controller.teach.progress import (
-    KEYS,
     ExampleCounts,
-    ProgressDisplay,
     ProgressLog,
-    ProgressPage,
-    drawable,
     summary,
 )
 
@@ -128,116 +123,24 @@ def test_an_example_that_does_not_count_is_nowhere_counted() -> None:
     assert tally.understood("pinch") == (0, 0)
 
 
-def page(tally: ExampleCounts, **options: bool) -> ProgressPage:
-    return ProgressPage(FIVE, tally, (3, 3), model=tally.model, example_s=6.0, **options)
-
-
-def test_the_page_says_what_to_do_what_is_enough_and_what_the_model_thinks() -> None:
-    tally = ExampleCounts({"press": 2, "twist_cw": 1}, {"press": 30}, MODEL)
-    cue = Cue(Phase.GO, "twist_cw", None, 1.4, {"press": 1, "twist_cw": 0}, then="pinch")
-    tally.take(FrameLabels(asked=cue), step(65.0))
-    lines = page(tally).lines(FrameLabels(asked=cue, key=2), step(65.0, "press"))
-    assert lines == [
-        "1:05  GO 2 s: twist clockwise   key: pinch",
-        "      then: pinch with your whole hand",
-        "",
-        "      ███████░░░ 2 of 3, about 1 min left",
-        "",
-        "              examples              before  understood  now",
-        "   1 press    █████░░░░░ 1/2   1 more    30         0/0  ████████░░ 0.75",
-        "   3 twist_cw ██████████ 1/1   enough     0         0/0  ░░░░░░░░░░ 0.00",
-        "",
-        KEYS,
-    ]
-    assert max(map(len, lines)) < 80
-
-
-def test_a_place_is_shown_on_a_map_with_y_upward() -> None:
-    tally = ExampleCounts({"press": 2})
-    cue = Cue(Phase.GET_READY, "press", (1.0, 1.5), 0.7, {"press": 2})
-    lines = page(tally, keyboard=False, plain=True).lines(FrameLabels(asked=cue), step(1.0))
-    assert lines[0] == "0:01  get ready 1 s: press with one finger, anywhere, at 1, 1.5"
-    assert lines[-5:] == [
-        "      .   .   .",
-        "          o",
-        "      .   .   .",
-        "",
-        "      .   .   .",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("cue", "words"),
-    [
-        (Cue(Phase.WAIT), "hands off: the sensor finds its rest"),
-        (Cue(Phase.REST, "press"), "rest"),
-        (Cue(Phase.DONE), "done"),
-        (Cue(Phase.GO, "press", paused=True), "PAUSED; space goes on"),
-        (Cue(Phase.GO, "null"), "GO 0 s: touch it, but make none of the gestures"),
-    ],
-)
-def test_whatever_is_asked_is_said_in_words(cue: Cue, words: str) -> None:
-    assert page(ExampleCounts({"press": 1})).do(cue) == words
-
-
-class Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
-
-
-def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
-    screen, tally = Terminal(), ExampleCounts({"press": 1})
-    board = ProgressDisplay(screen, page(tally), tally, bell=True)
-    for phase in (Phase.GET_READY, Phase.GO):
-        board.show(
-            FrameLabels(asked=Cue(phase, "press", more={"press": 1}), fresh=True), step(1.0), ""
-        )
-    board.clear()
-    board.clear()
-    seen = screen.getvalue()
-    assert seen.count("\n") == 2 * 9
-    assert seen.count("\x1b[J\x1b[9A") == 2
-    assert [part.count("\n") for part in seen.split("\a")] == [9, 9]  # it rings at the go
-    assert seen.endswith("\x1b[9A\r\x1b[J")
-
-
-def test_the_board_is_not_written_more_often_than_anybody_can_read() -> None:
-    screen, tally = Terminal(), ExampleCounts({"press": 1})
-    board = ProgressDisplay(screen, page(tally), tally)
-    for k in range(1000):  # a second of a fast sensor
-        board.show(FrameLabels(asked=Cue(Phase.GO, "press", left_s=k)), step(1.0 + k / 1000), "")
-    assert screen.getvalue().count("\x1b[J") == 15
-
-
-def test_a_terminal_that_has_gone_does_not_end_the_session() -> None:
-    class Gone(Terminal):
-        def write(self, text: str) -> int:
-            raise OSError(5, "Input/output error")
-
-    tally = ExampleCounts({"press": 1})
-    board = ProgressDisplay(Gone(), page(tally), tally)
-    for k in range(3):
-        board.show(FrameLabels(fresh=True), step(float(k)), "")
-
-
-def test_what_is_wrong_with_the_disk_is_shown() -> None:
-    lines = page(ExampleCounts({"press": 1})).lines(FrameLabels(), step(0.0), "it is full")
-    assert lines[1] == "      DISK PROBLEM: it is full"
-
-
-def test_without_a_terminal_a_line_tells_what_changed() -> None:
+def test_a_line_tells_what_changed() -> None:
     told: list[str] = []
     tally = ExampleCounts({"press": 1})
     log = ProgressLog(tally, told.append)
     labeller = cued("press")
     for k in range(100):
-        log.show(labeller.label(k / 10, felt=k > 40), step(k / 10), "")
-    log.clear()
+        log.show(labeller.label(k / 10, felt=k > 40), step(k / 10))
     assert told == ["press again: nothing was felt", "press: enough (1)"]
 
 
-def test_a_page_is_drawn_on_terminals_that_understand_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    assert [drawable(one) for one in (Terminal(), io.StringIO(), None)] == [True, False, False]
-    monkeypatch.setenv("TERM", "dumb")
-    assert not drawable(Terminal())
+def test_a_person_is_told_what_to_do() -> None:
+    told: list[str] = []
+    log, labeller = ProgressLog(ExampleCounts({"press": 1}), told.append, FIVE), cued("press")
+    for k in range(45):
+        log.show(labeller.label(k / 10, felt=True), step(k / 10))
+    assert told == [
+        "get ready: press with one finger, anywhere  (1 left)",
+        "GO: press with one finger, anywhere 2 s",
+        "press: enough (1)",
+        "done",
+    ]

@@ -1,6 +1,5 @@
 """Teaching sessions, from the first cue to the recording; a scripted hand does what it is told."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -144,38 +143,3 @@ def test_the_hand_must_know_cues(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "hand cannot do 'wave'; write file = \"wave.toml\"" in capsys.readouterr().err
     wave.write_text('[[gesture]]\nlabel = "brush"\n')  # which ships, but is no gesture
     assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
-
-
-if sys.platform != "win32":
-    import fcntl
-    import struct
-    import termios
-
-    from controller.keymap.terminal_decoder import QUERY
-    from tests.controller.keymap.test_terminal import ANSWERED, Terminal
-
-    def test_in_a_terminal_people_see_what_to_do_and_are_asked_in_the_end(mine: Path) -> None:
-        argv = ["teach", "--speed", "0", "--out", str(mine), "--session", "1", "--repetitions", "1"]
-        terminal = Terminal(f"""
-import sys
-from controller.__main__ import main
-from controller.teach import dataset_folder
-dataset_folder.trainable = lambda: True
-sys.exit(main({argv!r}))
-""")
-        fcntl.ioctl(terminal.screen, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 80, 0, 0))
-        try:
-            terminal.sees(QUERY)
-            terminal.types(ANSWERED)  # an ordinary terminal
-            for words in ("hands off: the sensor finds its rest", "understood", "0/1   1 more",
-                          "space: pause", "knock with two fingers side by side", "1/1   enough",
-                          "[y/N] "):  # fmt: skip
-                terminal.sees(words.encode())
-            terminal.types(b"n\n")
-            terminal.sees(b"models evaluate")
-            assert terminal.line() == str(mine / "sub-unknown_ses-1_run-01.npz")
-            terminal.wait()
-            assert terminal.child.returncode == 0
-            assert terminal.attributes() == terminal.before
-        finally:
-            terminal.close()
