@@ -165,7 +165,7 @@ class BaselineTracker:
         return np.where(lost, rest, values)
 
     def step(
-        self, values: Reading, image: Image, deviation: float, gate: float, strength: float = 0.0
+        self, values: Reading, image: Image, deviation: float, gate: float, strength: float
     ) -> None:
         """Follow the sensor while it is quiet; freeze under a touch.
 

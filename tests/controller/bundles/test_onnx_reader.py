@@ -156,3 +156,9 @@ def test_a_damaged_network_is_refused_or_bounded(at: float, bit: int, at_the_end
         sizes = onnx_shapes.sizes(onnx_reader.read(bytes(whole)))
         assert sizes.elements <= onnx_shapes.MAX_ELEMENTS
         assert sizes.macs <= onnx_shapes.MAX_MACS
+
+
+def test_packed_numbers_are_read_up_to_one_more_than_the_limit() -> None:
+    assert onnx_reader._packed(memoryview(b"\x01\xac\x02\x00")) == [1, 300, 0]
+    many = memoryview(bytes(onnx_reader.MAX_NUMBERS + 5))
+    assert len(onnx_reader._packed(many)) == onnx_reader.MAX_NUMBERS + 1

@@ -295,3 +295,13 @@ class AnyMoment(RuleBasedStateMachine):
 
 TestAnyMoment = AnyMoment.TestCase
 TestAnyMoment.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+
+
+def test_a_chord_whose_keys_are_held_releases_its_last_key_for_a_moment() -> None:
+    pressed = KeyState(MAP, gap_s=0.02)
+    pressed.arm("by the test")
+    for name in ("hold", "left", "right"):  # shift, left, and both
+        pressed.command(name, 0.0)
+    assert strokes(pressed) == "+shift +left -left"
+    pressed.tick(0.02)
+    assert strokes(pressed) == "+left"

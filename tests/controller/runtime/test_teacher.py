@@ -324,7 +324,8 @@ def test_a_fault_comes_and_goes(make: Callable[..., Orb]) -> None:
 def test_the_untouched_orb_is_measured_again(make: Callable[..., Orb]) -> None:
     orb = make()
     assert orb.device.pipeline.rest is not None
-    orb.ask(Recalibrate())
+    (done,) = orb.ask(Recalibrate())
+    assert done == LearnStatus(DONE, 1.0, "the orb is measured again; do not touch it")
     orb.run(0.1)
     assert orb.device.pipeline.rest is None
     orb.run(3.0)

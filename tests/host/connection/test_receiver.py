@@ -644,3 +644,13 @@ def test_another_device_is_chosen_while_the_first_does_not_answer(
     go_on.set()
     ear.next(Connected)
     assert not any(isinstance(news, Refused) for _, news in ear.told)
+
+
+def test_only_a_first_connection_that_is_refused_ends_the_program() -> None:
+    refused = receiver_module.Refused("the orb is taken")
+    assert not receiver_module.ever_connected([], before=False)
+    assert receiver_module.ever_connected([], before=True)
+    assert receiver_module.ever_connected([Lost("cut")], before=False)
+    assert receiver_module.ever_connected([refused], before=True)
+    with pytest.raises(LinkError, match="the orb is taken"):
+        receiver_module.ever_connected([refused], before=False)
