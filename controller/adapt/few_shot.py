@@ -18,7 +18,7 @@ from controller.adapt.rehearsal import Origin, Rehearsal, RehearsalError
 from controller.bundles import bundle as bundles
 from controller.bundles import users_table
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines, onnx_reader
+from controller.bundles.inference import onnxruntime_engine
 from controller.errors import TroubleError
 from controller.recognition.debounce import DebounceSettings
 
@@ -315,7 +315,7 @@ def _streams(model: bytes, examples: Sequence[Example], window: int) -> list[NDA
 
 def run_network(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return a network's outputs, (n, outputs), for (n, window, rows, columns)."""
-    return engines.open_network(engines.standard(), model, onnx_reader.read(model))(inputs)
+    return onnxruntime_engine.network(model)(inputs)
 
 
 def _classes(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles.inference import engines, onnx_writer
 from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_writer, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
 
 Matrix = NDArray[np.float32]  # (rows, columns), or a vector (n,)
@@ -63,7 +63,7 @@ class SplitNetwork:
         """Return the embedding of windows (n, window, rows, columns), (n, width)."""
         at = next(i for i, node in enumerate(self.graph.nodes) if node.output == self.embedding)
         cut = replace(self.graph, nodes=self.graph.nodes[: at + 1], output=self.embedding)
-        network = engines.open_network("numpy", b"", cut)
+        network = onnxruntime_engine.network(onnx_writer.write(cut))
         parts = range(0, len(windows), _EMBEDDED)
         return np.concatenate([network(windows[first : first + _EMBEDDED]) for first in parts])
 

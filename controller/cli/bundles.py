@@ -43,7 +43,6 @@ def _row(store: BundleStore, record: InstalledRecord, name: str) -> dict[str, An
         "path": str(path),
         "in_use": name == record.current,
         "previous": name == record.previous,
-        "engine": entry.engine if entry else "",
         "step_us": entry.step_us if entry else None,
         "installed": entry.installed if entry else "",
         "corrects": shown_name(entry.corrects) if entry else "",
@@ -61,7 +60,7 @@ def _lines(row: dict[str, Any]) -> Iterator[str]:
     mark = "in use" if row["in_use"] else "before" if row["previous"] else ""
     yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
     if row["installed"]:
-        yield f"{'':28}installed {row['installed']}, {row['engine']}, {row['step_us']:.0f} µs"
+        yield f"{'':28}installed {row['installed']}, {row['step_us']:.0f} µs a step"
     if row["corrects"]:
         yield f"{'':28}a correction of {row['corrects']}"
     for key, value in row.get("card", {}).items():

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 from controller import __version__, errors
 from controller.arguments import Parser
-from controller.bundles.inference import engines
 from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, hand_of, rate
 from controller.errors import TROUBLE, UserError, complain, let_go
@@ -194,9 +193,6 @@ def parser() -> argparse.ArgumentParser:
     add("--bundle", metavar="FILE", type=Path,
         help="the trained networks and their settings (default: the one that `controller install` "
         "took into use, else the one that ships)")
-    add("--engine", metavar="NAME", choices=engines.NAMES, default="",
-        help=f"inference engine: {', '.join(engines.NAMES)} (default: what `controller install` "
-        f"measured to be the faster one here, else {engines.STANDARD})")
     add("--labels", metavar="FILE", type=Path,
         help="a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md")
     add("--mapping", metavar="FILE", type=Path,

@@ -20,7 +20,7 @@ _PROBE: Final = (
     "from controller.bundles import bundle\n"
     "from controller.bundles.inference.networks import Recognizer\n"
     "from pathlib import Path\n"
-    "print(Recognizer(bundle.read(Path(sys.argv[1])), 'onnxruntime').engine)\n"
+    "print(Recognizer(bundle.read(Path(sys.argv[1]))).engine)\n"
 )
 _OTHER: Final = "Try another version: pip install 'onnxruntime==1.20.1'"
 _LITTLE: Final = 200e6  # bytes free: a session of ten minutes takes some 3 MB

@@ -100,18 +100,15 @@ def prepare(options: Namespace) -> Parts:
 def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
-    If an installed one cannot be used, it is the one that ships, with a warning. The networks run
-    in the engine that is fastest here.
+    If an installed one cannot be used, it is the one that ships, with a warning.
     """
     store, path = BundleStore(), bundle_path(options)
     installed = options.bundle is None and path.parent == store.folder
-    engine = store.current()[1] if installed else ""
     try:
         bundle = bundles.read(path)
     except bundles.BundleError as error:
         if not installed:
             raise
-        engine = ""
         _log.warning("%s; the bundle that ships is used, until `controller rollback`", error)
         bundle = bundles.read(bundles.default_path(_rate(options)))
     mapping = bundle.mapping
@@ -119,7 +116,7 @@ def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
         own, people = users_table.read_mapping(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
-    return bundle, mapping, Recognizer(bundle, options.engine or engine)
+    return bundle, mapping, Recognizer(bundle)
 
 
 def bundle_path(options: Namespace) -> Path:
@@ -128,7 +125,7 @@ def bundle_path(options: Namespace) -> Path:
         return Path(options.bundle)
     store = BundleStore()
     try:
-        path, _ = store.current()
+        path = store.current()
     except bundles.BundleError as error:
         _log.warning("%s; until then the bundle that ships is used", error)
         return bundles.default_path(_rate(options))
@@ -152,7 +149,7 @@ def _slower(
     """
     most_hz, slow_hz = sensor.rate_hz, bundles.SLOW_HZ
     sensor.close()
-    shipped = BundleStore().current()[0] == bundles.default_path()
+    shipped = BundleStore().current() == bundles.default_path()
     if options.bundle is not None or options.rate is not None or not shipped or most_hz < slow_hz:
         raise SensorError(
             f"the sensor gives at most {most_hz:g} frames a second, the bundle needs "

@@ -33,7 +33,7 @@ Say = Callable[[str], None]
 
 def source(options: argparse.Namespace) -> Path:
     """Return the bundle that is to learn: the named one, else that in use."""
-    return Path(options.bundle or BundleStore().current(options.rate)[0])
+    return Path(options.bundle or BundleStore().current(options.rate))
 
 
 def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:

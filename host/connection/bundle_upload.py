@@ -27,7 +27,7 @@ MOST: Final = 64 << 20  # bytes; an orb takes no more
 AHEAD: Final = 16  # pieces under way
 PATIENCE_S: Final = 1.0  # without an answer: what was under way is sent again
 REPEATS: Final = 30  # without progress, then it is given up
-PROOF_REPEATS: Final = 600  # the same while the orb proves it; two engines may take minutes
+PROOF_REPEATS: Final = 600  # the same while the orb proves it; a slow board may take minutes
 PROOFS: Final = 3  # begun, without an outcome; then it is given up as well
 NO_OUTCOME: Final = "it did not say what became of it; look at its log, and send it once more"
 

@@ -6,7 +6,7 @@ first; then the device's `Pipeline` runs with these outputs in place of the netw
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,9 +56,9 @@ class Batched:
 
     def __init__(self, bundle: Bundle) -> None:
         self._touch = bundle.touch
-        self._gesture = onnxruntime_engine.session(bundle.gesture_onnx)
+        self._gesture = onnxruntime_engine.network(bundle.gesture_onnx)
         self._location = (
-            onnxruntime_engine.session(bundle.location_onnx) if bundle.locates else None
+            onnxruntime_engine.network(bundle.location_onnx) if bundle.locates else None
         )
 
     def probabilities(self, windows: Windows) -> NDArray[np.float32]:
@@ -184,11 +184,9 @@ class _ComputedOutputs(Networks):
         return _NOWHERE
 
 
-def _outputs(session: Any, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+def _outputs(
+    network: onnxruntime_engine.Network, inputs: NDArray[np.float32]
+) -> NDArray[np.float32]:
     """Return a network's outputs, (inputs, values), computed in batches."""
-    (entry,), (leave,) = session.get_inputs(), session.get_outputs()
-    parts = [
-        session.run([leave.name], {entry.name: inputs[i : i + BATCH]})[0]
-        for i in range(0, len(inputs), BATCH)
-    ]
-    return np.concatenate(parts) if parts else np.empty((0, leave.shape[1]), dtype=np.float32)
+    parts = [network(inputs[i : i + BATCH]) for i in range(0, len(inputs) or 1, BATCH)]
+    return np.concatenate(parts)

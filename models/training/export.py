@@ -181,6 +181,4 @@ def _export(
 
 def run(model: bytes, inputs: Values) -> Values:
     """Return the outputs (n, width) that ONNX Runtime computes from inputs (n, ...)."""
-    session = onnxruntime_engine.session(model)
-    name = session.get_inputs()[0].name
-    return np.asarray(session.run(None, {name: inputs})[0], dtype=np.float32)
+    return np.asarray(onnxruntime_engine.network(model)(inputs), dtype=np.float32)

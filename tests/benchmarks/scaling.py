@@ -4,8 +4,8 @@
 
 Networks of the default shape at every size, made by the training machine's own exporter (the
 [train] extra) with weights as they are at the start of training: the cost depends on sizes, and
-none of these weights is tiny. Each row is the median control step, frame in, gesture out, in the
-engine that is faster for it; `first network` is the share of the gesture network.
+none of these weights is tiny. Each row is the median control step, frame in, gesture out;
+`first network` is the share of the gesture network.
 """
 
 import dataclasses
@@ -20,7 +20,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
-from controller.bundles.inference import engines, onnx_reader, onnx_shapes
+from controller.bundles.inference import onnx_reader, onnx_shapes
 from controller.recognition.touch_input import TouchInput
 
 from .results import Results, command_line
@@ -70,7 +70,7 @@ def main() -> None:
     for side, window, rate_hz in cases:
         bundle = sized(shipped, side, window, rate_hz)
         macs = onnx_shapes.sizes(onnx_reader.read(bundle.gesture_onnx)).macs / 1e6
-        best = min(selftest.measure(bundle, engine).step_us for engine in engines.NAMES)
+        best = selftest.measure(bundle).step_us
         name = f"step_us@{side}x{side},{window},{rate_hz:g}Hz"
         results.note(name, best, f"us, {macs:.2f} million MACs, {best * rate_hz / 1e4:.2f} %")
     results.finish(arguments.json)

@@ -1,12 +1,11 @@
-"""Cost of a control step: the networks in every engine, the paced step, and the start.
+"""Cost of a control step: the networks, the paced step, and the start.
 
     python -m tests.benchmarks.step [--calls N] [--seconds S] [--json]
 
-`inference_ratio_ort` and `inference_ratio_torch`: median of the shipped gesture network in the
-engine that `controller install` chooses here, over the median of the paper's network
-(`models/paper.orb`: its widths, trained, tiny weights set to zero) in ONNX Runtime and in PyTorch
-as it comes. All run interleaved, one thread, on windows of a real stream that slide as they do on
-the device. Peers that are not installed are reported as missing.
+`inference_ratio_ort` and `inference_ratio_torch`: median of the shipped gesture network over that
+of the paper's network (`models/paper.orb`: its widths, trained, tiny weights set to zero) in ONNX
+Runtime and in PyTorch as it comes. All run interleaved, one thread, on windows of a real stream
+that slide as they do on the device. Peers that are not installed are reported as missing.
 
 `step`: frame in, packet out into a pipe, on an absolute schedule at 10 and 100 frames a second.
 `startup`: from the start of the process until it has printed a first command, over `import
@@ -31,10 +30,9 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy import selftest
-from controller.bundles.inference import engines, onnx_reader
-from controller.bundles.inference.engines import Network
+from controller.bundles.inference import onnx_reader, onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
+from controller.bundles.inference.onnxruntime_engine import Network
 from controller.protocol.messages import NumberedCommand
 from controller.protocol.packets import encode
 from controller.recognition.frames import Window
@@ -79,9 +77,7 @@ def networks(shipped: Bundle, paper: Bundle) -> dict[str, Network | str]:
     """Return every network that is timed, by name; text says why one is missing."""
     out: dict[str, Network | str] = {}
     for name, bundle in (("shipped", shipped), ("paper", paper)):
-        model = bundle.gesture_onnx
-        for engine in engines.NAMES:
-            out[f"{name}@{engine}"] = engines.open_network(engine, model, onnx_reader.read(model))
+        out[name] = onnxruntime_engine.network(bundle.gesture_onnx)
         out[f"{name}@torch"] = _torch(name, bundle)
     return out
 
@@ -132,9 +128,9 @@ def interleaved(
     }
 
 
-def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
+def paced(bundle: Bundle, rate_hz: float, seconds: float) -> Array:
     """Return the milliseconds of each control step on a schedule, the packet in a pipe included."""
-    pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     frames = reader.load(DEMO).frames
     out, into = os.pipe()
     count = round(seconds * rate_hz)
@@ -178,15 +174,14 @@ class Start:
 
 
 def starts(bundle: Bundle) -> dict[str, list[Start]]:
-    """Return how `controller` starts with each engine, and `import onnxruntime` alone, in turns."""
+    """Return how `controller` starts, and `import onnxruntime` alone, in turns."""
     alone = "import onnxruntime; print(1, flush=True)"
     programs = {"import": [sys.executable, "-c", alone]}
     with tempfile.TemporaryDirectory() as folder:
         session = Path(folder, "session.npz")
         session.write_bytes(writer.pack(about_to_command(bundle)))
-        for engine in engines.NAMES:
-            replay = ("--replay", str(session), "--engine", engine)
-            programs[engine] = [sys.executable, "-m", "controller", *replay]
+        replay = ("--replay", str(session))
+        programs["controller"] = [sys.executable, "-m", "controller", *replay]
         taken: dict[str, list[Start]] = {name: [] for name in programs}
         environment = {**os.environ, "PYTHONPYCACHEPREFIX": folder, "ORT_DISABLE_TELEMETRY": "1"}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -253,29 +248,25 @@ def main() -> None:
         for label, share in (("p50", 50), ("p99", 99), ("p999", 99.9)):
             value = float(np.percentile(times, share))
             results.note(f"inference_{label}@{name}", value, "us")
-    chosen = selftest.run(bundles.default_path())[0].engine
-    ours = medians[f"shipped@{chosen}"]
-    print(f"the engine that `controller install` chooses here: {chosen}")
-    for name, peer in (("ort", "paper@onnxruntime"), ("torch", "paper@torch")):
+    ours = medians["shipped"]
+    for name, peer in (("ort", "paper"), ("torch", "paper@torch")):
         known = peer in medians
         report(f"inference_ratio_{name}", ours / medians[peer] if known else "missing", "")
-    tail_ratio = float(np.percentile(_times(timed[f"shipped@{chosen}"]), 99)) / ours
+    tail_ratio = float(np.percentile(_times(timed["shipped"]), 99)) / ours
     report("inference_p99_over_p50", tail_ratio, "")
     for rate_hz in (10.0, 40.0, 100.0):
         paced_bundle = shipped if rate_hz == shipped.rate_hz else usual
-        steps = paced(paced_bundle, chosen, rate_hz, arguments.seconds)
+        steps = paced(paced_bundle, rate_hz, arguments.seconds)
         for label, share in (("p99", 99), ("p50", 50), ("p999", 99.9)):
             report(f"step_{label}_ms@{rate_hz:g}Hz", float(np.percentile(steps, share)), "ms")
     started = starts(shipped)
-    alone = started.pop("import")
-    for engine in sorted(started, key=lambda engine: engine != chosen):
-        at = "" if engine == chosen else f"@{engine}"
-        ours, theirs = _median(started[engine], "seconds"), _median(alone, "seconds")
-        report(f"startup_s{at}", ours, "s")
-        report(f"startup_ratio{at}", ours / theirs, "")
-        ours, theirs = _median(started[engine], "cpu_s"), _median(alone, "cpu_s")
-        report(f"startup_cpu_ratio{at}", ours / theirs, "")
-        report(f"rss_mb{at}", _median(started[engine], "resident_mb"), "MB")
+    alone, ours_started = started["import"], started["controller"]
+    ours, theirs = _median(ours_started, "seconds"), _median(alone, "seconds")
+    report("startup_s", ours, "s")
+    report("startup_ratio", ours / theirs, "")
+    ours, theirs = _median(ours_started, "cpu_s"), _median(alone, "cpu_s")
+    report("startup_cpu_ratio", ours / theirs, "")
+    report("rss_mb", _median(ours_started, "resident_mb"), "MB")
     results.finish(arguments.json)
 
 

@@ -59,7 +59,7 @@ def change(
         with suppress(BundleError):  # nothing to go back to
             if kind == "install":
                 name, data = draw.choice(made)
-                store.install(data, StoredBundle(name, "onnxruntime", 1.0, "now"))
+                store.install(data, StoredBundle(name, 1.0, "now"))
             elif kind == "rollback":
                 store.rollback()
             else:
@@ -141,7 +141,7 @@ def main() -> None:
         seen[state(folder)] += 1
         store = BundleStore(folder)
         name, data = made[0]
-        store.install(data, StoredBundle(name, "onnxruntime", 1.0, "now"))  # which sweeps
+        store.install(data, StoredBundle(name, 1.0, "now"))  # which sweeps
         named = {f"{entry.name}.orb" for entry in store.record().entries}
         left = {path.name for path in folder.iterdir()} - named - {RECORD, leftovers.LOCK}
     assert set(ends) <= {0, -signal.SIGKILL}

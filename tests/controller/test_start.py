@@ -4,7 +4,7 @@ import sys
 from importlib.resources import files
 
 # What a plain run does without: what is large, of ours and of libraries.
-SPARED = "controller.diagnostics controller.simulator controller.teach onnxruntime serial"
+SPARED = "controller.diagnostics controller.simulator controller.teach serial"
 PROGRAM = """
 import sys
 from controller.__main__ import main
@@ -25,7 +25,7 @@ def imported(*words: str) -> set[str]:
 
 def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
     demo = str(files("assets") / "demo.npz")
-    plain = imported("--replay", demo, "--engine", "numpy")
+    plain = imported("--replay", demo)
     assert {"controller.cli.run", "controller.recognition.pipeline", "numpy"} <= plain
     assert not plain.intersection(SPARED.split())
 

@@ -3,7 +3,7 @@
     python -m tests.system.arm64 [TESTS...]
 
 Builds, once, in the user's cache folder: qemu for user programs, a Debian for ARM with nothing in
-it but Python, and the wheels that a Raspberry Pi would install. Then it compares both engines'
+it but Python, and the wheels that a Raspberry Pi would install. Then it compares the
 golden answers with this machine's, and runs the device's default tests there. About ten minutes the
 first time; emulated seconds say nothing about a Pi's.
 """
@@ -46,17 +46,16 @@ ANSWERS: Final = """
 import sys
 import numpy as np
 from controller.bundles import bundle
-from controller.bundles.inference import engines, onnx_reader as graph
+from controller.bundles.inference import onnxruntime_engine
 shipped = bundle.read(bundle.default_path())
 golden = shipped.golden
 out = {}
-for engine in engines.NAMES:
-    for name, model, questions in (
-        ("gesture", shipped.gesture_onnx, golden.windows),
-        ("location", shipped.location_onnx, golden.images),
-    ):
-        network = engines.open_network(engine, model, graph.read(model))
-        out[f"{engine} {name}"] = np.array([network(q[None])[0] for q in questions])
+for name, model, questions in (
+    ("gesture", shipped.gesture_onnx, golden.windows),
+    ("location", shipped.location_onnx, golden.images),
+):
+    network = onnxruntime_engine.network(model)
+    out[name] = np.array([network(q[None])[0] for q in questions])
 np.savez(sys.argv[1], **out)
 """
 
@@ -147,7 +146,7 @@ def _run(*command: str) -> None:
 def answers(
     program: Path, folder: Path
 ) -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
-    """Return the golden answers of each engine and network, as a Python gives them."""
+    """Return the golden answers of each network, as a Python gives them."""
     path = folder / "answers.npz"
     subprocess.run(
         [str(program), "-c", ANSWERS, str(path)],

@@ -16,7 +16,6 @@ from controller.bundles.deploy.store import (
     shown_name,
     summary,
 )
-from controller.bundles.inference import engines
 from controller.protocol import codec, messages, packets
 
 
@@ -37,8 +36,8 @@ def install(
     """Test a bundle and take it into use; return a sentence that names the one in use.
 
     With `other_sensor` another grid, pitch or rate is accepted; `corrects` names the bundle in use
-    that it is a change of, and then only the engine of that one is tested, for less time; lines of
-    intermediate results are reported.
+    that it is a change of, and then it is tested for less time; lines of intermediate results are
+    reported.
 
     Raises:
         BundleError: It is damaged, does not fit, or fails its self-test.
@@ -49,30 +48,28 @@ def install(
     if not other_sensor:
         check_fits(new, _in_use(store, new.rate_hz))
     report(f"{path} is whole: {summary(new)}")
-    engine = "" if corrects is None else store.current()[1] or engines.STANDARD
-    results = selftest.run(path, [engine], selftest.FEW_BLOCKS) if engine else selftest.run(path)
-    for result in results:
-        report(f"  {result.engine:12} {result.problem or _timing(result)}")
-    best, period_us = results[0], 1e6 / new.rate_hz
-    if best.worst_us > period_us:
+    result = selftest.run(path, selftest.BLOCKS if corrects is None else selftest.FEW_BLOCKS)
+    report(f"  {result.step_us:.0f} µs a step, {result.worst_us:.0f} µs at most in 99 of 100")
+    period_us = 1e6 / new.rate_hz
+    if result.worst_us > period_us:
         raise TooSlowError(
-            f"a step takes {best.worst_us / 1000:.1f} ms on this device, longer than the "
+            f"a step takes {result.worst_us / 1000:.1f} ms on this device, longer than the "
             f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network"
         )
     data = path.read_bytes()
     if hashlib.sha256(data).hexdigest() != new.hash:
         raise BundleError(f"{path} has changed while it was tested; install it once more")
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    entry = StoredBundle(name_of(new), best.engine, round(best.step_us, 1), now, corrects)
+    entry = StoredBundle(name_of(new), round(result.step_us, 1), now, corrects)
     back = shown_name(store.install(data, entry).previous)
     back = back and f"; `controller rollback` goes back to {back}"
-    return f"{entry.name} is in use with {best.engine}{back}"
+    return f"{entry.name} is in use{back}"
 
 
 def _in_use(store: BundleStore, rate_hz: float) -> Bundle:
     """Return the bundle in use; the one that ships if it cannot be read."""
     try:
-        return bundles.read(store.current(rate_hz)[0])
+        return bundles.read(store.current(rate_hz))
     except BundleError:
         return bundles.read(bundles.default_path(rate_hz))
 
@@ -101,8 +98,3 @@ def check_packets(new: Bundle) -> None:
             packets.encode(message, session=0, sequence=0, t_ms=0)
     except codec.ProtocolError as error:
         raise BundleError(f"{error}; use fewer or shorter labels and commands") from None
-
-
-def _timing(result: selftest.SelfTestResult) -> str:
-    worst = f"{result.worst_us:.0f} µs at most in 99 of 100"
-    return f"{result.step_us:6.0f} µs a step, {worst}"

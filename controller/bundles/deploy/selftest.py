@@ -1,15 +1,15 @@
-"""Self-test of a bundle on this device: golden vectors, then a timed control step, by engine.
+"""Self-test of a bundle on this device: golden vectors, then a timed control step.
 
-Each engine runs in its own process with a deadline, since a library built for another processor
-ends its process instead of raising an error. `python -m controller.bundles.deploy.selftest FILE
-ENGINE BLOCKS` is that process.
+It runs in its own process with a deadline, since a library built for another processor ends its
+process instead of raising an error. `python -m controller.bundles.deploy.selftest FILE BLOCKS` is
+that process.
 """
 
 import json
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
@@ -18,12 +18,11 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import one_line
 from controller.recognition.pipeline import Pipeline
 
-DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
+DEADLINE_S: Final = 60.0  # a slow board needs some seconds for the import
 STEPS: Final = 1000  # in a timed block
 BLOCKS: Final = 10  # timed blocks, after one untimed block; the fastest one counts
 FEW_BLOCKS: Final = 1  # of a bundle that was changed while it is in use
@@ -31,52 +30,40 @@ FEW_BLOCKS: Final = 1  # of a bundle that was changed while it is in use
 
 @dataclass(frozen=True, slots=True)
 class SelfTestResult:
-    """Measurements of one engine."""
+    """Measurements of a bundle's control step, from a frame to a gesture."""
 
-    engine: str
-    # median control step, from a frame to a gesture, of the fastest block, microseconds
-    step_us: float = 0.0
+    step_us: float = 0.0  # median of the fastest block, microseconds
     worst_us: float = 0.0  # 99th percentile of that block, microseconds
-    problem: str = ""  # reason that the engine cannot be used; "" if it can
+    problem: str = ""  # reason that the bundle cannot be used; "" if it can
 
 
-def run(
-    path: Path, names: Iterable[str] = engines.NAMES, blocks: int = BLOCKS
-) -> list[SelfTestResult]:
-    """Return the measurements of every engine, the fastest first; BundleError if all fail."""
+def run(path: Path, blocks: int = BLOCKS) -> SelfTestResult:
+    """Return the measurements of a bundle; BundleError if it cannot be used here."""
     bundles.read(path)
-    tried = [_in_a_process(path, name, blocks) for name in names]
-    best, *others = sorted(tried, key=lambda result: (bool(result.problem), result.step_us))
-    if best.problem:
-        raise BundleError("; ".join(dict.fromkeys(result.problem for result in tried)))
-    return [best, *others]
-
-
-def _in_a_process(path: Path, engine: str, blocks: int) -> SelfTestResult:
     module = "controller.bundles.deploy.selftest"
-    command = [sys.executable, "-m", module, str(path.resolve()), engine, str(blocks)]
+    command = [sys.executable, "-m", module, str(path.resolve()), str(blocks)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
-        return SelfTestResult(**json.loads(done.stdout.splitlines()[-1]))
+        result = SelfTestResult(**json.loads(done.stdout.splitlines()[-1]))
     except subprocess.TimeoutExpired:
-        return SelfTestResult(engine, problem=f"{engine} did not answer within {DEADLINE_S:g} s")
+        raise BundleError(f"the self-test did not end within {DEADLINE_S:g} s") from None
     except (IndexError, ValueError, TypeError):
-        return SelfTestResult(
-            engine, problem=f"{engine} ended with status {done.returncode} on this device"
-        )
+        raise BundleError(
+            f"the self-test ended with status {done.returncode} on this device"
+        ) from None
+    if result.problem:
+        raise BundleError(result.problem)
+    return result
 
 
 def measure(
-    bundle: Bundle,
-    engine: str,
-    clock_ns: Callable[[], int] = time.perf_counter_ns,
-    blocks: int = BLOCKS,
+    bundle: Bundle, clock_ns: Callable[[], int] = time.perf_counter_ns, blocks: int = BLOCKS
 ) -> SelfTestResult:
-    """Check golden vectors with an engine in this process, and time its control step."""
+    """Check golden vectors in this process, and time the control step."""
     try:
-        pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
+        pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     except BundleError as error:  # it may quote names in the networks
-        return SelfTestResult(engine, problem=one_line(str(error)))
+        return SelfTestResult(problem=one_line(str(error)))
     ratio = bundle.preprocess.normalise == "ratio"
     rest, scale = (40.0, 40.0) if ratio else (0.0, bundle.preprocess.scale)
     noise = np.random.default_rng(0).normal(0.0, 0.01, (64, bundle.rows, bundle.columns))
@@ -96,10 +83,10 @@ def measure(
         pipeline.check_health()  # when the gesture is out
     steps = times[STEPS:].reshape(blocks, STEPS) / 1000.0
     p50, p99 = np.percentile(steps, [50, 99], axis=1).min(axis=1)
-    return SelfTestResult(engine, round(float(p50), 1), round(float(p99), 1))
+    return SelfTestResult(round(float(p50), 1), round(float(p99), 1))
 
 
 if __name__ == "__main__":
-    _path, _engine, _blocks = sys.argv[1:]
-    _result = measure(bundles.read(Path(_path)), _engine, blocks=int(_blocks))
+    _path, _blocks = sys.argv[1:]
+    _result = measure(bundles.read(Path(_path)), blocks=int(_blocks))
     print(json.dumps(asdict(_result)))

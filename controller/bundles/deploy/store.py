@@ -35,10 +35,10 @@ class StoredBundle:
 
     # the first 16 digits of its hash
     name: str = field(metadata={"pattern": _NAME, "expected": "16 digits of a hash"})
-    engine: str  # the fastest inference engine for it on this device
-    step_us: float  # median control step with that engine, microseconds
+    step_us: float  # median control step on this device, microseconds
     installed: str  # time of installation, ISO 8601
     corrects: str | None = None  # name of the bundle that it is a correction of; None if it is none
+    engine: str | None = None  # not used; records of earlier versions name one
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +95,9 @@ class BundleStore:
         """Return the path of a bundle; "" is the shipped one, of a rate if there is one for it."""
         return self.folder / f"{name}.orb" if name else bundles.default_path(rate_hz)
 
-    def current(self, rate_hz: float | None = None) -> tuple[Path, str]:
-        """Return the bundle in use, and its fastest engine; "" if it was not measured.
-
-        If none is installed, it is the shipped one of a rate.
-        """
-        record = self.record()
-        entry = record.entry(record.current)
-        return self.path(record.current, rate_hz), entry.engine if entry else ""
+    def current(self, rate_hz: float | None = None) -> Path:
+        """Return the bundle in use; if none is installed, the shipped one of a rate."""
+        return self.path(self.record().current, rate_hz)
 
     def install(self, data: bytes, entry: StoredBundle) -> InstalledRecord:
         """Take a tested bundle into use; the old one is kept for `rollback`.

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines, onnx_reader, onnx_shapes
-from controller.bundles.inference.engines import EngineError, Network
+from controller.bundles.inference import onnx_reader, onnx_shapes, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import GraphError
+from controller.bundles.inference.onnxruntime_engine import EngineError, Network
 from controller.recognition.frames import Image, Window
 from controller.recognition.pipeline import Networks
 from controller.recognition.touch_input import TouchInput
@@ -25,16 +25,15 @@ class Recognizer(Networks):
     """The networks of a bundle, checked with its golden vectors before they are used.
 
     Attributes:
-        engine: Name and version of the inference engine, for recordings.
+        engine: Name and version of ONNX Runtime, for recordings.
     """
 
-    def __init__(self, bundle: Bundle, engine: str = "") -> None:
-        """Load and check all networks in an engine; BundleError if one answers differently."""
-        engine = engine or engines.standard()
+    def __init__(self, bundle: Bundle) -> None:
+        """Load and check all networks; BundleError if one answers differently."""
         try:
-            self.engine = engines.version(engine)
+            self.engine = onnxruntime_engine.version()
         except EngineError as error:
-            raise BundleError(str(error)) from None
+            raise BundleError(f"a bundle {error}") from None
         golden = bundle.golden
         models = {
             "gesture": (bundle.gesture_onnx, golden.windows, golden.probabilities),
@@ -48,7 +47,7 @@ class Recognizer(Networks):
             if model or name == "gesture":
                 whole, located = inputs.shape[1:], name == "location"
                 shape = bundle.touch.shape(*whole) if located else whole
-                network = _network(name, model, shape, outputs.shape[1], engine)
+                network = _network(name, model, shape, outputs.shape[1])
                 network = _located(network, bundle.touch) if located else network
                 _check_golden(name, network, inputs, outputs)
                 self._networks[name] = network
@@ -94,7 +93,7 @@ def _located(network: Network, settings: TouchInput) -> Network:
     return places
 
 
-def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int, engine: str) -> Network:
+def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int) -> Network:
     """Return a network for inputs of a shape; its operators are checked before it is loaded."""
     try:
         read = onnx_reader.read(model)
@@ -105,7 +104,7 @@ def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int, engi
             )
         if name != "location" and read.nodes[-1].op != "Softmax":
             raise GraphError("does not end in Softmax, so its answers are no probabilities")
-        return engines.open_network(engine, model, read)
+        return onnxruntime_engine.network(model)
     except (GraphError, EngineError) as error:
         raise BundleError(f"the {name} network {error}") from None
 

@@ -1,4 +1,9 @@
-"""ONNX Runtime, the standard engine. The one module that imports it, for training too.
+"""ONNX Runtime, which runs the networks. The one module that imports it, for training too.
+
+    network = onnxruntime_engine.network(model)  # the file's graph was checked by `onnx_reader`
+    outputs = network(inputs)  # (n, ...) float32 to (n, ...) float32
+
+The library is imported with the first network, because it takes a fifth of a second.
 
 The wheels of ONNX Runtime report usage to their maker by default: a persistent device identifier
 and a database of events in the user's cache folder, and uploads. The environment variable that
@@ -10,49 +15,41 @@ the slowest runs down (measured: a 1 ms tail instead of 10 ms).
 """
 
 import os
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles.inference.engines import EngineError, Network
-from controller.bundles.inference.onnx_reader import Graph
-
 os.environ["ORT_DISABLE_TELEMETRY"] = "1"
-import onnxruntime as ort
 
-ort.disable_telemetry_events()
+Network = Callable[[NDArray[np.float32]], NDArray[np.float32]]  # (n, ...) to (n, ...)
 
 _FATAL = 4  # ONNX Runtime's severity above which it writes to standard error
 
 
+class EngineError(ValueError):
+    """ONNX Runtime is missing, or cannot run this network; the message has no subject."""
+
+
 def version() -> str:
-    """Return name and version, for recordings."""
-    return f"onnxruntime {ort.__version__}"
+    """Return name and version, for recordings; EngineError if it is missing."""
+    return f"onnxruntime {_library().__version__}"
 
 
-def session(model: bytes) -> ort.InferenceSession:
-    """Return a session; errors of ONNX Runtime have no common class below Exception."""
-    options = ort.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.inter_op_num_threads = 1
-    options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    options.log_severity_level = _FATAL
-    return ort.InferenceSession(model, options, providers=["CPUExecutionProvider"])
-
-
-def network(model: bytes, graph: Graph) -> Network:
+def network(model: bytes) -> Network:
     """Return a network, (n, ...) to (n, ...); EngineError if ONNX Runtime does not load it."""
+    library = _library()
     try:
-        opened = session(model)
+        opened = _session(library, model)
         (entry,), (exit_,) = opened.get_inputs(), opened.get_outputs()
-    except Exception as error:  # see `session`
+    except Exception as error:  # its errors have no common class below Exception
         raise EngineError(f"does not load: {first_line(error)}") from None
 
     def run(batch: NDArray[np.float32]) -> NDArray[np.float32]:
         try:
             output: NDArray[np.float32] = opened.run([exit_.name], {entry.name: batch})[0]
-        except Exception as error:  # see `session`
+        except Exception as error:  # as above
             raise EngineError(f"does not run: {first_line(error)}") from None
         return output
 
@@ -62,3 +59,25 @@ def network(model: bytes, graph: Graph) -> Network:
 def first_line(error: Exception) -> str:
     """Return the first line of an error's message."""
     return (str(error).splitlines() or [type(error).__name__])[0][:200]
+
+
+def _library() -> Any:
+    try:
+        import onnxruntime
+    except ImportError as error:
+        raise EngineError(
+            f"needs ONNX Runtime, which cannot be loaded ({first_line(error)}); use a computer "
+            "for which `pip install onnxruntime` finds a wheel"
+        ) from None
+    onnxruntime.disable_telemetry_events()
+    return onnxruntime
+
+
+def _session(library: Any, model: bytes) -> Any:
+    options = library.SessionOptions()
+    options.intra_op_num_threads = 1
+    options.inter_op_num_threads = 1
+    options.execution_mode = library.ExecutionMode.ORT_SEQUENTIAL
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.log_severity_level = _FATAL
+    return library.InferenceSession(model, options, providers=["CPUExecutionProvider"])

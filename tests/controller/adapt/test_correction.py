@@ -75,7 +75,7 @@ def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
     def install(path: Path, corrects: str | None = None) -> str:
         data = path.read_bytes()
         name = name_of(bundles.parse(data))
-        shelf.install(data, StoredBundle(name, "numpy", 1.0, "now", corrects))
+        shelf.install(data, StoredBundle(name, 1.0, "now", corrects))
         return name
 
     return install
@@ -91,13 +91,13 @@ def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path
 
     assert correct("twist_cw") == "learned: that was twist_cw (1 so far)"
     assert correct("null") == "learned: that was nothing (2 so far)"
-    now = bundles.read(shelf.current()[0])
+    now = bundles.read(shelf.current())
     assert now.card["added"] == ["corrected in play: twist_cw", "corrected in play: nothing"]
     assert now.labels == bundles.read(SHIPPED).labels
     assert correct("") == "taken back (1 left)"
-    assert bundles.read(shelf.current()[0]).card["added"] == ["corrected in play: twist_cw"]
+    assert bundles.read(shelf.current()).card["added"] == ["corrected in play: twist_cw"]
     assert correct("") == "taken back (0 left)"
-    assert shelf.current(RATE_HZ)[0] == SHIPPED
+    assert shelf.current(RATE_HZ) == SHIPPED
     with pytest.raises(BundleError, match="no change to undo"):
         correct("")
     assert not list((tmp_path / "incoming").iterdir())

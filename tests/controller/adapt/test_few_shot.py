@@ -12,7 +12,7 @@ from controller.adapt import AdaptError, Example, few_shot, head, rehearsal
 from controller.adapt.examples import paced, touched, vary
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines, onnx_reader
+from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.orb import preset
@@ -64,8 +64,8 @@ def written(made: adapt.AdaptedBundle) -> bytes:
         return (Path(folder) / "x.orb").read_bytes()
 
 
-def named(loaded: Bundle, windows: np.ndarray, engine: str = "numpy") -> list[str]:
-    run = engines.open_network(engine, loaded.gesture_onnx, onnx_reader.read(loaded.gesture_onnx))
+def named(loaded: Bundle, windows: np.ndarray) -> list[str]:
+    run = onnxruntime_engine.network(loaded.gesture_onnx)
     return [loaded.labels[int(run(window[None])[0].argmax())] for window in windows]
 
 
@@ -87,8 +87,7 @@ def test_three_double_taps_make_a_bundle_that_knows_double_taps() -> None:
     assert learned.mapping.command("double_tap", None) == "hold"
     assert learned.card["added"] == ["double_tap from 3 examples"]
     assert learned.location_onnx == LOADED.location_onnx
-    for engine in engines.NAMES:
-        Recognizer(learned, engine)  # asks the renewed golden questions
+    Recognizer(learned)  # asks the renewed golden questions
     another = found(examples("double_tap", 5)[4])
     windows, telling = vary(another, 10, 1, np.random.default_rng(0))
     late = named(learned, windows[telling >= 0.9])

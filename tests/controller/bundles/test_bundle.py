@@ -16,8 +16,8 @@ from controller import npz
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
-from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
+from controller.bundles.inference.onnxruntime_engine import Network
 from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 

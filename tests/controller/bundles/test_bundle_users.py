@@ -35,10 +35,9 @@ def test_a_bundle_without_people_has_no_word_about_them() -> None:
     assert Recognizer(shipped).people(shipped.golden.windows[0]) is None
 
 
-@pytest.mark.parametrize("engine", ["onnxruntime", "numpy"])
-def test_every_engine_asks_the_user_network_and_the_named_head(path: Path, engine: str) -> None:
+def test_the_user_network_and_the_named_head_are_asked(path: Path) -> None:
     read = bundle.read(path)
-    recognizer = Recognizer(read, engine)
+    recognizer = Recognizer(read)
     window = np.ones((10, 5, 5), dtype=np.float32)
     window[:, :, 4] = 0.8
     who = recognizer.people(window)

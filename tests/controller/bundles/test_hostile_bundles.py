@@ -53,7 +53,7 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
         Preprocessor(found.preprocess, found.rows, found.columns)
         Debouncer(found.labels, found.debounce)
         row = {"problem": "", "about": "", "name": "", "in_use": True, "installed": "yesterday"}
-        row |= {"engine": "numpy", "step_us": 50.0, "corrects": "", "card": found.card}
+        row |= {"step_us": 50.0, "corrects": "", "card": found.card}
         assert list(bundles._lines(row))
         json.dumps(found.card, default=str)
         tomli_w.dumps(bundle.manifest(manifest))  # what is written when more is learned
@@ -63,8 +63,8 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
 
 def test_three_hundred_records_are_read_or_refused_in_one_sentence(tmp_path: Path) -> None:
     entries = (
-        StoredBundle("0" * 16, "numpy", 50.0, "today"),
-        StoredBundle("f" * 16, "onnxruntime", 60.0, "now"),
+        StoredBundle("0" * 16, 50.0, "today"),
+        StoredBundle("f" * 16, 60.0, "now"),
     )
     text, draw, taken = _text(InstalledRecord("f" * 16, "0" * 16, entries)), Random(2026), 0
     for _ in range(300):

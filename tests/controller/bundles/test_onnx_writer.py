@@ -48,8 +48,7 @@ def test_weights_that_sixteen_bits_hold_are_stored_with_sixteen() -> None:
     assert len(long) - len(short) == pytest.approx(2 * exact.size, abs=60)
     assert same(onnx_reader.read(short), _gemm(exact))
     x = np.ones((3, 40), dtype=np.float32)
-    session = onnxruntime_engine.session(short)
-    (seen,) = session.run(None, {"x": x})
+    seen = onnxruntime_engine.network(short)(x)
     np.testing.assert_allclose(seen, x @ exact.astype(np.float32).T, rtol=1e-5)
 
 

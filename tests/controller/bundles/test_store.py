@@ -45,7 +45,7 @@ def variant(folder: Path, number: int) -> Path:
 
 def put(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
     name = name_of(bundles.read(path))
-    entry = StoredBundle(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
+    entry = StoredBundle(name, 50.0, "2026-11-21T12:00:00+00:00", corrects)
     shelf.install(path.read_bytes(), entry)
     return name
 
@@ -74,15 +74,15 @@ DAMAGED = (
 
 
 def test_an_installed_bundle_is_used_and_rolled_back(tmp_path: Path, shelf: BundleStore) -> None:
-    assert shelf.current() == (SHIPPED, "")
+    assert shelf.current() == SHIPPED
     with pytest.raises(BundleError, match="nothing was installed before"):
         shelf.rollback()
     one = put(shelf, variant(tmp_path, 1))
     shelf.rollback()
-    assert shelf.current()[0] == SHIPPED
+    assert shelf.current() == SHIPPED
     shelf.rollback()
     two = put(shelf, variant(tmp_path, 2))
-    assert shelf.current() == (shelf.path(two), "numpy")
+    assert shelf.current() == shelf.path(two)
     assert [shelf.rollback().current, shelf.rollback().current] == [one, two]
 
 
@@ -155,14 +155,14 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
 ) -> None:
     path, other = variant(tmp_path, 1), variant(tmp_path, 2)
 
-    def prove(path: Path) -> list[selftest.SelfTestResult]:
+    def prove(path: Path, blocks: int) -> selftest.SelfTestResult:
         path.write_bytes(other.read_bytes())
-        return [selftest.SelfTestResult("numpy", 50.0, 60.0)]
+        return selftest.SelfTestResult(50.0, 60.0)
 
     monkeypatch.setattr(selftest, "run", prove)
     with pytest.raises(BundleError, match="has changed while it was tested"):
         install.install(path, shelf, other_sensor=False, report=lambda _: None)
-    assert shelf.current() == (SHIPPED, "")
+    assert shelf.current() == SHIPPED
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
@@ -219,35 +219,25 @@ def test_a_full_disk_changes_nothing(
 
 def test_the_median_step_is_what_the_clock_says() -> None:
     ticks = count(step=7_000)  # a clock on which every step takes 7 microseconds
-    shown = selftest.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks))
-    assert shown == selftest.SelfTestResult("numpy", 7.0, 7.0)
+    shown = selftest.measure(bundles.read(SHIPPED), lambda: next(ticks))
+    assert shown == selftest.SelfTestResult(7.0, 7.0)
 
 
-def test_an_engine_that_kills_its_process_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_library_that_kills_its_process_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """As ONNX Runtime does on a processor that it was not built for: status -4, not a word."""
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        if "onnxruntime" in words:
-            return subprocess.CompletedProcess(words, -4, "", "")
-        return subprocess.CompletedProcess(
-            words, 0, json.dumps(dataclasses.asdict(selftest.SelfTestResult("numpy", 50.0, 90.0)))
-        )
+        return subprocess.CompletedProcess(words, -4, "", "")
 
     monkeypatch.setattr(subprocess, "run", run)
-    best, other = selftest.run(SHIPPED)
-    assert best.engine == "numpy"
-    assert other.problem == "onnxruntime ended with status -4 on this device"
-
-
-def test_no_engine_at_all_is_refused_with_every_reason() -> None:
-    with pytest.raises(BundleError, match="no engine is named 'abacus'"):
-        selftest.run(SHIPPED, ["abacus"])
+    with pytest.raises(BundleError, match="the self-test ended with status -4 on this device"):
+        selftest.run(SHIPPED)
 
 
 def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
     ends = value(11, "x", 0, 10, 5, 5), value(12, "y", 0, 5)
     odd = model(node("\x1b[2J", "x", "y"), *ends)
-    shown = selftest.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd), "numpy")
+    shown = selftest.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd))
     assert "has the operator \\x1b[2J; a device runs" in shown.problem
 
 
@@ -279,12 +269,12 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     path = tmp_path / "x.orb"
     bundles.write(path, manifest=text, parts=bundles.content(parts))
     name = name_of(bundles.read(path))
-    shelf.install(path.read_bytes(), StoredBundle(name, "\x1b[31mnumpy", 50.0, "to\nday"))
+    shelf.install(path.read_bytes(), StoredBundle(name, 50.0, "\x1b[31mto\nday"))
     assert main(["models"]) == 0
     out = capsys.readouterr().out
     assert out.replace("\n", "").isprintable()
     assert "\\x1b]0;key\\x07: \\u202e" in out
-    assert "installed to\\nday, \\x1b[31mnumpy" in out
+    assert "installed \\x1b[31mto\\nday, 50 µs" in out
     assert main(["models", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)[1]["card"]["made"] == "1979-05-27"
 

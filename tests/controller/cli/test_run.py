@@ -16,7 +16,7 @@ import pytest
 
 from controller.__main__ import main
 from controller.bundles import bundle
-from controller.bundles.inference import engines
+from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
@@ -48,7 +48,7 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     shipped = bundle.read(BUNDLE)
     sensor = sensors.load("virtual", rate_hz, seed=3)
     pipeline = Pipeline(shipped.settings, Recognizer(shipped), shipped.mapping)
-    engine = engines.version("onnxruntime")
+    engine = onnxruntime_engine.version()
     origin = Provenance(
         sensor.device_id, 5, 5, 10.0, rate_hz, shipped.labels, shipped.hash, engine, "test"
     )
