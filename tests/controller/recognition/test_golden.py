@@ -17,6 +17,7 @@ from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
+from tests.support.golden import compare
 
 ROOT = Path(__file__).parent.parent.parent.parent
 GOLDEN = Path(__file__).with_name("golden.npz")
@@ -65,13 +66,7 @@ def now() -> dict[str, NDArray[Any]]:
 
 
 def test_recognition_says_what_it_said(now: dict[str, NDArray[Any]]) -> None:
-    with np.load(GOLDEN) as golden:
-        assert set(golden.files) == set(now)
-        for name in golden.files:
-            if golden[name].dtype.kind == "U":
-                assert list(golden[name]) == list(now[name]), name
-            else:
-                np.testing.assert_allclose(now[name], golden[name], rtol=1e-4, atol=1e-5)
+    compare(GOLDEN, now)
 
 
 if __name__ == "__main__":
