@@ -201,6 +201,19 @@ def test_what_cannot_be_done_is_refused_at_once(make: Callable[..., Orb]) -> Non
         assert why in answer.text
 
 
+def test_a_command_is_set_unless_a_mapping_file_has_it(
+    make: Callable[..., Orb], tmp_path: Path
+) -> None:
+    orb = make()
+    assert orb.ask(SetCommand("pinch", "hold")) == [LearnStatus(LEARNING, 0.0, "learning")]
+    assert until(orb.updater.poll).text == "pinch: hold"
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text('pinch = "drop"\n')
+    (refused,) = make("--mapping", str(mapping)).ask(SetCommand("pinch", "hold"))
+    assert isinstance(refused, LearnStatus)
+    assert refused.text == f"the commands are those of {mapping}; edit it"
+
+
 @pytest.mark.parametrize("label", ["press", "twist_ccw"])  # the first and the last
 def test_every_gesture_can_be_forgotten_but_null(make: Callable[..., Orb], label: str) -> None:
     orb = make()
