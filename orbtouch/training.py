@@ -29,7 +29,7 @@ def train(
     """
     if find_spec("torch") is None:
         raise UserError(f"training needs PyTorch; {how_to_install('train')}")
-    from models.training.train import Request
+    from models.training.request import Request
     from models.training.train import train as run
 
     given = [paths] if isinstance(paths, str | Path) else paths

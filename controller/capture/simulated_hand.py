@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.protocol.messages import Perform
-from controller.sensors.base import Geometry
+from controller.sensors.geometry import Geometry
 from controller.sensors.virtual import place
 from controller.simulator.gesture_file import load
 

@@ -20,7 +20,8 @@ from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFing
 from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.sensors import base as sensors
-from controller.sensors.base import RATE_HZ, Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import RATE_HZ, SensorError
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
 

@@ -22,9 +22,10 @@ from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, hand_of, rate
 from controller.errors import TROUBLE, UserError, complain, let_go
 from controller.links import PRINT, LinkAwayError
-from controller.runtime.assemble import Parts, open_device, prepare
+from controller.runtime.assemble import open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
+from controller.runtime.parts import Parts
 from controller.runtime.process import IdleCollector, WatchdogHeartbeat, real_time
 from controller.runtime.renewal import exchange, renew
 from controller.shutdown import Shutdown, signals
@@ -130,7 +131,7 @@ def _handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater | None, Teach
     """Return the handlers of changes over the link; only a run with a link imports them."""
     if current().options.link == PRINT:
         return None, None
-    from controller.runtime.bundle_updates import handlers
+    from controller.runtime.handlers import handlers
 
     return handlers(current)
 

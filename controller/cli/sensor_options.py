@@ -7,7 +7,8 @@ from pathlib import Path
 
 from controller.arguments import whole
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import SensorError
 
 PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes longer than a start
 

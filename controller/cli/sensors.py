@@ -21,7 +21,7 @@ from controller.errors import TROUBLE
 from controller.files import atomic_write
 from controller.recognition.scale import PICOFARAD
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 from controller.sensors.hardware.description import Description
 
 

@@ -10,7 +10,7 @@ import logging
 import os
 import platform
 from argparse import Namespace
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -21,7 +21,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
-from controller.links import Link, open_link
+from controller.links import open_link
 from controller.protocol import psk
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.recognition.frames import same_rate
@@ -30,34 +30,18 @@ from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings import reader
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter
-from controller.runtime.process import IdleCollector
+from controller.runtime.parts import Parts
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
-from controller.sensors.base import Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import SensorError
 
 if TYPE_CHECKING:
-    from controller.capture.cues import CuePlan
-    from controller.capture.session_recorder import RunFiles
+    pass
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 
 _log = logging.getLogger("controller")
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """Checked parts of a run."""
-
-    options: Namespace  # of the command line
-    bundle: Bundle  # the one in use
-    recognizer: Recognizer  # its networks
-    mapping: Mapping  # its mapping, or an override of it
-    sensor: Sensor  # the sensor of the first session, before its first frame
-    link: Link  # the link for messages
-    owned: bool  # whether a host started this process
-    runs: RunFiles | None  # files for recordings; None: no recording
-    plan: CuePlan | None  # cues of a recording; None: without cues
-    collector: IdleCollector | None = None  # garbage collection between frames; None: Python's own
 
 
 # --- before the first frame -----------------------------------------------------------------------

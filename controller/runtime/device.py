@@ -25,7 +25,8 @@ from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.latency import LatencyReporter
 from controller.sensors import calibration_store
-from controller.sensors.base import Sensor, SensorAwayError, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import SensorAwayError, SensorError
 
 if TYPE_CHECKING:
     from controller.capture.cues import Cue

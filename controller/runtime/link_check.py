@@ -27,7 +27,7 @@ from controller.protocol.messages import Message
 from controller.protocol.teaching import Check, CheckRow, CheckStep
 from controller.recognition.frames import Frame
 from controller.runtime.worker import Worker
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 
 if TYPE_CHECKING:
     from controller.runtime.device import Device

@@ -20,8 +20,8 @@ from controller.runtime import recording_session
 from controller.runtime.worker import Worker
 
 if TYPE_CHECKING:
-    from controller.runtime.assemble import Parts
     from controller.runtime.device import Device
+    from controller.runtime.parts import Parts
 
 MOST_S: Final = 1800.0  # of one recording
 MOST_BYTES: Final = 200 << 20  # of all

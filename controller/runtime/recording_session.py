@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from controller.recognition.frames import State
     from controller.recognition.pipeline import Pipeline
-    from controller.runtime.assemble import Parts
+    from controller.runtime.parts import Parts
     from controller.sensors.base import Sensor
 
 FREE: Final = "free"  # the protocol of a recording without cues

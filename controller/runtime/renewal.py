@@ -10,8 +10,9 @@ from controller.links import LinkError
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 from controller.protocol.packets import encode
-from controller.runtime.assemble import Parts, deployed, sensor_of, welcome_of
+from controller.runtime.assemble import deployed, sensor_of, welcome_of
 from controller.runtime.device import Device
+from controller.runtime.parts import Parts
 
 _log = logging.getLogger("controller")
 

@@ -47,13 +47,14 @@ from controller.protocol.teaching import (
     UserInfo,
     Vocabulary,
 )
-from controller.runtime.assemble import Parts, bundle_path
+from controller.runtime.assemble import bundle_path
 from controller.runtime.examples import ExampleStore, ExampleTaker, untaken
 from controller.runtime.gesture_reports import reports
 from controller.runtime.link_check import LinkCheck
 from controller.runtime.link_recording import LinkRecording
+from controller.runtime.parts import Parts
 from controller.runtime.worker import Worker
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 
 if TYPE_CHECKING:
     from controller.runtime.bundle_updates import BundleUpdater

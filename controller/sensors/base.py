@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_hints
 
 from controller import plugins
-from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.frames import Frame
 from controller.recognition.scale import SKIN, Signal
+from controller.sensors.geometry import Geometry, SensorError
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
@@ -27,24 +27,6 @@ if TYPE_CHECKING:
 
 
 REPLAY = "replay"
-RATE_HZ = 40.0  # of sensors that no bundle says otherwise for; the paper has 10 (section 4.1)
-
-
-class SensorError(UserError, ValueError):
-    """The sensor cannot be used; the message gives the reason, in one sentence."""
-
-
-class SensorAwayError(SensorError, TroubleError):
-    """The sensor gives no frame now, but may give the next one."""
-
-
-@dataclass(frozen=True, slots=True)
-class Geometry:
-    """The grid of taxels; the pitch is the distance of two."""
-
-    rows: int
-    columns: int
-    pitch_mm: float
 
 
 @dataclass(frozen=True)
@@ -128,7 +110,7 @@ class Sensor:
         return "null"
 
 
-_NO_SENSORS = ("base", "calibration_store")  # modules of this package
+_NO_SENSORS = ("base", "calibration_store", "geometry")  # modules of this package
 
 
 def names() -> list[str]:

@@ -12,7 +12,8 @@ from typing import Any, Final
 from controller.links import ports
 from controller.recognition.frames import Frame
 from controller.recordings.recording import MAX_TAXELS
-from controller.sensors.base import Sensor, SensorAwayError, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware.description import Description, affordable, read
 from controller.sensors.hardware.line_parser import LineParser
 

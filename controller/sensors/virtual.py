@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from controller.protocol.messages import Perform
-from controller.sensors.base import RATE_HZ, Geometry, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.gesture import GestureError
 from controller.simulator.gesture_file import Repertoire, load

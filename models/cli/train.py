@@ -8,7 +8,7 @@ from typing import Final
 
 from controller.arguments import whole
 from models.cli import _options as options
-from models.training.train import Request
+from models.training.request import Request
 
 SUMMARY: Final = "make a bundle from recordings"
 DESCRIPTION: Final = (

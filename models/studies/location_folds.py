@@ -29,7 +29,7 @@ from models.results.evaluation import Figure
 from models.studies.cross_validation import MOST_EPOCHS, PATIENCE, Request, Say
 from models.training.location_task import LocationTask
 from models.training.loop import fit, prepare_torch
-from models.training.train import PLACE_EPOCHS
+from models.training.request import PLACE_EPOCHS
 
 NONE: Final = np.empty(0, dtype=np.int64)
 FAINT: Final = 0.15  # share of an image's peak below which a taxel counts as untouched

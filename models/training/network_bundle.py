@@ -35,7 +35,7 @@ from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
 from models.training.networks import gesture_net, location_net
-from models.training.train import Request, Say
+from models.training.request import Request, Say
 from models.training.transfer import Start
 
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared

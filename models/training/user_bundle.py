@@ -25,7 +25,7 @@ from models.reports import page
 from models.results.training import Enrolled, SessionRow, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
-from models.training.train import Request, Say
+from models.training.request import Request, Say
 from models.training.user_task import UserGestures
 
 SPLITS: Final = ("session", "time")

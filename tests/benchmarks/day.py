@@ -31,7 +31,8 @@ from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline, Step
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry, Sensor
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import Geometry
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES

@@ -18,7 +18,7 @@ import numpy as np
 from controller.cli import doctor
 from controller.diagnostics import measurements, wiring_checks
 from controller.diagnostics.report import Row, Verdict
-from controller.sensors.base import RATE_HZ
+from controller.sensors.geometry import RATE_HZ
 from controller.sensors.hardware.emulated.faults import KINDS
 from controller.simulator.orb import PRESETS, preset
 

@@ -22,8 +22,8 @@ from controller.bundles.inference.networks import Recognizer
 from controller.recognition.event_metric import Answer, Event, Score, judge
 from controller.recognition.pipeline import Pipeline
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorAwayError
 from controller.sensors.emulated import Emulated
+from controller.sensors.geometry import SensorAwayError
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.simulator.hand import DISTRACTORS
 

@@ -32,7 +32,8 @@ from controller.runtime.device import Device
 from controller.runtime.latency import LatencyReporter, LatencyStatistics
 from controller.runtime.loop import Loop
 from controller.runtime.process import IdleCollector, real_time
-from controller.sensors.base import Geometry, Sensor
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import Geometry
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 

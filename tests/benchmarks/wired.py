@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from controller.diagnostics import touch_checks
 from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
-from controller.sensors.base import Geometry, Sensor
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import Geometry
 from controller.sensors.hardware.converters import Chip
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard

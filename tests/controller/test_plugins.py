@@ -16,7 +16,7 @@ from controller.__main__ import main
 from controller.cli import sensors as sensors_command
 from controller.protocol.messages import Command
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 from host import taps, targets
 from host.connection.receiver import Delivered
 from tests.support import ROOT

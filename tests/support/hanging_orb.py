@@ -29,6 +29,7 @@ from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
 from controller.recognition.scale import SKIN
 from controller.sensors import base
+from controller.sensors.geometry import Geometry
 from tests.controller.sensors.test_mpr121 import FakeBus
 
 LANDS_S: Final = 6.0  # a host has come by then
@@ -42,7 +43,7 @@ _load = base.load
 class Drum(base.Sensor):
     """A sensor of another package."""
 
-    geometry = base.Geometry(5, 5, 10.0)
+    geometry = Geometry(5, 5, 10.0)
     device_id = "drum-1"
 
     def __init__(self, rate_hz: float) -> None:

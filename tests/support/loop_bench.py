@@ -19,7 +19,8 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device, TimedPerform, VirtualHand
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry, Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import Geometry, SensorError
 
 SHIPPED = bundle.read(bundle.default_path(10.0))
 HELLO = Hello(2, 2, "", "test", granted=False)

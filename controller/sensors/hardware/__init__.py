@@ -5,7 +5,7 @@ Pure: wiring, reading, schedule, inversion, converters, pump. Edges: pins and kn
 """
 
 from controller.errors import TroubleError
-from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.geometry import SensorAwayError, SensorError
 
 
 class HardwareError(SensorError):

@@ -16,7 +16,7 @@ from controller.config import ConfigError
 from controller.recognition.frames import Frame
 from controller.recognition.scale import SIGNS, Signal
 from controller.recordings.recording import MAX_TAXELS
-from controller.sensors.base import RATE_HZ, Geometry, SensorError
+from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
 from controller.sensors.hardware.wiring import number, numbers
 
 UNNAMED: Final = "skin"  # of sensors whose description gives no name

@@ -26,9 +26,10 @@ from controller.protocol.messages import (
 )
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
-from controller.runtime.assemble import Parts, open_device, prepare
+from controller.runtime.assemble import open_device, prepare
 from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
+from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange, refreshed
 from host.ui.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench

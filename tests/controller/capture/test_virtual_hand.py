@@ -12,7 +12,7 @@ from controller.cli.run import parser as grammar
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
-from controller.sensors.base import Geometry, SensorError
+from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Virtual, knows, show
 from controller.simulator.virtual_orb import VirtualOrb

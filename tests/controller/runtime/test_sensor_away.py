@@ -12,7 +12,7 @@ from controller.recognition.scale import Signal
 from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.sensors import calibration_store
-from controller.sensors.base import SensorAwayError
+from controller.sensors.geometry import SensorAwayError
 from tests.support.loop_bench import FINGER, SHIPPED, Bench, Certain
 
 

@@ -41,9 +41,11 @@ from controller.protocol.teaching import (
 )
 from controller.recordings import reader
 from controller.runtime import examples, link_recording
-from controller.runtime.assemble import TOKEN, Parts, open_device, prepare
-from controller.runtime.bundle_updates import BundleUpdater, handlers
+from controller.runtime.assemble import TOKEN, open_device, prepare
+from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
+from controller.runtime.handlers import handlers
+from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange
 from controller.runtime.teacher import Teacher
 from tests.controller.adapt.test_correction import SHIPPED, copied, images

@@ -15,7 +15,7 @@ from gpiozero.pins.mock import MockFactory
 
 from controller.protocol.messages import Contact
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard

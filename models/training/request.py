@@ -1,0 +1,136 @@
+"""Options of `models train`, from which its command line is made; no PyTorch."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from models.data.examples import Choice
+from models.data.recipe import RECIPES, Recipe
+
+TaskName = Literal["both", "gesture", "location", "user", ""]
+Say = Callable[[str], None]
+
+PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
+WINDOWS: Final = (2, 250)  # images
+FOLDERS: Final = {"type": Path, "nargs": "+"}
+
+
+def _option(default: Any, words: str, metavar: str = "", **how: Any) -> Any:
+    """Return a field that is an option; `words` are its help, `how` is as argparse has it."""
+    if metavar:
+        how["metavar"] = metavar
+    if isinstance(default, bool):
+        how["action"] = "store_false" if default else "store_true"
+    return field(default=default, metadata={"help": words, **how})
+
+
+def _labels(text: str) -> tuple[str, ...]:
+    return tuple(word for word in text.split(",") if word)
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Options of `models train`; what each means is the help beside it."""
+
+    paths: tuple[Path, ...]
+    out: Path
+    task: TaskName = _option(
+        "",
+        "what to train (default: gestures, and places if the recordings have them); user: the user "
+        "network, from recordings of several people on several days (docs/users.md)",
+        choices=("gesture", "location", "both", "user"),
+    )
+    recipe: str = _option(
+        "default",
+        "the best we know, or the paper's section 4.2 to the letter (default: default)",
+        choices=tuple(RECIPES),
+    )
+    labels: Choice = _option(
+        "auto",
+        "which labels to learn (default: auto: the first of these that names a gesture)",
+        choices=("auto", "true", "button", "key", "cue"),
+    )
+    split: str = _option(
+        "",
+        "hold out sessions, users, the ends of sessions, or places: session, user, time, site "
+        "(default: session, or time for fewer than four)",
+        "BY",
+    )
+    base: Path | None = _option(
+        None,
+        "bundle of the network that is not trained, or that users are added to (default: the one "
+        "that ships)",
+        "BUNDLE",
+        flag="with",
+        type=Path,
+    )
+    start: Path | None = _option(
+        None,
+        "bundle whose networks the training starts from, of any grid, rate and labels; what fits "
+        "is taken. It helps with recordings of one to four people, or a few epochs; with other "
+        "gestures than the bundle's nothing was gained (docs/training.md; default: random)",
+        "BUNDLE",
+        flag="from",
+        type=Path,
+    )
+    seed: int = _option(0, "of everything random (default: 0)", range=(0, 2**32 - 1))
+    epochs: int = _option(
+        0,
+        "passes of CNN-3D over the examples, of CNN-2D four times as many (default: the recipe's)",
+        "N",
+        range=(1, 100_000),
+    )
+    window: int = _option(
+        0, "images in a window (default: those of one second)", "N", range=WINDOWS
+    )
+    every: bool = _option(
+        False,
+        "learn from recordings that fail the check, too (controller recordings check)",
+        flag="all",
+    )
+    bare: bool = _option(
+        False,
+        "leave out of the bundle what comparing speeds does not need: places, and weights beside "
+        "those in the ONNX file",
+    )
+    gestures: tuple[str, ...] = _option(
+        (),
+        "with --task user: gestures that identify users, such as twist_cw,twist_ccw (default: all)",
+        "LABELS",
+        type=_labels,
+    )
+    auxiliary: tuple[Path, ...] = _option(
+        (),
+        "with --task gesture: recordings with more gestures, which are learned beside the others "
+        "and are no answers in the end, so that a new gesture is taught from fewer examples",
+        "DIR",
+        **FOLDERS,
+    )
+    mapping: Path | None = _option(
+        None,
+        "with --task user: mapping file whose tables [users.NAME] the bundle keeps (docs/users.md)",
+        "FILE",
+        type=Path,
+    )
+    others: tuple[Path, ...] = _option(
+        (),
+        "with --task user: recordings of people who are not enrolled, strangers",
+        "DIR",
+        **FOLDERS,
+    )
+    declared: bool = _option(
+        False,
+        "try no symmetries beside those in gestures.toml; else, on another sensor than the orb, "
+        "those that help people held out are used (docs/people.md)",
+    )
+    command: str = ""  # as it was typed
+
+    def networks(self) -> Recipe:
+        """Return the recipe of the networks, with the epochs given."""
+        recipe = RECIPES[self.recipe]
+        return replace(
+            recipe,
+            gesture=recipe.gesture.lasting(self.epochs),
+            location=recipe.location.lasting(PLACE_EPOCHS * self.epochs),
+        )
