@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-Images = NDArray[np.float32]  # (frames, rows, columns), z
-Windows = NDArray[np.float32]  # (windows, images, rows, columns), z
+from controller.aliases import Images, Windows
 
 EVERYBODY: Final = ""  # the user of an example for the networks of all users
 NULL_LABEL: Final = "null"

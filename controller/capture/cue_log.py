@@ -1,13 +1,12 @@
 """Log of a session's cues in plain lines, as over SSH."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import ceil
 
+from controller.aliases import Say
 from controller.capture.cues import Cue, Phase
 from controller.capture.labels import FrameLabels
 from controller.recognition.pipeline import Step
-
-Say = Callable[[str], None]
 
 
 class Display:

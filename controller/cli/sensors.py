@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from controller import plugins
+from controller.aliases import Frames
 from controller.arguments import Parser
 from controller.cli.sensor_options import load
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
 from controller.diagnostics.sensor_trial import Trial, examine
-from controller.diagnostics.skin_checks import Frames
 from controller.errors import TROUBLE
 from controller.files import atomic_write
 from controller.recognition.scale import PICOFARAD

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from controller import errors
-from controller.diagnostics.skin_checks import Frames, PressureReading
+from controller.aliases import Frames
+from controller.diagnostics.skin_checks import PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame

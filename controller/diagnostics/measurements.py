@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array, Mask
 from controller.diagnostics.report import Row, fault
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
@@ -16,9 +16,6 @@ from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.inversion import picofarads
 from controller.sensors.hardware.scanner import Scan, Scanner, Slot
 from controller.sensors.hardware.wiring import Wiring
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
 _CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
@@ -46,12 +43,12 @@ class Measurements:
     prompt: Array  # the same as soon as can be, (rows,)
     held: Array  # row i charged by its pin and let go: what channel k reads, (rows, rows)
     held_late: Array  # the same `LATE_S` later, by its own channel, (rows,)
-    held_level: Flags  # whether its pin reads high just after it let go, (rows,)
+    held_level: Mask  # whether its pin reads high just after it let go, (rows,)
     row_touch: Array  # row i driven high and row k floating: what channel k reads, (rows, rows)
-    column_high: Flags  # whether a column stays high when its pin lets go, (columns,)
-    column_low: Flags  # whether it stays low, (columns,)
+    column_high: Mask  # whether a column stays high when its pin lets go, (columns,)
+    column_low: Mask  # whether it stays low, (columns,)
     # column i driven high: whether column k, floating, is high, (columns, columns)
-    column_touch: Flags
+    column_touch: Mask
     shares: Array  # scans, (n, rows, columns)
     picofarads: Array  # what the driver makes of them, (n, rows, columns)
     late_shares: Array  # scans that wait for `LATE_S`, their mean, (rows, columns)
@@ -179,7 +176,7 @@ class _Probe:
         self._board.wait(seconds)
         self._board.pins.release(pin)
 
-    def _row_tests(self) -> tuple[Array, Array, Array, Flags, Array]:
+    def _row_tests(self) -> tuple[Array, Array, Array, Mask, Array]:
         """Return `prompt`, `held`, `held_late`, `held_level` and `row_touch`, (rows, ...)."""
         pins, wait, rows = self._board.pins, self._board.wait, len(self._rows)
         prompt, late, level = np.zeros(rows), np.zeros(rows), np.zeros(rows, dtype=np.bool_)
@@ -228,7 +225,7 @@ class _Probe:
             self._board.wait(max(0.0, times[0] + (i + 1) * _SPAN_S / _BURST - times[i]))
         return values, times
 
-    def _column_tests(self) -> tuple[Flags, Flags, Flags]:
+    def _column_tests(self) -> tuple[Mask, Mask, Mask]:
         """Return `column_high`, `column_low`, (columns,), and `column_touch`."""
         pins, wait, columns = self._board.pins, self._board.wait, len(self._columns)
         high, low = np.zeros(columns, dtype=np.bool_), np.zeros(columns, dtype=np.bool_)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from controller.aliases import Frames, Mask
 from controller.diagnostics import skin_checks, touch_checks
 from controller.diagnostics.frame_source import Finger, FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty
@@ -12,7 +13,7 @@ from controller.recognition.dead_taxels import without_lead
 
 def skin_rows(
     watch: FrameReader,
-    bad: touch_checks.Mask,
+    bad: Mask,
     find: Callable[[FrameReader], Finger | None] | None,
 ) -> Iterator[Row]:
     """Yield what the skin says, at rest and under presses; SensorError.
@@ -53,7 +54,7 @@ def skin_rows(
         yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
 
 
-def _pressed(watch: FrameReader, hand: Finger, seconds: float) -> list[skin_checks.Frames]:
+def _pressed(watch: FrameReader, hand: Finger, seconds: float) -> list[Frames]:
     """Return so many seconds of each press; [] if a press is missing."""
     grid = watch.sensor.geometry
     taken = []

@@ -6,8 +6,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Frames
 from controller.diagnostics.report import Row, Verdict
-from controller.diagnostics.skin_checks import Frames
 from controller.recognition.scale import FIRM
 from controller.recognition.sensor_health import taxel_names
 

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Frames, Mask
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition import drift
@@ -16,9 +17,6 @@ from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.sensor_health import taxel_names
 from controller.recordings.quality import taxels
 from controller.recordings.recording import PICOFARAD
-
-Frames = NDArray[np.float32]  # (n, rows, columns), pF
-Mask = NDArray[np.bool_]  # (rows, columns)
 
 IDLE_S: Final = 6.0  # so long nothing should touch
 CALIBRATION_S: Final = 10.0  # paper, section 4.1

@@ -11,15 +11,13 @@ from itertools import combinations, product
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array, Mask
 from controller.diagnostics.report import Row, Verdict, fault
 from controller.recognition.dead_taxels import DEAD_SLOPE, TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]  # (rows, columns)
 Place = tuple[int, int]  # row, column
 
 DEPTH_MM: Final = 8.0  # of a firm press

@@ -9,13 +9,11 @@ from itertools import combinations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Mask
 from controller.diagnostics.measurements import LATE_S, Measurements
 from controller.diagnostics.report import Row, Verdict, fault
 from controller.simulator.readout import NOMINAL_PF
-
-Flags = NDArray[np.bool_]
 
 _COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
 
@@ -61,7 +59,7 @@ class WiringChecks:
         self._m = measured
         rows, columns = measured.wiring.rows, measured.wiring.columns
         self.bad = np.zeros((rows, columns), dtype=np.bool_)
-        self._bad_lines: dict[str, Flags] = {
+        self._bad_lines: dict[str, Mask] = {
             "row": np.zeros(rows, dtype=np.bool_), "column": np.zeros(columns, dtype=np.bool_)
         }  # fmt: skip
         self.capacitance = measured.picofarads.mean(axis=0)
@@ -173,7 +171,7 @@ class WiringChecks:
         held, low = m.held > _HELD, m.dark < _UP
         swapped = held & held.T & (np.diag(m.held) < _HELD)[:, None]
         high = m.row_touch > _HELD
-        touch: dict[str, Flags] = {
+        touch: dict[str, Mask] = {
             "row": high & high.T & low & low[:, None], "column": m.column_touch & m.column_touch.T
         }  # fmt: skip
         for kind, touching in touch.items():

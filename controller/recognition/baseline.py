@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Reading
 from controller.recognition import drift
 from controller.recognition.dead_taxels import NO_LEAD
 from controller.recognition.frames import Frame, Image, PreprocessSettings, State, z_image
@@ -31,8 +32,6 @@ _LEAST: Final = 6
 # Where noise is not most of the gate, it hides no finger, and the rate is the usual one.
 _LOW: Final = 0.4  # of the gate
 _WARY: Final = 0.5  # of the usual rate
-
-Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Change, Mask
 from controller.recognition.drift import mean_of
-
-Change = NDArray[np.float64]  # z - 1, (rows, columns)
-Mask = NDArray[np.bool_]  # (rows, columns)
 
 # A taxel below this share of the others' baseline has an open lead: it reads about 1 of 41 pF, and
 # a pressed taxel never so little.

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.ma
 from numpy.typing import NDArray
 
-Change = NDArray[np.float64]  # z - 1, (rows, columns)
+from controller.aliases import Change
+
 Shape = Literal["touch", "lifted", "common", "electrode", "film", "scattered"]
 
 # Third moment of the change by the 3/2 power of the second. Steady touches of 24 simulated sessions

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Mask, Reading
 from controller.recognition.baseline import BaselineTracker, StoredBaseline
-from controller.recognition.dead_taxels import Mask, ResponseMonitor, TaxelInterpolator, leadless
+from controller.recognition.dead_taxels import ResponseMonitor, TaxelInterpolator, leadless
 from controller.recognition.drift import mean_of
 from controller.recognition.frames import (
     Frame,
@@ -23,8 +23,6 @@ from controller.recognition.frames import (
     z_image,
 )
 from controller.recognition.scale import SKIN, ScaleEstimator, Signal
-
-Reading = NDArray[np.float64]  # (rows, columns), picofarads, or relative to rest
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Reading
 from controller.recognition import drift
 from controller.recognition.frames import PreprocessSettings, z_image
 
@@ -17,8 +17,6 @@ _PEAK: Final = 2.0  # times the deviation there: least peak of a touch between t
 # Hysteresis lowers the whole dome: its unevenness is 0.2 in simulated sessions, that of half of all
 # presses 0.57 and more. So a long press is not absorbed while another finger taps.
 _LOCAL: Final = 0.45
-
-Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
 
 class Rebaseline:

@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Mask
 from controller.recognition import drift
 from controller.recognition.preprocess import Prepared
 
 Map = NDArray[np.floating]  # (rows, columns)
-Mask = NDArray[np.bool_]  # (rows, columns)
 
 MOST: Final = 8  # sentences at once
 LETTERS: Final = 120  # of each

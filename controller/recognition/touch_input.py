@@ -10,12 +10,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Images
 from controller.recognition.frames import Image
 
 _SPOT: Final = 5  # side of the square whose deviation is summed, taxels: one noisy taxel is no spot
 _TINY: Final = 1e-9  # level of an image without a deviation
 
-Images = NDArray[np.float32]  # (n, rows, columns), z
 Corners = NDArray[np.float32]  # (n, 2), (x, y) of a crop's near left taxel, grid units
 
 

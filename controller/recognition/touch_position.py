@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Change
 from controller.recognition.frames import Image, State
 
 _LEAD_S: Final = 0.05  # before the first gesture frame, in which the finger arrives
@@ -27,8 +27,6 @@ _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: me
 _ROUNDS: Final = 3  # of the weights; they have converged by then
 _TINY: Final = 1e-12  # power of an image without a signal
 _TO_SIGMA: Final = float(np.sqrt(np.pi / 2.0))  # of a normal deviate's mean magnitude
-
-Signal = NDArray[np.float64]  # z - 1, (rows, columns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +64,10 @@ class TouchImage:
         self._rising = int(_RISING_S * rate_hz)
         self._skip = 0  # further images that a rising finger is in
         before = max(_FEWEST, round(_BEFORE_S * rate_hz))
-        self._untouched: deque[Signal] = deque(maxlen=self._lead + before)  # since the last touch
-        self._signals: deque[Signal] = deque(maxlen=frames)  # of the present touch
-        self._gap: list[Signal] = []  # those since the last gesture frame
-        self._left: Signal = np.zeros(self._shape)  # residue before the touch
+        self._untouched: deque[Change] = deque(maxlen=self._lead + before)  # since the last touch
+        self._signals: deque[Change] = deque(maxlen=frames)  # of the present touch
+        self._gap: list[Change] = []  # those since the last gesture frame
+        self._left: Change = np.zeros(self._shape)  # residue before the touch
         self._touched = False
         self._noise = 0.0  # variance of a taxel while nothing touched
         self._residue = 0.0  # variance of the residue before the touch
@@ -135,7 +133,7 @@ class TouchImage:
         self._noise, self._residue = state["noise"].tolist()
         self._skip = int(state["skip"][0])
 
-    def _rest(self, signal: Signal, *, released: bool) -> None:
+    def _rest(self, signal: Change, *, released: bool) -> None:
         """Take an image, (rows, columns), without a gesture; several of them end the touch."""
         if not self._touched:
             if self._skip:
@@ -166,6 +164,6 @@ class TouchImage:
         self._signals.extend(signal - self._left for signal in recent[-self._lead :])
         self._touched, self._skip = True, 0
 
-    def _stack(self, signals: "deque[Signal] | list[Signal]") -> Signal:
+    def _stack(self, signals: "deque[Change] | list[Change]") -> Change:
         """Return images (rows, columns) as (n, rows, columns)."""
         return np.array(signals) if signals else np.empty((0, *self._shape))

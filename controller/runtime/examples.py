@@ -12,8 +12,9 @@ import numpy as np
 
 from controller import files, leftovers, npz
 from controller.adapt import rehearsal
-from controller.adapt.examples import NULL_LABEL, Example, Images
+from controller.adapt.examples import NULL_LABEL, Example
 from controller.adapt.symmetry import guess
+from controller.aliases import Images
 from controller.errors import UserError, reason
 from controller.protocol.codec import fitted, quantise_image
 from controller.protocol.messages import MAX_SENTENCE, Message

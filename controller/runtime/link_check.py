@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from controller import files
+from controller.aliases import Frames
 from controller.diagnostics import calibration, system_checks, touch_checks
 from controller.diagnostics.frame_source import Finger, FrameReader
 from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict
-from controller.diagnostics.skin_checks import CALIBRATION_S, IDLE_S, Frames
+from controller.diagnostics.skin_checks import CALIBRATION_S, IDLE_S
 from controller.errors import reason
 from controller.protocol.codec import fitted
 from controller.protocol.messages import Message

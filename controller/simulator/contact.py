@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.simulator.green_functions import (
     drag_system,
     poisson,
@@ -26,9 +27,7 @@ from controller.simulator.green_functions import (
 )
 from controller.simulator.membrane import Membrane, clamp_radius_mm
 
-Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-Complex = NDArray[np.complex128]
 Steps = NDArray[np.intp]
 
 # Fingers times nodes times steps evaluated at once: few enough for a core's cache, and yet so

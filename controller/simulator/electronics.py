@@ -7,12 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.simulator.faults import Fault
 from controller.simulator.lowpass import Coloured, Lowpass
 from controller.simulator.readout import ReadoutModel, read, scan_times
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _WEAK: Final = 0.6  # what is left of a leaky taxel's reaction
 _OPEN_PF: Final = 1.0  # a lead that hangs free still couples this much

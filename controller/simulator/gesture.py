@@ -14,15 +14,13 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller import config
+from controller.aliases import Array, Complex
 from controller.config import ConfigError
 from controller.errors import UserError
 from controller.simulator.user_style import UserStyle, parameters
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Paths = tuple[Complex, Array, Array]  # points, depths (steps, fingers), radii (fingers,), all mm
 Value = float | Array  # one number, or one for each finger
 Known = dict[str, Value]

@@ -10,7 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from controller.aliases import Array
+
 Real = NDArray[np.floating[Any]]
 
 _RIDGE_PRESS: Final = 0.05  # keeps two fingers on one spot solvable

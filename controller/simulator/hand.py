@@ -10,14 +10,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.bundles import vocabulary
 from controller.simulator import pointer
 from controller.simulator.gesture_file import FINGERS, Repertoire, shipped
 from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.user_style import UserStyle
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MECHANICS_HZ: Final = 50.0
 SLOTS: Final = FINGERS  # fingers of a hand

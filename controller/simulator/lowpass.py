@@ -3,9 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from controller.aliases import Array
 
 _BLOCK: Final = 1024  # steps at once, as long as the powers below stay finite
 _RANGE: Final = 300.0  # their greatest exponent: exp(2 * 300) is far from overflow

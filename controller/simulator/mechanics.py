@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.lowpass import Lowpass
 from controller.simulator.membrane import (
@@ -14,9 +15,6 @@ from controller.simulator.membrane import (
     inflate,
     inflate_to,
 )
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _STICK_MM: Final = 4.0  # no skin is dragged farther
 _NO_RELIEF: Final = 1e-4  # of the radius; moves no taxel by more than 0.05 %

@@ -11,9 +11,9 @@ from math import cos, sin
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from controller.aliases import Array
+
 State = tuple[float, float, float, float]  # l1, r, z, phi
 
 RADIUS_MM: Final = 38.0  # clamped radius of the paper's dome; its 55 mm electrodes fit inside

@@ -7,13 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.errors import UserError
 from controller.simulator.electronics import Electronics, ElectronicsModel
 from controller.simulator.hand import MECHANICS_HZ, SLOTS
 from controller.simulator.mechanics import Mechanics, MechanicsModel
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,11 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.simulator.gesture import Paths, min_jerk
 from controller.simulator.lowpass import Lowpass
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Act = Callable[[complex, np.random.Generator, float, bool], Paths]
 
 # The thumb is where the pointer is, three fingers are across from it. A grip with equal angles

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from controller.aliases import Array
 
 SCAN_SHARE: Final = 0.75  # of a frame that a scan may take
 NOMINAL_PF: Final = 41.2  # mean capacitance of a taxel: paper, section 3.2

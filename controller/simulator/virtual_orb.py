@@ -7,8 +7,8 @@ from math import exp, hypot, isfinite
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.event_metric import Event
 from controller.recognition.frames import Frame
@@ -20,9 +20,6 @@ from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.pointer import FOLLOW_S, SINK_MM_S
 from controller.simulator.session_script import hold_button
 from controller.simulator.user_style import UserStyle, draw_mood, draw_style
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
 PERFORMANCES: Final = 8  # of the orb's own hand that may be under way at once

@@ -2,7 +2,7 @@
 
 import argparse
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from controller import adapt
 from controller.adapt import Example
+from controller.aliases import Say
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
@@ -27,8 +28,6 @@ from controller.teach import TeachError
 LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
 TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
 MOST, USUAL = 20, 5  # examples
-
-Say = Callable[[str], None]
 
 
 def source(options: argparse.Namespace) -> Path:

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from controller import errors
+from controller.aliases import Say
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_log import Display, Say, describe
+from controller.capture.cue_log import Display, describe
 from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.capture.labels import FrameLabels
 from controller.recognition.pipeline import Step

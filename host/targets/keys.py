@@ -12,6 +12,7 @@ from typing import Final
 
 import pygame
 
+from controller.aliases import Say
 from controller.keymap import keymap
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
@@ -25,8 +26,6 @@ from host.targets import Target, TargetOptions
 from host.ui.orb_window import WINDOW, OrbWindow
 
 _OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
-
-Say = Callable[[str], None]
 
 
 class KeysTarget(Target):

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import files
+from controller.aliases import Mask
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader
@@ -30,7 +31,6 @@ COLUMNS: Final[dict[Labels, str]] = {
 }  # fmt: skip
 
 Column = NDArray[np.int16]  # (frames,): class of each frame, -1 unknown
-Mask = NDArray[np.bool_]  # (n,)
 
 
 def run_starts(frame: NDArray[np.integer], *keys: NDArray[np.integer], gap: int = 0) -> Mask:

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Say
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.errors import count
@@ -39,8 +40,6 @@ from models.data.examples import (
 from models.data.ground_truth import true_places
 from models.data.recipe import Recipe
 from models.results.training import Lateness, SessionRow
-
-Say = Callable[[str], None]
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
 WINDOWS: Final = (4, 250)  # images; a bundle holds no more

@@ -7,7 +7,7 @@ number of processes writes the same bytes, in any order, at once or in several g
 import hashlib
 import json
 import zipfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from controller import files
+from controller.aliases import Say
 from controller.recordings import recording, writer
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, load
@@ -34,7 +35,6 @@ ORB: Final = 78  # tag of the orb that all users share
 _DAYS: Final = 100_000  # more than any user has
 
 Hand = Literal["person", "pointer"]
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)

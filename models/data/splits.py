@@ -12,11 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Index, Mask
 from controller.errors import count
 from models.data.load import Data
-
-Index = NDArray[np.int64]  # (n,)
-Mask = NDArray[np.bool_]  # (n,)
 
 SPLITS: Final = ("session", "user", "time", "site")
 RANDOM: Final = ("windows", "random")  # refused, with the reason

@@ -9,9 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Index, Mask
 from controller.recognition.touch_position import TouchImage
 from models.data.examples import Examples, run_starts
-from models.data.splits import BLOCKS, SHARE, Index, Mask, Parts, Split, covered, parts_of, spread
+from models.data.splits import BLOCKS, SHARE, Parts, Split, covered, parts_of, spread
 
 # Until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAG_S: Final = 0.15

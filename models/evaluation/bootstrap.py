@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from controller.aliases import Index
 from models.results.evaluation import Figure
 
 LEVEL: Final = 0.95
@@ -22,7 +23,6 @@ EVENT_DRAWS: Final = 400
 _SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0.05
 
 Values = NDArray[np.float64]  # (n,), or (draws,) of resamplings
-Index = NDArray[np.int64]  # (n,)
 
 
 def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:

@@ -1,6 +1,6 @@
 """Figures with 95 % intervals of many sessions that were played through a bundle."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Say
 from controller.bundles.bundle import Bundle
 from controller.errors import count
 from controller.recognition.debounce import NULL
@@ -31,8 +32,6 @@ from models.results.evaluation import (
     Row,
 )
 from models.results.verdict import REASONS
-
-Say = Callable[[str], None]
 
 
 def evaluate(

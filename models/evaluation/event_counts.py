@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Index
 from controller.recognition.debounce import NULL
 from controller.recognition.event_metric import LIGHT, RIVAL, SHORT_S, TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
@@ -18,7 +19,6 @@ TURNS: Final = ("twist_cw", "twist_ccw")
 INSIDE_S: Final = 0.2  # from an event's edges: what comes closer may be either
 
 Counts = NDArray[np.int64]  # (classes, classes)
-Index = NDArray[np.int64]  # (n,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

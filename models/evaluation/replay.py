@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Windows
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
@@ -23,8 +24,6 @@ from models.data.ground_truth import GroundTruth
 
 BATCH: Final = 64  # windows in a run of a network: more are no faster
 _NOWHERE: Final = (float("nan"), float("nan"))
-
-Windows = NDArray[np.float32]  # (windows, images, rows, columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,6 +16,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from controller.aliases import Say
 from controller.errors import count
 from controller.recordings.recording import software
 from models.data import load, splits
@@ -35,7 +36,6 @@ from models.training import checkpoint, symmetry_search
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
 
-Say = Callable[[str], None]
 Answers = dict[str, NDArray[np.float32]]  # of each model, (windows of the fold, classes)
 Done = tuple[Answers, dict[str, Any]]  # "cpu_s" of each model; "chosen", in words
 

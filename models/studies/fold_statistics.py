@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Index
 from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
@@ -20,7 +21,6 @@ from models.results.evaluation import Figure
 
 TOUCHED: Final = ("none", "less than half", "half or more", "all")  # of a window's images
 
-Index = NDArray[np.int64]  # (windows,)
 Probabilities = NDArray[np.floating]  # (windows, classes)
 
 

@@ -12,13 +12,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from controller.aliases import Index, Say
 from controller.errors import count
 from controller.recordings.recording import software
 from models.data import load, splits, touch_images
 from models.data.augment import PLAIN, Symmetry
 from models.data.load import Data
 from models.data.recipe import DEFAULT, NetworkRecipe
-from models.data.splits import Index, Parts
+from models.data.splits import Parts
 from models.data.touch_images import Touches
 from models.evaluation import bootstrap
 from models.formatting import duration
@@ -26,7 +27,7 @@ from models.reports import markdown
 from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Figure
-from models.studies.cross_validation import MOST_EPOCHS, PATIENCE, Request, Say
+from models.studies.cross_validation import MOST_EPOCHS, PATIENCE, Request
 from models.training.location_task import LocationTask
 from models.training.loop import fit, prepare_torch
 from models.training.request import PLACE_EPOCHS

@@ -8,6 +8,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from controller.aliases import Index
 from models.data.augment import Symmetry, vary_windows
 from models.data.examples import Examples
 from models.data.recipe import NetworkRecipe
@@ -15,7 +16,7 @@ from models.data.splits import Parts
 from models.evaluation import scores
 from models.results.training import Epoch, GestureResult
 from models.training import transfer
-from models.training.loop import AT_ONCE, Index, Task, TrainingJob, batched, fit_shown
+from models.training.loop import AT_ONCE, Task, TrainingJob, batched, fit_shown
 from models.training.networks import Network, gesture_net
 
 WINDOWS_HZ: Final = 10.0  # windows of a second that an epoch draws: neighbours are nearly the same

@@ -7,6 +7,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from controller.aliases import Index
 from models.data import touch_images
 from models.data.augment import Symmetry, vary_images
 from models.data.recipe import NetworkRecipe
@@ -15,7 +16,7 @@ from models.data.touch_images import Touches
 from models.evaluation import position_error, scores
 from models.results.training import Epoch, LocationResult
 from models.training import transfer
-from models.training.loop import AT_ONCE, Index, Task, TrainingJob, fit_shown
+from models.training.loop import AT_ONCE, Task, TrainingJob, fit_shown
 from models.training.networks import Network, location_net
 
 

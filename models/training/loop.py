@@ -15,6 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from controller.aliases import Index
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe, Recipe
 from models.data.splits import Split
@@ -30,7 +31,6 @@ MOMENTUM: Final = 0.9
 AT_ONCE: Final = 2000  # examples evaluated together
 CLEAR: Final = "\r\x1b[2K"
 
-Index = NDArray[np.int64]  # (n,)
 Watch = Callable[[Epoch], None]  # takes every epoch
 
 

@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller import files
+from controller.aliases import Say
 from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import Vocabulary
@@ -35,7 +36,7 @@ from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
 from models.training.networks import gesture_net, location_net
-from models.training.request import Request, Say
+from models.training.request import Request
 from models.training.transfer import Start
 
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared

@@ -1,6 +1,5 @@
 """Options of `models train`, from which its command line is made; no PyTorch."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -9,7 +8,6 @@ from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
 
 TaskName = Literal["both", "gesture", "location", "user", ""]
-Say = Callable[[str], None]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
 WINDOWS: Final = (2, 250)  # images

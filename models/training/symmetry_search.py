@@ -12,11 +12,12 @@ import numpy as np
 import torch
 from torch.nn import functional
 
+from controller.aliases import Index
 from controller.bundles.vocabulary import SELF, Vocabulary
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe
-from models.data.splits import Index, Parts
+from models.data.splits import Parts
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit
 

@@ -8,13 +8,14 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from controller.aliases import Say
 from controller.bundles import bundle
 from controller.recordings.recording import software
 from models.data import load
 from models.data.examples import read_training, refuse_test_seed
 from models.results import storage
 from models.results.training import Training, UserResult
-from models.training.request import Request, Say
+from models.training.request import Request
 
 
 def train(request: Request, say: Say) -> Training | UserResult:

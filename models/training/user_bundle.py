@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller import config, files
+from controller.aliases import Say
 from controller.bundles import bundle, users_table
 from controller.bundles.bundle import Bundle
 from controller.errors import count
@@ -25,7 +26,7 @@ from models.reports import page
 from models.results.training import Enrolled, SessionRow, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
-from models.training.request import Request, Say
+from models.training.request import Request
 from models.training.user_task import UserGestures
 
 SPLITS: Final = ("session", "time")

@@ -10,13 +10,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from controller.aliases import Index
 from controller.recognition.user_id import evidence
 from models.data import splits
 from models.data.augment import vary_user_windows
 from models.data.examples import Examples
 from models.data.recipe import USER, VARIED_USER, NetworkRecipe, UserAugmentation
 from models.results.training import Epoch
-from models.training.loop import Index, Task, batched, fit, fit_shown
+from models.training.loop import Task, batched, fit, fit_shown
 from models.training.networks import Network, gesture_net
 
 AFTER: Final = 3  # frames behind a gesture whose windows still show it, as the device uses them

@@ -28,6 +28,7 @@ from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 from sklearn.linear_model import LogisticRegression, Ridge
 from torch import Tensor, nn
 
+from controller.aliases import Say
 from controller.recognition.frames import PreprocessSettings
 from models.data import load, splits, touch_images
 from models.data.augment import Symmetry
@@ -59,7 +60,6 @@ AT_ONCE: Final = 256  # questions that a network is asked together
 
 Rows = NDArray[np.float32]
 Answer = Callable[[Rows], Rows]  # many questions -> many answers
-Say = Callable[[str], None]
 Weights = dict[str, NDArray[Any]]
 
 

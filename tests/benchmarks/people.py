@@ -26,6 +26,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller.__main__ import main as controller
+from controller.aliases import Images
 from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Examples
@@ -45,8 +46,6 @@ FOLDS: Final = 5
 BUDGET_MIN: Final = 15.0  # CPU minutes of all
 AHEAD: Final = 14  # people of whom CNN-3D is to classify more windows than mended trees
 NONE: Final = np.empty(0, dtype=np.int64)
-
-Images = NDArray[np.float32]
 
 
 def imported(path: Path, folder: Path) -> Path:

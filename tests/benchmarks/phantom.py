@@ -14,9 +14,9 @@ from typing import Final
 
 import numpy as np
 
+from controller.aliases import Mask
 from controller.bundles import bundle as bundles
 from controller.protocol.messages import Contact
-from controller.recognition.dead_taxels import Mask
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.faults import Fault
 from controller.simulator.orb import PRESETS, preset

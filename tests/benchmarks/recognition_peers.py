@@ -1,6 +1,6 @@
 """Peers in the recognition benchmark: trained once, tuned and judged as ours."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Say
 from controller.bundles.bundle import Bundle
 from controller.recognition.debounce import DebounceSettings
 from controller.recordings.recording import Recording
@@ -30,8 +31,6 @@ TUNE: Final = DataSet(seed=12, minutes=5.0)  # where their thresholds are chosen
 TUNE_USERS: Final = 6
 NEEDED: Final = ("torch", "sklearn")
 OURS: Final = "ours_there"  # the bundle itself on the sessions that peers are judged on
-
-Say = Callable[[str], None]
 
 
 def judge_peers(

@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import Any, Final, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array
 from controller.sensors.hardware import wiring as wirings
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHIPS
@@ -25,8 +25,6 @@ from tests.reference import waveforms
 from tests.support.waveform_board import board as recorded_board
 
 from .results import Results, command_line
-
-Array = NDArray[np.float64]
 
 PAPER_MS: Final = 86.0  # of its whole cycle, section 5
 FRAMES: Final = 16

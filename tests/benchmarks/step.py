@@ -23,6 +23,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
+from controller.aliases import Array
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
@@ -45,8 +47,6 @@ from controller.runtime.process import IdleCollector
 from tests.support.processes import memory_mib
 
 from .results import Results, command_line
-
-Array = NDArray[np.float64]
 
 PAPER: Final = Path(str(files("models") / "paper.orb"))
 DEMO: Final = Path(str(files("assets") / "demo.npz"))

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
+from controller.aliases import Array, Mask
+
 from . import material
 from .mesh import disc, taxels
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 FINGER = 7.0 / material.RADIUS_MM  # radius of a fingertip
 _TOLERANCE = 1e-9
 _STEP_LIMIT = 0.15  # radii that a node may move in one Newton step

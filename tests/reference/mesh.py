@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from controller.aliases import Array, Index
 
 
 @dataclass(frozen=True)

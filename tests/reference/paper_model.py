@@ -5,9 +5,8 @@ It takes the stretch to be the same everywhere and the orb for a hemispheroid;
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from controller.aliases import Array
 
 
 def capacitance_of_stretch(stretch: Array) -> Array:

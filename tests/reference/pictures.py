@@ -14,16 +14,13 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from controller.aliases import Array, Complex
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from tests.reference import paper_model
 
 from .dome import Dome
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 CORAL, BLUE, INK, DIM, LINE = "#ff8a5c", "#3b82d6", "#1e2535", "#8c96ae", "#dfe3ec"
 SIGNED = LinearSegmentedColormap.from_list(

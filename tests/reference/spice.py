@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from controller.aliases import Array
 
 SUPPLY_V: Final = 3.3
 EDGE_S: Final = 50e-9  # of every switch

@@ -15,12 +15,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+
+from controller.aliases import Array
 
 from . import spice
 from .spice import SAMPLE_S, Parts, Timeline
-
-Array = NDArray[np.float64]
 
 FILE: Final = Path(__file__).parent.parent / "data" / "waveforms.npz"
 SETS: Final = ("taxel", "column", "coupled")  # the schemes; and C_m, a follower, and "taxel"

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 from gpiozero.pins.mock import MockFactory
-from numpy.typing import NDArray
 
+from controller.aliases import Array
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.emulated.board import FakeChip
@@ -17,8 +17,6 @@ from controller.sensors.hardware.emulated.pins import CircuitFactory
 from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
 from tests.reference import spice, waveforms
-
-Array = NDArray[np.float64]
 
 _LATE_S = 10e-6  # a sample may be this far from where ngspice took it
 

@@ -43,7 +43,7 @@ OPERATORS: Final[dict[str, str]] = {
 }
 
 Attribute = int | tuple[int, ...]
-Array = NDArray[Any]  # float32 or int64, of any shape
+Tensor = NDArray[Any]  # float32 or int64, of any shape
 _FLOAT32: Final = 1  # TensorProto.DataType
 _TYPES: Final[dict[int, np.dtype[Any]]] = {  # FLOAT, INT64, FLOAT16
     _FLOAT32: np.dtype("<f4"),
@@ -72,7 +72,7 @@ class Graph:
     """A network: one array in, one out."""
 
     nodes: tuple[Node, ...]  # in the order in which they run
-    weights: dict[str, Array]  # arrays by name, float32 or int64
+    weights: dict[str, Tensor]  # arrays by name, float32 or int64
     input: str  # name of the input array
     shape: tuple[int, ...]  # shape of the input, the batch's axis as 1
     output: str  # name of the output array
@@ -248,7 +248,7 @@ def _name(data: memoryview) -> str:
 def _graph(graph: _Message) -> Graph:
     if len(graph.fields.get(1, [])) > MAX_NODES or len(graph.fields.get(5, [])) > MAX_ARRAYS:
         raise GraphError(f"has more than {MAX_NODES} operators or {MAX_ARRAYS} arrays")
-    weights: dict[str, Array] = {}
+    weights: dict[str, Tensor] = {}
     for tensor in graph.messages(5, _TENSOR):
         name, array = _tensor(tensor)
         if not name or name in weights:
@@ -277,8 +277,8 @@ def _graph(graph: _Message) -> Graph:
 
 
 def _widened(
-    nodes: tuple[Node, ...], weights: dict[str, Array]
-) -> tuple[tuple[Node, ...], dict[str, Array]]:
+    nodes: tuple[Node, ...], weights: dict[str, Tensor]
+) -> tuple[tuple[Node, ...], dict[str, Tensor]]:
     """Return operators and weights, those of 16 bits as the float32 that they are cast to."""
     casts = {node.inputs[0]: node for node in nodes if node.op == "Cast"}
     halves = {name for name, array in weights.items() if array.dtype == np.float16}
@@ -318,7 +318,7 @@ def _node(node: _Message) -> Node:
     return Node(op, inputs, outputs[0], attributes)
 
 
-def _tensor(tensor: _Message) -> tuple[str, Array]:
+def _tensor(tensor: _Message) -> tuple[str, Tensor]:
     """Return name and values of an array, of any shape, that is stored in the file."""
     name, shape, raw = tensor.text(8), tensor.numbers(1), tensor.data(9)
     dtype = _TYPES.get(tensor.number(2))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
-from controller.bundles.inference.onnx_reader import MAX_RANK, Array, Graph, GraphError, Node
+from controller.bundles.inference.onnx_reader import MAX_RANK, Tensor, Graph, GraphError, Node
 
 MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
 MAX_MACS: Final = 2_000_000_000  # multiplications of one output: about a second on a small board
@@ -57,7 +57,7 @@ def sizes(graph: Graph) -> Sizes:
     return Sizes(shapes, elements, macs)
 
 
-_Weights = dict[str, Array]
+_Weights = dict[str, Tensor]
 _Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
 
 

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.bundles.inference.onnx_reader import Array, Attribute, Graph, Node
+from controller.bundles.inference.onnx_reader import Tensor, Attribute, Graph, Node
 
 OPSET: Final = 17  # as trained networks are exported (models/training/export.py)
 IR_VERSION: Final = 8
@@ -56,14 +56,14 @@ def _attribute(name: str, value: Attribute) -> bytes:
     return _text(1, name) + _number(3, value) + _number(20, _INT)
 
 
-def _tensor(name: str, array: Array) -> bytes:
+def _tensor(name: str, array: Tensor) -> bytes:
     """Return an array of any shape as a TensorProto."""
     sizes = b"".join(_number(1, size) for size in array.shape)
     kind = _number(2, _KINDS[array.dtype.str])
     return sizes + kind + _text(8, name) + _message(9, array.tobytes())
 
 
-def _stored(array: Array) -> Array:
+def _stored(array: Tensor) -> Tensor:
     """Return an array of any shape as it is stored: a matrix with 16 bits if nothing is lost."""
     plain = np.asarray(array, dtype="<f4" if array.dtype.kind == "f" else "<i8", order="C")
     if plain.ndim < 2 or plain.dtype.kind != "f" or float(np.abs(plain).max(initial=0.0)) > _MOST:

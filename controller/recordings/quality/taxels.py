@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import Frames, Mask
 from controller.recognition.dead_taxels import (
     DEAD_SLOPE,
     TaxelInterpolator,
@@ -24,9 +25,7 @@ from controller.recognition.sensor_health import taxel_names
 from controller.recordings.quality.rest import rest_frames
 from controller.recordings.recording import PICOFARAD, Recording
 
-Frames = NDArray[np.float32]  # (n, rows, columns)
 Map = NDArray[np.float64]  # (rows, columns), one number a taxel
-Mask = NDArray[np.bool_]  # (rows, columns)
 
 # Sound taxels scatter up to 2.06 times as much as the middle one, leaky ones 2.7 times and more.
 NOISY: Final = 2.3

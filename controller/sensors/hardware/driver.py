@@ -5,10 +5,11 @@ from typing import Final
 
 import numpy as np
 
+from controller.aliases import Array
 from controller.recognition.frames import Frame
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.inversion import Array, Inversion
+from controller.sensors.hardware.inversion import Inversion
 from controller.sensors.hardware.pump import Pump, kilopascals
 from controller.sensors.hardware.scanner import Scan, Scanner
 

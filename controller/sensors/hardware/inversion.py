@@ -23,12 +23,10 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array
 from controller.sensors.hardware.wiring import Wiring
 from controller.simulator.readout import NOMINAL_PF, ReadoutModel
-
-Array = NDArray[np.float64]
 
 LEAST_PF: Final = 0.05  # what no taxel is below: images divide by the rest
 _FULLEST: Final = 0.98  # a row whose shares sum up to more is broken, not large

@@ -8,13 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.wiring import Wiring
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

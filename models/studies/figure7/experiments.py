@@ -16,6 +16,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from controller.aliases import Index
 from controller.bundles import vocabulary
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES
@@ -58,7 +59,6 @@ FEWER: Final = 4  # the paper's recipe runs for so many times fewer epochs than 
 _FAMILY: Final = 5  # of seeds, of sessions of presses only
 _CHUNK: Final = 600  # frames simulated at once
 
-Index = NDArray[np.int64]  # (n,): positions of windows, images or gestures
 Row = dict[str, float]
 
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 import torch
 
+from controller.aliases import Say
 from controller.simulator.orb import PRESETS
 from models.data.recipe import RECIPES
 from models.results import storage
@@ -28,8 +29,6 @@ NETWORKS: Final[dict[str, Callable[[str, str, Settings], Experiment]]] = {
     "users": experiments.users,
     "CNN-2D": experiments.places,
 }
-
-Say = Callable[[str], None]
 
 
 def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:

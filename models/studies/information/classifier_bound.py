@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from controller.aliases import Mask
 from controller.bundles import vocabulary
 from models.data.augment import Symmetry, vary_windows
 from models.data.recipe import Augmentation
@@ -36,7 +37,6 @@ LEAST: Final = 1e-12  # probability
 
 Kind = Literal["linear", "mlp"]
 Logits = NDArray[np.float64]  # (n, classes); also logarithms of probabilities
-Mask = NDArray[np.bool_]  # (n,)
 Examples = tuple[NDArray[np.float32], NDArray[np.int64]]  # inputs (n, d), and classes (n,)
 
 

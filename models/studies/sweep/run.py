@@ -21,10 +21,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
+from controller.aliases import Say
 from controller.errors import TroubleError, count
 from controller.recordings.recording import software
 from models import formatting, processes
-from models.data.load import Say
 from models.results import storage
 from models.studies.sweep import report
 from models.studies.sweep.plan import Job, Plan

@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from controller.aliases import Change
 from controller.recognition import drift
 from controller.simulator.orb import OrbSimulator
-
-Change = NDArray[np.float64]
 
 
 def pressed(x_mm: float = 0.0, y_mm: float = 0.0) -> Change:

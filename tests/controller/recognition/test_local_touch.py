@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from controller.aliases import Frames
 from controller.recognition.frames import PreprocessSettings
 from controller.recognition.local_touch import LocalGate
 from controller.recognition.preprocess import Prepared, Preprocessor
-
-Frames = NDArray[np.float32]  # (n, rows, columns)
 
 RATE_HZ: Final = 10
 NOISE: Final = 0.004  # of a taxel

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from controller.aliases import Frames
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.links import ports
@@ -33,7 +34,6 @@ import tty
 
 SHIPPED = bundle.read(bundle.default_path(10.0))
 GRID = "rows = 5\ncolumns = 5\n"
-Frames = NDArray[np.float32]
 Print = Callable[[NDArray[np.floating]], bytes]
 
 

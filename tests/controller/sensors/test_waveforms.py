@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from controller.aliases import Array
 from tests.reference import waveforms
 
 pytest.importorskip("gpiozero", reason="the driver's pins are gpiozero's mock pins")
@@ -20,7 +20,6 @@ from tests.support.waveform_board import board
 
 pytestmark = pytest.mark.slow
 
-Array = NDArray[np.float64]
 
 DATA = np.load(waveforms.FILE)
 TRUE_PF = DATA["picofarads"].astype(np.float64)  # (orbs, rest and touched, rows, columns)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from controller.aliases import Array
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.green_functions import drag_system, poisson
@@ -17,7 +18,6 @@ from controller.simulator.orb import NOMINAL, OrbSimulator
 from controller.simulator.user_style import draw_style
 from tests.reference import paper_model
 
-Array = NDArray[np.float64]
 FORGETFUL = MechanicsModel(memory=((0.0, 1.0),))
 
 

@@ -7,8 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from controller.aliases import Array
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from controller.simulator.green_functions import poisson
@@ -18,7 +19,6 @@ from tests.reference.dome import Dome, Press
 
 pytestmark = pytest.mark.slow
 
-Array = NDArray[np.float64]
 
 INFLATED = membrane.inflate()
 VOLUME = float(-np.trapezoid(np.pi * INFLATED.radius**2, INFLATED.height))  # 1.6 R^3, 88 ml

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from controller.aliases import Index
+
 pytest.importorskip("torch", reason="needs the [train] extra")
 
 import torch
@@ -15,7 +17,7 @@ from models.data.examples import Examples
 from models.data.recipe import DEFAULT, PAPER, NetworkRecipe, Recipe
 from models.data.splits import Parts
 from models.training.gesture_task import GestureTask
-from models.training.loop import Index, fit
+from models.training.loop import fit
 from models.training.networks import gesture_net
 
 pytestmark = pytest.mark.train

@@ -6,8 +6,8 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.aliases import Array
 from controller.errors import how_to_install
 from controller.sensors.hardware import MissingHardwareError
 from controller.sensors.hardware.board import Board
@@ -17,8 +17,6 @@ from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
 from controller.simulator.readout import NOMINAL_PF
-
-Array = NDArray[np.float64]
 
 _COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
 _SPREAD_PF: Final = 2.9  # of the taxels: paper, section 3.2
