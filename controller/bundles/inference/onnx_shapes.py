@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
-from controller.bundles.inference.onnx_reader import MAX_RANK, Tensor, Graph, GraphError, Node
+from controller.bundles.inference.onnx_reader import MAX_RANK, Graph, GraphError, Node, Tensor
 
 MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
 MAX_MACS: Final = 2_000_000_000  # multiplications of one output: about a second on a small board

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.bundles.inference.onnx_reader import Tensor, Attribute, Graph, Node
+from controller.bundles.inference.onnx_reader import Attribute, Graph, Node, Tensor
 
 OPSET: Final = 17  # as trained networks are exported (models/training/export.py)
 IR_VERSION: Final = 8
