@@ -91,7 +91,7 @@ class Orb:
 
     def draw(self, surface: "pygame.Surface", rect: "pygame.Rect | None" = None) -> None:
         """Draw the dome, its gestures and its link into a pygame surface; by default all of it."""
-        from host.ui.panel import Panel
+        from host.ui.panel.panel import Panel
         from host.ui.pointer_input import DomeArea
         from tetris.window.tiles import ThemeChoice
 

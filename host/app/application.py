@@ -23,6 +23,7 @@ from host.actions import ACTIONS, HeldGestures
 from host.app.ctrl_key import CtrlKey
 from host.app.guides import Guides
 from host.app.lab_data import LabData
+from host.app.lessons import Lessons
 from host.app.link_pause import LinkPause
 from host.app.orbs import Orbs
 from host.app.programs import Programs
@@ -30,16 +31,15 @@ from host.app.screen import OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.orbs import OrbsScreen
 from host.app.screens.phone import PhoneScreen
-from host.autoplayer import shipped_gestures
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.gestures import Lessons
+from host.demo.autoplayer import shipped_gestures
 from host.targets import Target, TargetOptions
 from host.ui import rim
-from host.ui.correction_keys import CorrectionKeys
 from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
-from host.ui.panel import Panel
+from host.ui.panel.correction_keys import CorrectionKeys
+from host.ui.panel.panel import Panel
 from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder

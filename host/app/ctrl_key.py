@@ -5,7 +5,7 @@ from typing import Final
 import pygame
 
 from host.actions import HELD
-from host.ui.correction_keys import CorrectionKeys
+from host.ui.panel.correction_keys import CorrectionKeys
 from tetris.window import bindings
 from tetris.window.settings import Settings
 

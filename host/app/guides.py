@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from host.app.screen import Orb
 from host.app.screens.learn import LearnScreen
-from host.app.screens.teach import TeachScreen
-from host.app.screens.teach_page import Course
+from host.app.screens.teach.page import Course
+from host.app.screens.teach.screen import TeachScreen
 from host.app.screens.watch import TakeOver, WatchScreen
 from tetris.window.menu import Item
 from tetris.window.screen_stack import ScreenStack

@@ -14,13 +14,13 @@ from typing import Final, Protocol
 from controller.protocol import psk
 from controller.protocol.link_events import Connected, Lost, Received
 from controller.protocol.messages import Message, Welcome
-from host import discovery
 from host.app.pairing_run import PairingRun
+from host.connection import discovery
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
+from host.connection.discovery import Answer, DevicePort, Port
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.discovery import Answer, DevicePort, Port
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from typing import Final
 
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
-from host import pairing
-from host.pairing import BY_SYSTEM, Confirm, Tell
+from host.connection import pairing
+from host.connection.pairing import BY_SYSTEM, Confirm, Tell
 
 Pair = Callable[[Tell, Confirm], Awaitable[str]]
 CANCELLED: Final = "cancelled"

@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Final, Protocol
 
 from controller.protocol.messages import Command, Contact, Message, Report
-from host.gestures import Lessons
+from host.app.lessons import Lessons
 from host.ui.orb_state import OrbState
 from tetris.window.menu import Menu, Row
 from tetris.window.screen_stack import ScreenStack

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from host.connection.device_store import DeviceStore
+from host.connection.discovery import DevicePort, now
 from host.connection.receiver import Connected, Received
-from host.discovery import DevicePort, now
 from host.targets import Target
 
 _USUAL: Final = "tetris"

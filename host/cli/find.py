@@ -12,10 +12,10 @@ from typing import Final
 from controller.arguments import Parser, number
 from controller.errors import complain, one_line
 from controller.protocol import psk
-from host import discovery
 from host.cli import add_option, warn
+from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
-from host.discovery import Answer, Port
+from host.connection.discovery import Answer, Port
 
 NOW: Final = "now"
 _TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of the list

@@ -19,9 +19,9 @@ from controller.protocol.messages import Message
 from host.cli import warn
 from host.connection.bundle_upload import BundleUpload, load, outcome
 from host.connection.device_store import DeviceStore
+from host.connection.discovery import DevicePort
 from host.connection.receiver import MessageLink, Receiver, ever_connected
 from host.connection.transport import open_transport
-from host.discovery import DevicePort
 
 TURN_S: Final = 0.05  # the longest wait for messages
 

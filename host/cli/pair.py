@@ -14,7 +14,7 @@ from controller.errors import TROUBLE, complain, how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from host.connection import rfcomm
-from host.pairing import BY_SYSTEM, LOOK_S, pair
+from host.connection.pairing import BY_SYSTEM, LOOK_S, pair
 
 
 def main(argv: Sequence[str]) -> int:

@@ -138,7 +138,7 @@ def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
 
 
 def _demo(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
-    from host import demo  # imported here, because playing by hand needs no bot and no judge
+    from host.demo import demo  # imported here, because playing by hand needs no bot and no judge
 
     demo.run(
         seed=seed,

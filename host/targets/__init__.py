@@ -22,7 +22,7 @@ from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Lost, Received, Refused, Stale
 from host.phone import page
 from host.ui.orb_state import OrbState
-from host.ui.panel import Projection
+from host.ui.panel.panel import Projection
 from host.ui.pointer_input import DomeArea, PointerInput
 from tetris.window import language
 

@@ -1,6 +1,6 @@
 """State of the orb for drawing: telemetry and events in the shape in which they are drawn.
 
-`OrbState` takes messages and the passing of time; it draws nothing. `host/ui/panel.py` draws it.
+`OrbState` takes messages and the passing of time; it draws nothing. `host/ui/panel/` draws it.
 """
 
 import math

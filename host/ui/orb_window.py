@@ -6,7 +6,7 @@ import pygame
 
 from host.ui import sprites
 from host.ui.orb_state import OrbState
-from host.ui.panel import Panel, Projection
+from host.ui.panel.panel import Panel, Projection
 from host.ui.pointer_input import DomeArea
 from tetris.window.tiles import ThemeChoice
 

@@ -9,10 +9,10 @@ hand in the played games of docs/figures/games.json, and none goes wrong.
 import statistics
 from typing import Final
 
-from host import autoplayer, demo
 from host.actions import ACTIONS
-from host.autoplayer import LOOK_S, Autoplayer
-from host.demo_game import PACE
+from host.demo import autoplayer, demo
+from host.demo.autoplayer import LOOK_S, Autoplayer
+from host.demo.game import PACE
 from tetris.engine.game import Game
 
 from . import stored

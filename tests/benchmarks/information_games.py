@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.simulator.orb import PRESETS
-from host import demo
 from host.actions import ACTIONS
-from host.autoplayer import Autoplayer
-from host.demo_game import PACE
+from host.demo import demo
+from host.demo.autoplayer import Autoplayer
+from host.demo.game import PACE
 from tetris.engine.game import Game
 
 from .results import command_line, say

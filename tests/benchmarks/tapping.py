@@ -27,7 +27,7 @@ from controller.recognition.event_metric import Answer, Event, attach
 from controller.simulator.pointer import SINK_MM_S
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.demo import until_ms
+from host.demo.demo import until_ms
 from host.ui.pointer_input import TWIST_RING_MM, DomeArea, PointerInput
 
 from .results import Results, command_line, say

@@ -23,9 +23,9 @@ import pygame
 from controller.bundles import vocabulary
 from controller.protocol.messages import COMMANDS, Welcome
 from controller.simulator.session import simulate
-from host.autoplayer import MANUAL, Autoplayer
+from host.demo.autoplayer import MANUAL, Autoplayer
 from host.ui.orb_state import OrbState
-from host.ui.panel import Panel
+from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from models.data.simulate import DataSet
 from tetris.window.tiles import ThemeChoice

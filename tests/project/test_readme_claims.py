@@ -13,7 +13,7 @@ import pytest
 
 import orbtouch
 from controller.bundles import bundle
-from host.app.screens import teach_examples, teach_try
+from host.app.screens.teach import examples, trial
 from host.connection.virtual_orb import VirtualOrbProcess
 from tests.support import ROOT
 from tetris.engine.modes import MODES
@@ -193,7 +193,7 @@ def test_gestures_command_what_the_table_says() -> None:
 
 def test_a_gesture_is_taught_with_five_examples_and_five_tries() -> None:
     assert "five examples, some seconds of learning, five tries" in TEXT
-    assert (teach_examples._ENOUGH, teach_try._WANTED) == (5, 5)
+    assert (examples._ENOUGH, trial._WANTED) == (5, 5)
 
 
 def test_what_is_in_italics_in_the_table_is_in_the_window() -> None:

@@ -14,9 +14,9 @@ import sys
 import time
 
 from controller.protocol.messages import Grant, Granted
-from host import demo
 from host.connection.receiver import Connected, Delivered, Receiver
 from host.connection.transport import Transport, _Selected, open_transport
+from host.demo import demo
 
 GRANTS = 150
 

@@ -13,8 +13,8 @@ from controller.recognition.event_metric import Score
 from host.actions import ACTIONS
 from host.app.screen import Orb
 from host.app.screens.game_page import GamePage, Line
-from host.autoplayer import Autoplayer
-from host.demo_record import DemoRecord
+from host.demo.autoplayer import Autoplayer
+from host.demo.record import DemoRecord
 from host.ui import naming
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES

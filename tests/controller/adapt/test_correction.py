@@ -31,7 +31,7 @@ from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
 from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange, refreshed
-from host.ui.correction_keys import CorrectionKeys
+from host.ui.panel.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench
 from tetris.window import language
 

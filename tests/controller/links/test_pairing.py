@@ -19,9 +19,8 @@ from controller.cli import pair
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
-from host import discovery
 from host.cli import pair as host_pair
-from host.connection import rfcomm
+from host.connection import discovery, rfcomm
 
 ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")

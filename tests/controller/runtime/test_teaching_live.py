@@ -10,9 +10,9 @@ import pytest
 from controller.cli import bundles
 from controller.protocol.messages import Telemetry
 from controller.protocol.teaching import DONE, GestureInfo, UserInfo, Vocabulary
+from host.app.lessons import Lessons, Trial
 from host.connection.receiver import Connected, Delivered, Lost, Receiver, Stale
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.gestures import Lessons, Trial
 from host.ui.pointer_input import PointerInput
 from tests.support import user_bundles
 

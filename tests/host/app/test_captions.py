@@ -3,7 +3,7 @@
 import pygame
 import pytest
 
-from host.app.screens.teach_new import DetailsPage
+from host.app.screens.teach.new_gesture import DetailsPage
 from host.connection.receiver import Connected, Delivered, Received
 from tests.support.pytest_types import Patch
 from tests.support.teaching_window import WELCOME, FakeOrb, Window

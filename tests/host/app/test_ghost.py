@@ -10,7 +10,7 @@ from controller.recognition.pipeline import Pipeline
 from controller.simulator.virtual_orb import VirtualOrb
 from host.app import ghost, lesson
 from host.app.lesson import Step
-from host.autoplayer import shipped_gestures
+from host.demo.autoplayer import shipped_gestures
 from host.ui.pointer_input import DomeArea
 
 RATE_HZ = 40.0  # of the virtual orb that the application starts

@@ -13,8 +13,8 @@ from controller.protocol.teaching import CommandRule, GestureInfo, Vocabulary
 from host.app import lesson
 from host.app.lesson import Step
 from host.app.screens.learn import LearnScreen
-from host.autoplayer import shipped_gestures
 from host.connection.receiver import Delivered, Lost
+from host.demo.autoplayer import shipped_gestures
 from host.ui.pointer_input import DomeArea
 from tests.support.app_window import FELT, LABELS, Window
 

@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 
 from controller.protocol.messages import COMMANDS, Message, UploadOffer, Welcome
-from host import discovery
 from host.app import pairing_run
 from host.app.orbs import OWN, OrbEntry, Orbs
 from host.app.pairing_run import CANCELLED, PairingRun
+from host.connection import discovery
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
+from host.connection.discovery import Answer, DevicePort, Port
 from host.connection.receiver import Connected, Lost
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.discovery import Answer, DevicePort, Port
 
 PATIENCE_S = 20.0
 LABELS = ("null", "press")

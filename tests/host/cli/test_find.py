@@ -16,12 +16,12 @@ import pytest
 
 from controller.links import open_link
 from controller.protocol import psk
-from host import discovery
 from host.cli import find
+from host.connection import discovery
 from host.connection.device_store import DeviceStore
+from host.connection.discovery import Answer, DevicePort, Port
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
-from host.discovery import Answer, DevicePort, Port
 from tests.support.fake_device import welcome
 from tests.support.pytest_types import Capture, Patch
 from tests.support.serial_cable import Cable

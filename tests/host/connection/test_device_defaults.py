@@ -47,7 +47,7 @@ def test_device_plays_its_last_anywhere(config: Path, tmp_path: Path, monkeypatc
     with contextlib.ExitStack() as stack:
         # Its old port's number may well come again, with somebody else behind it.
         ports = [plugged(stack, name) for name in ("orb-2", "orb-1")]
-        monkeypatch.setattr("host.discovery.listed", lambda everything: [])
+        monkeypatch.setattr("host.connection.discovery.listed", lambda everything: [])
         assert main(["--link", ports[0], "--target", "keyboard", *usual]) == 0
         DeviceStore().remember(
             "orb-3", port=ports[1]

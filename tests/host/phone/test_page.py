@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.protocol.messages import Command
-from host.autoplayer import shipped_gestures
+from host.demo.autoplayer import shipped_gestures
 from host.phone import page
 from host.phone.server import MAX_BYTES
 from host.ui.orb_state import OrbState

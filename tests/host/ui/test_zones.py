@@ -10,7 +10,7 @@ import pygame
 from controller.bundles import vocabulary
 from controller.protocol.teaching import CommandRule, GestureInfo
 from controller.recognition import mapping
-from host.autoplayer import shipped_gestures
+from host.demo.autoplayer import shipped_gestures
 from host.ui import zones
 from host.ui.pointer_input import DomeArea
 

@@ -8,10 +8,10 @@ import pygame
 
 from controller.protocol.messages import Command, Report
 from controller.protocol.teaching import DONE, FAILED, ExampleTaken
-from host.app.screens.teach_new import DetailsPage, Plan
-from host.app.screens.teach_page import Course, TeachPage
-from host.app.screens.teach_try import TryPage
-from host.app.touch_watch import TouchEvent
+from host.app.screens.teach.new_gesture import DetailsPage, Plan
+from host.app.screens.teach.page import Course, TeachPage
+from host.app.screens.teach.touch_watch import TouchEvent
+from host.app.screens.teach.trial import TryPage
 from host.ui import naming
 from tetris.window.menu import Item, Menu, MenuStep
 

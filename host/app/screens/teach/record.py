@@ -11,8 +11,8 @@ from controller.protocol.messages import Command, Contact, Perform
 from controller.protocol.teaching import Record, RecordLabel
 from host.app import ghost
 from host.app.cues import EXAMPLE_S, NULL, Cue, CueRun
-from host.app.screens.teach_page import Course, TeachPage
-from host.app.touch_watch import TouchEvent
+from host.app.screens.teach.page import Course, TeachPage
+from host.app.screens.teach.touch_watch import TouchEvent
 from host.ui import naming, sprites
 from tetris.window.menu import Item, Menu
 

@@ -9,7 +9,7 @@ import pytest
 
 from controller.protocol.messages import State
 from host.connection.receiver import Connected, Delivered
-from host.demo_game import AGAIN_S, DemoGame
+from host.demo.game import AGAIN_S, DemoGame
 from tests.support.app_window import FELT, WELCOME, said
 from tetris.engine.game import Phase
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from host.app import trainer
-from host.app.trainer import GestureResult, TrainingProgress, TrainingRun
+from host.app.screens.teach import trainer
+from host.app.screens.teach.trainer import GestureResult, TrainingProgress, TrainingRun
 
 NAMES = ("train", "tune", "rehearse", "evaluate")
 VERDICT = {"label": "twist_cw", "understood": 13, "of": 20, "why": "too short", "advice": "longer"}

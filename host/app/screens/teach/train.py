@@ -9,12 +9,12 @@ from controller.errors import UserError, how_to_install, reason
 from controller.files import atomic_write, data_folder
 from controller.protocol.link_events import Connected, Delivered
 from controller.protocol.messages import Report
-from host.app import trainer
 from host.app.cues import EXAMPLE_S, NULL, plan
 from host.app.screen import rows
-from host.app.screens.record import RecordPage, homely
-from host.app.screens.teach_page import Course, TeachPage
-from host.app.trainer import GestureResult, TrainingRun
+from host.app.screens.teach import trainer
+from host.app.screens.teach.page import Course, TeachPage
+from host.app.screens.teach.record import RecordPage, homely
+from host.app.screens.teach.trainer import GestureResult, TrainingRun
 from host.connection import bundle_upload
 from host.connection.bundle_upload import BundleUpload
 from host.ui import naming

@@ -12,11 +12,11 @@ from controller.protocol.teaching import (
     Learn,
     SetCommand,
 )
-from host.app.screens.teach import TeachScreen
-from host.app.screens.teach_examples import ExamplesPage
-from host.app.screens.teach_new import DetailsPage
-from host.app.screens.teach_page import NamePage
-from host.app.screens.teach_try import TryPage
+from host.app.screens.teach.examples import ExamplesPage
+from host.app.screens.teach.new_gesture import DetailsPage
+from host.app.screens.teach.page import NamePage
+from host.app.screens.teach.screen import TeachScreen
+from host.app.screens.teach.trial import TryPage
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.teaching_window import DENT, WELCOME, Window
 from tetris.window.screens.play_screen import PlayScreen

@@ -7,9 +7,9 @@ import pygame
 
 from controller.protocol.messages import Correction, Report, UploadStatus
 from controller.protocol.teaching import GestureInfo, LearnStatus
-from host.app.screens.teach_examples import ExamplesPage
-from host.app.screens.teach_new import NAMES, Plan, new_plan, plan_of
-from host.app.screens.teach_page import (
+from host.app.screens.teach.examples import ExamplesPage
+from host.app.screens.teach.new_gesture import NAMES, Plan, new_plan, plan_of
+from host.app.screens.teach.page import (
     ChoicePage,
     Course,
     Do,
@@ -19,9 +19,9 @@ from host.app.screens.teach_page import (
     command_page,
     gesture_name,
 )
-from host.app.screens.teach_try import save_as
-from host.app.screens.teach_users import UsersPage
-from host.app.screens.train import TrainPage
+from host.app.screens.teach.train import TrainPage
+from host.app.screens.teach.trial import save_as
+from host.app.screens.teach.users import UsersPage
 from host.ui import naming
 from tetris.window.menu import Item, Menu
 

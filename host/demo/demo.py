@@ -16,12 +16,12 @@ import pygame
 
 from controller.errors import TroubleError, count
 from controller.protocol.messages import Grant, Granted, GroundTruth, Perform
-from host.autoplayer import Autoplayer, shipped_gestures
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.demo_game import DemoGame
-from host.demo_record import DemoRecord
+from host.demo.autoplayer import Autoplayer, shipped_gestures
+from host.demo.game import DemoGame
+from host.demo.record import DemoRecord
 from host.window_loop import save, window
 
 TICKS_PER_S: Final = 60

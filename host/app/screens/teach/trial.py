@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from controller.protocol.messages import Command, Report
-from host.app.screens.teach_page import Course, NamePage, TeachPage, gesture_name
-from host.app.touch_watch import PAUSE_S, TouchEvent
-from host.gestures import Trial
+from host.app.lessons import Trial
+from host.app.screens.teach.page import Course, NamePage, TeachPage, gesture_name
+from host.app.screens.teach.touch_watch import PAUSE_S, TouchEvent
 from host.ui import naming
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row

@@ -8,7 +8,7 @@ import pygame
 
 from controller.protocol.messages import COMMANDS
 from controller.protocol.teaching import GestureInfo
-from host.app.screens.teach_page import Course, TeachPage, command_name
+from host.app.screens.teach.page import Course, TeachPage, command_name
 from host.ui import naming
 from host.ui.thumbnails import ROTATIONS, Base, arrows, hooks
 from tetris.window.menu import Item, Menu

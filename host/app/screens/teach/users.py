@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from host.app.screens.teach_page import Course, TeachPage, command_name, command_page
+from host.app.screens.teach.page import Course, TeachPage, command_name, command_page
 from host.ui import naming
 from tetris.window.menu import Item, Menu
 

@@ -14,7 +14,7 @@ from controller.protocol.teaching import (
     LearnStatus,
     Vocabulary,
 )
-from host.gestures import Lessons, Trial
+from host.app.lessons import Lessons, Trial
 
 BEFORE = Vocabulary(("null", "press"), ("left",), "", False, 0, "/data")
 AFTER = Vocabulary(("null", "press", "swipe"), ("left", "hold"), "mine", True, 1, "/data")

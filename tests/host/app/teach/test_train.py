@@ -17,10 +17,10 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.protocol.teaching import Record, RecordingStatus, RecordLabel, Undo, Vocabulary
-from host.app import trainer
 from host.app.cues import NULL
-from host.app.screens.record import RecordPage
-from host.app.screens.train import ResultPage, TrainingPage, TrainPage
+from host.app.screens.teach import trainer
+from host.app.screens.teach.record import RecordPage
+from host.app.screens.teach.train import ResultPage, TrainingPage, TrainPage
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.teaching_window import DENT, LABELS, WELCOME, FakeOrb, Window
 

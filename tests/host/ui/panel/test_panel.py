@@ -15,12 +15,12 @@ from controller.protocol.codec import quantise_image
 from controller.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
 from controller.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Received
-from host.demo_game import DemoGame
+from host.demo.game import DemoGame
 from host.ui import naming, orb_state, sprites
 from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
-from host.ui.panel import Panel, Projection
-from host.ui.panel_layout import HEIGHT, WIDTH
+from host.ui.panel.panel import Panel, Projection
+from host.ui.panel.panel_layout import HEIGHT, WIDTH
 from host.ui.pointer_input import DomeArea
 from tetris.window import language, theme
 from tetris.window.theme import PALETTES

@@ -10,7 +10,7 @@ from host.actions import ACTIONS, HeldGestures
 from host.connection.receiver import Connected, Delivered, Received
 from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
-from host.ui.panel import Panel
+from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.window.settings import Settings

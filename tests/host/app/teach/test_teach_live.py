@@ -12,9 +12,9 @@ import pygame
 import pytest
 
 from host.app.application import SIZE, OrbApp
-from host.app.screens.teach_examples import ExamplesPage
-from host.app.screens.teach_new import DetailsPage
-from host.app.screens.teach_try import TryPage
+from host.app.screens.teach.examples import ExamplesPage
+from host.app.screens.teach.new_gesture import DetailsPage
+from host.app.screens.teach.trial import TryPage
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from tetris.window.screens.menu_screen import MenuScreen

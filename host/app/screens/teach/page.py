@@ -9,9 +9,9 @@ import pygame
 
 from controller.protocol.messages import COMMANDS, Command, Report, Telemetry
 from controller.protocol.teaching import RecordingStatus
+from host.app.lessons import failed
 from host.app.screen import Orb, OrbScreen
-from host.app.touch_watch import TouchEvent, TouchWatch
-from host.gestures import failed
+from host.app.screens.teach.touch_watch import TouchEvent, TouchWatch
 from host.ui import naming
 from host.ui.thumbnails import Base, thumbnail
 from tetris.window import theme

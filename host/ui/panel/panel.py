@@ -12,9 +12,9 @@ import pygame
 
 from controller.protocol.messages import Contact
 from host.ui import dome, ghost, naming, sprites, zones
-from host.ui.gesture_rows import GestureRows
 from host.ui.orb_state import Deviation, LinkState, OrbState
-from host.ui.panel_layout import HEIGHT, WIDTH, PanelLayout
+from host.ui.panel.gesture_rows import GestureRows
+from host.ui.panel.panel_layout import HEIGHT, WIDTH, PanelLayout
 from host.ui.pointer_input import DomeArea
 from tetris.window.theme import Colour
 from tetris.window.tiles import ThemeChoice

@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 from controller.protocol.messages import Command, GroundTruth, Welcome
-from host import demo
-from host.autoplayer import COMMAND_OF, MANUAL, Autoplayer
 from host.connection.receiver import Delivered
-from host.demo_record import DemoRecord
+from host.demo import demo
+from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer
+from host.demo.record import DemoRecord
 from tests.support.pytest_types import Capture
 from tetris.engine.game import Action, Game
 

@@ -1,0 +1,1 @@
+"""Pages that teach gestures, users and whole networks."""

@@ -1,0 +1,1 @@
+"""The demo: a program that plays by gestures, and what it records."""
