@@ -4,13 +4,23 @@ import json
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.config import MAX_BYTES, ConfigError, parse_json, parse_toml, read_toml, settings
+from controller.config import (
+    MAX_BYTES,
+    ConfigError,
+    checked,
+    line_of,
+    parse_json,
+    parse_toml,
+    read_toml,
+    settings,
+)
+from controller.errors import UserError
 
 PIECES = ["a", "b", ".", "=", "1", "[", "]", "{", "}", ",", "'", "#", "\\", '"', "2.5", "true"]
 TEXTS = st.lists(
@@ -138,3 +148,128 @@ def test_a_table_becomes_a_dataclass_with_its_defaults() -> None:
 def test_a_value_no_dataclass_can_have_is_refused(table: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         settings(Outer, table)
+
+
+@dataclass(frozen=True)
+class Limits:
+    whole: int = field(default=2, metadata={"range": (2, 4)})
+    percent: float = field(default=0.5, metadata={"range": (0.0, 100.0), "divisor": 100.0})
+    free: float = 0.0
+    word: str = field(default="ab", metadata={"pattern": "[ab]+"})
+    kind: Literal["big", "small"] = "big"
+    numbers: tuple[int, ...] = field(default=(1,), metadata={"count": (1, 3), "range": (0, 9)})
+    more: dict[str, int] | None = None
+
+
+@pytest.mark.parametrize(
+    ("key", "taken", "refused"),
+    [
+        ("whole", [2, 3, 4], [1, 5, 3.0, "3", None]),
+        ("percent", [0, 50.0, 100], [-0.1, 100.1, True]),
+        ("free", [0, 1e9], [-1e-9, 1.1e9, float("inf")]),
+        ("word", ["a", "abba"], ["", "abc", "a\n", 1]),
+        ("kind", ["big", "small"], ["", "Big", 1]),
+        ("numbers", [[0], [9, 0, 1]], [[], [1, 2, 3, 4], [1, 1], [1, 2.0], [10], [-1], 1, "1"]),
+        ("more", [{}, {"a": 1}], [[], 1, "a"]),
+    ],
+)
+def test_each_limit_is_itself_allowed_and_nothing_beyond(
+    key: str, taken: list[Any], refused: list[Any]
+) -> None:
+    for value in taken:
+        read = getattr(settings(Limits, {key: value}), key)
+        assert (
+            list(read) if key == "numbers" else read * 100 if key == "percent" else read
+        ) == value
+    for value in refused:
+        with pytest.raises(ConfigError, match=f"has {key} = .* under .here.; expected is"):
+            settings(Limits, {key: value}, "here")
+
+
+@pytest.mark.parametrize("limit", [-(2**63), 2**63 - 1])
+def test_a_whole_number_has_64_bits_in_either_format(limit: int) -> None:
+    larger = limit + (1 if limit > 0 else -1)
+    assert parse_json(str(limit)) == parse_toml(f"a = [{limit}]")["a"][0] == limit
+    for refused in (lambda: parse_json(str(larger)), lambda: parse_toml(f"a = [{larger}]")):
+        with pytest.raises(ConfigError, match="does not fit 64 bits"):
+            refused()
+
+
+def test_a_text_may_reach_its_limit_of_bytes_parts_and_nesting() -> None:
+    for parse in (parse_toml, parse_json):
+        parse("{}" if parse is parse_json else "#", 2)
+        for text in ("#  ", b"#  "):
+            with pytest.raises(ConfigError, match="the text has more than 2 bytes"):
+                parse(text, 2)
+        with pytest.raises(ConfigError, match="the text is not UTF-8"):
+            parse(b"\xff", 2)
+    parse_toml(
+        "a" + ".b" * 15 + " = 1\nc = " + "[" * 16 + "]" * 16 + "\nd = " + "[" * 16 + "]" * 16
+    )
+    with pytest.raises(ConfigError, match="line 3: a key has more"):
+        parse_toml("a = '''\n'''\nb" + ".c" * 16 + " = 2")
+    with pytest.raises(ConfigError, match="line 2: expecting"):
+        parse_json('{"a": 1,\n')
+
+
+TEXT = """\
+word = 1
+game.left = "a"
+
+[profile]
+game.right = "b"
+"a b".c = 2
+
+[[rule]]
+x = 1
+
+[[rule]]
+x = {y = 2}
+z = 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "options", "line"),
+    [
+        ("", "word", {}, 1),
+        ("", "game.left", {}, 2),
+        ("game", "left", {}, 2),
+        ("profile", "", {}, 4),
+        ("profile.game", "right", {}, 5),
+        ("profile", "ab.c", {}, 6),
+        ("rule", "", {}, 8),
+        ("rule", "x", {}, 9),
+        ("rule", "x", {"count": 2}, 12),
+        ("rule", "z", {"count": 2}, 13),
+        ("rule.x", "y", {"near": True, "count": 2}, 9),
+        ("", "none", {}, 0),
+        ("rule", "none", {}, 0),
+        ("rule", "x", {"count": 3}, 0),
+        ("profile.game.right", "far", {"near": True}, 5),
+        ("", "", {}, 0),
+    ],
+)
+def test_the_line_of_an_entry_is_found(
+    table: str, key: str, options: dict[str, Any], line: int
+) -> None:
+    expected = f", line {line}" if line else ""
+    assert line_of(TEXT, table, key, **options) == expected
+
+
+def test_trouble_with_a_file_names_file_line_and_page(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+
+    def made(text: str) -> Limits:
+        file.write_text(text)
+        return checked(file, lambda table: settings(Limits, table), UserError, "docs/x.md")
+
+    assert made("whole = 3") == Limits(3)
+    for text, message in (
+        ("\nwhole = 9", f"{file}, line 2 has whole = 9; .* \\(docs/x.md\\)"),
+        ("whole 9", f"{file}, line 1: expected '='"),
+    ):
+        with pytest.raises(UserError, match=message):
+            made(text)
+    with pytest.raises(UserError, match=r"cannot read .*none: "):
+        checked(tmp_path / "none", dict, UserError, "")

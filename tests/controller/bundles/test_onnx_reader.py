@@ -1,7 +1,9 @@
 """The walk through an ONNX file: what a device runs is read, all else is refused with a reason."""
 
 import struct
+from collections.abc import Callable
 from contextlib import suppress
+from hashlib import sha256
 
 import pytest
 from hypothesis import given, settings
@@ -162,3 +164,69 @@ def test_packed_numbers_are_read_up_to_one_more_than_the_limit() -> None:
     assert onnx_reader._packed(memoryview(b"\x01\xac\x02\x00")) == [1, 300, 0]
     many = memoryview(bytes(onnx_reader.MAX_NUMBERS + 5))
     assert len(onnx_reader._packed(many)) == onnx_reader.MAX_NUMBERS + 1
+
+
+def small_network() -> bytes:
+    """A network with a setting, a list, weights of 16 and 32 bits, and a new shape."""
+    return model(
+        array("k", 2, 1, 2, 2), node("Conv", "x k", "a", ints("pads", 0, 0, 1, 1)),
+        node("Flatten", "a", "b", text(1, "axis") + number(3, 1) + number(20, 2)),
+        array("h", 3, kind=10, raw=bytes(range(6))),
+        node("Cast", "h", "w", text(1, "to") + number(3, 1) + number(20, 2)),
+        node("Mul", "b w", "c"), array("s", 2, kind=7, raw=struct.pack("<2q", 1, -1)),
+        node("Reshape", "c s", "y"), array("e", 0),
+        value(11, "x", 0, 1, 2, 2), value(12, "y", 0, 3),
+    )  # fmt: skip
+
+
+def answer(data: bytes) -> str:
+    """What is read, or why it is refused."""
+    try:
+        read = onnx_reader.read(data)
+    except GraphError as error:
+        return str(error)
+    weights = [(name, one.dtype.str, one.tolist()) for name, one in read.weights.items()]
+    return repr((read.nodes, weights, read.input, read.shape, read.output))
+
+
+def test_each_damage_of_a_small_network_has_the_answer_that_it_had() -> None:
+    """Every byte is changed in ten ways, and left out. Take a new digest from the failure."""
+    whole, said = small_network(), sha256(answer(small_network()).encode())
+    for at, byte in enumerate(whole):
+        for other in (*(byte ^ 1 << bit for bit in range(8)), (byte + 1) % 256, (byte - 1) % 256):
+            said.update(answer(whole[:at] + bytes([other]) + whole[at + 1 :]).encode())
+        said.update(answer(whole[:at] + whole[at + 1 :]).encode())
+    assert said.hexdigest()[:16] == "1f2125b1a35a16d4"
+
+
+def many(count: int) -> bytes:
+    """Weights, an operator each."""
+    return b"".join(array(f"w{i}", 1) for i in range(count))
+
+
+LIMITS: dict[str, tuple[Callable[[int], bytes], int]] = {  # the most that is read
+    "operators": (lambda n: chain(node("Relu", "x", "z"), *(
+        node("Relu", "z", f"z{i}") for i in range(n - 2))), 100),
+    "arrays": (lambda n: chain(node("Relu", "x", "z"), many(n)), 200),
+    "axes": (lambda n: chain(node("Relu", "x", "z"), array("w", *[1] * n)), 6),
+    "axes of the input": (
+        lambda n: model(node("Relu", "x", "y"), value(11, "x", *[1] * n), GIVEN), 6),
+    "bytes of a name": (lambda n: chain(node("Relu", "x", "z"), array("w" * n, 1)), 200),
+    "numbers of a list": (lambda n: chain(node("Conv", "x x", "z", ints("pads", *[1] * n))), 24),
+    "inputs of an operator": (lambda n: chain(node("Add", " ".join("x" * n), "z")), 3),
+    "the version of the format": (lambda n: model(node("Relu", "x", "y"), ASKED, GIVEN, ir=n), 13),
+    "the operator set": (lambda n: model(node("Relu", "x", "y"), ASKED, GIVEN, opset=n), 23),
+    "the version before": (lambda n: model(node("Relu", "x", "y"), ASKED, GIVEN, ir=-n), -7),
+    "the operator set before": (
+        lambda n: model(node("Relu", "x", "y"), ASKED, GIVEN, opset=-n), -13),
+    "fields of a graph": (
+        lambda n: chain(node("Relu", "x", "z"), text(13, "") * (n - 4)), 400),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", LIMITS)
+def test_a_limit_is_read_and_one_more_is_refused(what: str) -> None:
+    made, most = LIMITS[what]
+    onnx_reader.read(made(most))
+    with pytest.raises(GraphError):
+        onnx_reader.read(made(most + 1))
