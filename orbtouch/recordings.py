@@ -124,6 +124,24 @@ class Recording:
         """Write it, or the slice, as a file that `load` and all commands read; OSError."""
         atomic_write(Path(path), edit.sealed(self.cut()))
 
+    def relabel(self, label: str | None = None, *, excluded: bool | None = None) -> "Recording":
+        """Return the whole session with another label in this slice, `session[2.0:3.5]`.
+
+        Args:
+            label: One of `labels`, or "unknown"; None leaves it.
+            excluded: Whether training leaves these frames out; None leaves that.
+
+        Raises:
+            Error: There is no such label, or nothing is to be changed.
+        """
+        sources = labellers(self.source, least=0)
+        end = float(np.nextafter(self.t[-1], np.inf))
+        changed = edit.relabel(
+            self.source, float(self.t[0]), end, self.name, label=label,
+            column=sources[0] if sources else "label", excluded=excluded,
+        )  # fmt: skip
+        return Recording(changed, self.name)
+
     def cut(self) -> recording.Recording:
         """Return what is inside the slice alone, as the implementation has it."""
         if len(self) == len(self.source.frames):

@@ -69,7 +69,7 @@ def correct(
     if count >= MOST:
         raise AdaptError(
             f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
-            "with controller rollback"
+            "with controller install"
         )
     job = Job("teach", note=CORRECTED + _shown(label), examples=(example(label, images, rate_hz),))
     out = store.folder / INCOMING / f"corrected-{os.getpid()}.orb"

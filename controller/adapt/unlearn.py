@@ -164,7 +164,8 @@ def _origin(parts: Mapping[str, bytes], known: Rehearsal) -> bytes:
     """Return the bundle before its first lesson; AdaptError if it does not carry that."""
     if known.origin is None:
         raise AdaptError(
-            "an older version taught this bundle, without a way back; use `controller rollback`"
+            "an older version taught this bundle, without a way back; use `controller install "
+            "BUNDLE`"
         )
     table = bundles.manifest(known.origin.manifest)
     heads = tuple(table.get("users", {}).get("heads", ()))

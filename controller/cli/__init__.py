@@ -7,14 +7,11 @@ from typing import Final
 COMMANDS: Final = {  # name: function that runs it, and purpose
     "": ("run:main", "run the device"),
     "teach": ("teach:main", "record examples of your own gestures"),
-    "recordings": ("recordings:main", "inspect, check, convert and mend recordings"),
-    "install": ("bundles:install", "test a bundle on this device and take it into use"),
-    "models": ("bundles:models", "list the bundles of this device"),
-    "rollback": ("bundles:rollback", "take the previous bundle into use"),
+    "recordings": ("recordings:main", "recover, check and import recordings"),
+    "install": ("install:main", "take a bundle into use, or list those of this device"),
     "calibrate": ("calibrate:main", "measure the untouched sensor and keep the result"),
     "sensors": ("sensors:main", "list the sensors, or try one"),
     "doctor": ("doctor:main", "check computer, wiring, sensor and link"),
-    "key": ("pair:key", "make a key that this orb and its host share"),
     "pair": ("pair:main", "pair with a host over Bluetooth"),
 }
 

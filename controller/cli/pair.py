@@ -1,4 +1,4 @@
-"""`controller pair` and `key`: join this orb and a host, over Bluetooth or by a shared key."""
+"""`controller pair`: pair this orb with a host over Bluetooth."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import logging
 import sys
 from collections.abc import Sequence
 from contextlib import closing
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from controller.arguments import Parser, whole
+from controller.arguments import Parser
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
@@ -23,12 +22,9 @@ from controller.links.bluetooth.bluez import (
     Properties,
     bonded,
 )
-from controller.protocol import psk
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.pairing_agent import Confirm, PairingAgent
-
-LONGEST_S: Final = 600
 
 
 def main(argv: Sequence[str]) -> int:
@@ -48,11 +44,9 @@ def _parser() -> argparse.ArgumentParser:
         epilog="The orb's own button does the same, without digits. See docs/bluetooth.md.",
     )
     add = parser.add_argument
-    add("--seconds", metavar="N", type=whole(1, LONGEST_S), default=0,
-        help=f"for how long, 1 to {LONGEST_S} (default: two minutes)")  # fmt: skip
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
-    add("--yes", action="store_true",
-        help="pair with the first host, without digits or a question")  # fmt: skip
+    text = "pair with the first host, without digits or a question"
+    add("--yes", action="store_true", help=text)
     return parser
 
 
@@ -76,7 +70,7 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
         agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
-        return await _wait(bus, adapter, agent, options.seconds or WINDOW_S)
+        return await _wait(bus, adapter, agent, WINDOW_S)
 
 
 async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> int:
@@ -105,17 +99,3 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
     host = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
     print(f"paired with {host}" if bonded(device) else f"{host} paired without a bond", flush=True)
     return 0 if bonded(device) else 1
-
-
-def key(argv: Sequence[str]) -> int:
-    """Run `controller key` and return its exit status."""
-    parser = Parser(
-        prog="controller key",
-        description="Write a random key into a new file that only you can read. Copy it to the "
-        "other machine (scp keeps it yours), and name it with --key on both: docs/link.md.",
-    )
-    parser.add_argument("file", metavar="FILE", type=Path)
-    path = parser.parse_args(argv).file
-    psk.make(path)
-    print(path)
-    return 0

@@ -39,7 +39,7 @@ def load_skin(options: argparse.Namespace) -> Sensor:
         sensor.close()
         raise SensorError(
             f"{sensor.device_id} is no skin in pF that a touch lowers, and needs no calibration; "
-            "run: controller sensors try"
+            "run: controller sensors"
         )
     return sensor
 

@@ -1,4 +1,4 @@
-"""`controller sensors`: list them; `controller sensors try`: look at one, and describe it."""
+"""`controller sensors`: list them, or try one and describe it."""
 
 import argparse
 import sys
@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from controller import plugins
 from controller.aliases import Frames
 from controller.arguments import Parser
-from controller.cli.sensor_options import load
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
 from controller.diagnostics.sensor_trial import Trial, examine
@@ -24,6 +24,9 @@ from controller.sensors import base as sensors
 from controller.sensors.geometry import SensorError
 from controller.sensors.hardware.description import Description
 
+REST_S: Final = 6.0
+TOUCHED_S: Final = 12.0
+
 
 def main(
     argv: Sequence[str],
@@ -32,36 +35,39 @@ def main(
 ) -> int:
     """Run `controller sensors`; exit status 0: success, 1: trouble, 2: wrong usage."""
     options = _parser().parse_args(argv)
-    if options.command is None:
-        others = plugins.packages("sensors")
-        for name in sorted({*others, *sensors.names()}):
-            if name in sensors.names():
-                purpose = (sensors.module_of(name).__doc__ or "").partition("\n")[0]
-            else:
-                purpose = f"Of the package {others[name]}."
-            print(f"{name:12}  {purpose}")
+    if options.sensor is None:
+        _list()
         return 0
     if options.out is not None and options.out.exists():
         raise SensorError(f"{options.out} is there already; name another file with --out")
-    with closing(load(options)) as sensor:
+    with closing(sensors.load(options.sensor, wiring=options.wiring)) as sensor:
         if options.out is not None and sensor.description is None:
             raise SensorError(f"--out is for sensors with a description; {options.sensor} has none")
-        trial = _try(
-            FrameReader(sensor, clock=clock, sleep=sleep), min(max(1.0, options.seconds), 600.0)
-        )
+        trial = _try(FrameReader(sensor, clock=clock, sleep=sleep))
         print(table(trial.rows))
         if sensor.description is not None and options.out is not None:
             _write(options.out, sensor.description, sensor.signal.unit, trial)
     return TROUBLE if faulty(trial.rows) else 0
 
 
-def _try(watch: FrameReader, seconds: float) -> Trial:
+def _list() -> None:
+    """Print all sensors with their purposes; a part of another package is not imported."""
+    others = plugins.packages("sensors")
+    for name in sorted({*others, *sensors.names()}):
+        if name in sensors.names():
+            purpose = (sensors.module_of(name).__doc__ or "").partition("\n")[0]
+        else:
+            purpose = f"Of the package {others[name]}."
+        print(f"{name:12}  {purpose}")
+
+
+def _try(watch: FrameReader) -> Trial:
     """Return what a sensor does at rest, and while it is touched."""
     sensor, known = watch.sensor, watch.sensor.description
-    say(f"hands off the sensor for {seconds:g} seconds ...")
-    rest = watch.frames(seconds)
-    say(f"now touch every taxel firmly, one after the other, for {2 * seconds:g} seconds ...")
-    touched = _presses(watch) if sensor.virtual else watch.frames(2 * seconds)
+    say(f"hands off the sensor for {REST_S:g} seconds ...")
+    rest = watch.frames(REST_S)
+    say(f"now touch every taxel firmly, one after the other, for {TOUCHED_S:g} seconds ...")
+    touched = _presses(watch) if sensor.virtual else watch.frames(TOUCHED_S)
     rate_hz = known.rate_hz if known is not None and known.rate_hz else sensor.rate_hz
     return examine(rest, touched, rate_hz, sensor.signal.unit)
 
@@ -94,21 +100,14 @@ def say(line: str) -> None:
 def _parser() -> argparse.ArgumentParser:
     grammar = Parser(
         prog="controller sensors",
-        description="List the sensors, those of other packages included; or try one.",
-        epilog="Try it: controller sensors try virtual",
+        description="List the sensors, those of other packages included. With a name, read that "
+        "sensor at rest, then while every taxel is touched: rate, range, rest, sign and noise, and "
+        "which taxels move. Exit status 1: no touch was seen, or a taxel does not answer.",
+        epilog="Try it: controller sensors virtual",
     )
-    group = grammar.add_subparsers(dest="command", metavar="try")
-    trial = group.add_parser(
-        "try",
-        help="show rate, range, rest, sign and noise of a sensor, and which taxels move",
-        description="Read a sensor at rest, then while every taxel is touched. Exit status 1: no "
-        "touch was seen, or a taxel does not answer.",
-    )
-    add = trial.add_argument
-    add("sensor", metavar="NAME[:KEY=VALUE,...]", help="which, such as lines:port=/dev/ttyACM0")
+    add = grammar.add_argument
+    text = "which to try, such as lines:port=/dev/ttyACM0"
+    add("sensor", metavar="NAME[:KEY=VALUE,...]", nargs="?", help=text)
     add("--wiring", metavar="FILE", type=Path, help="its description (docs/sensors.md)")
-    add("--seconds", metavar="S", type=float, default=5.0, help="at rest; touches take twice "
-        "as long (default: 5)")  # fmt: skip
     add("--out", metavar="FILE", type=Path, help="write the description, with what was found")
-    trial.set_defaults(seed=1, preset="nominal", fault=[])
     return grammar

@@ -13,7 +13,7 @@ from controller import arguments
 from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
-from controller.cli.bundles import install
+from controller.cli import install
 from controller.cli.sensor_options import add_sensor, rate
 from controller.errors import (
     INTERRUPTED,
@@ -103,7 +103,7 @@ def _add(options: argparse.Namespace) -> int:
 def _offer_install(out: Path, *, yes: bool) -> int:
     """Take a bundle into use, if that is wanted, or say how."""
     if yes or (_interactive() and agreed("Take it into use now?")):
-        return install([str(out)])
+        return install.main([str(out)])
     say(f"take it into use with: controller install {shlex.quote(str(out))}")
     say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
     return 0

@@ -1,5 +1,6 @@
 """Pre-shared key files: hexadecimal digits, readable by their owner only."""
 
+import logging
 import os
 import secrets
 import stat
@@ -12,6 +13,8 @@ from controller.files import atomic_write, open_regular
 SIZE: Final = 32  # bytes of a new key; a longer one adds no strength to SHA-256
 LEAST: Final = 16  # least bytes of a key from elsewhere
 _LONGEST: Final = 4096  # bytes of a key file
+
+_log = logging.getLogger("controller")
 
 
 class KeyFileError(UserError, ValueError):
@@ -27,7 +30,8 @@ def read(path: Path) -> bytes:
             content = file.read(_LONGEST + 1)
     except OSError as error:
         raise KeyFileError(
-            f"cannot read the key {path}: {reason(error)}; `controller key FILE` makes a new one"
+            f"cannot read the key {path}: {reason(error)}; copy the file that the orb was started "
+            "with"
         ) from error
     try:
         key = bytes.fromhex(content.decode("ascii")) if len(content) <= _LONGEST else b""
@@ -36,27 +40,27 @@ def read(path: Path) -> bytes:
     if len(key) < LEAST:
         raise KeyFileError(
             f"{path} is no key: expected are {2 * LEAST} or more hexadecimal digits; "
-            "`controller key FILE` makes one"
+            "remove it, and `controller --key FILE` makes one"
         )
     return key
 
 
-def make(path: Path) -> None:
-    """Draw a key into a new file that only its owner can read.
+def read_or_make(path: Path) -> bytes:
+    """Return the key in a file; draw one that only its owner can read if there is no file.
 
-    KeyFileError if it is there already, TroubleError if it cannot be written.
+    KeyFileError as of `read`, TroubleError if the file cannot be written.
     """
     try:
         data = (secrets.token_hex(SIZE) + "\n").encode()
         atomic_write(path, data, private=True, replace=False, folders=False)
+        _log.info("drew a key into %s; copy it to the host (scp -p keeps it yours)", path)
     except FileExistsError:
-        raise KeyFileError(
-            f"{path} is there already, and a key is never overwritten; name another file"
-        ) from None
+        return read(path)
     except OSError as error:
         raise TroubleError(
             f"cannot write the key {path}: {reason(error)}; name another file"
         ) from error
+    return read(path)
 
 
 def _check_owner(path: Path, found: os.stat_result) -> None:

@@ -34,7 +34,7 @@ ADVICE: Final = (
     "make room, or look at the disk: what is recorded waits in memory, and is tried again every "
     "second"
 )
-RECOVER: Final = "`controller recordings recover`"
+RECOVER: Final = "`controller recordings`"
 
 _log = logging.getLogger("controller")
 

@@ -3,16 +3,14 @@
 import textwrap
 from collections import Counter
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from controller.errors import count
-from controller.recordings.quality import labels
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
-from controller.recordings.quality.taxels import Map, Response, respond
+from controller.recordings.quality.taxels import Map, respond
 from controller.recordings.recording import PICOFARAD, Recording
 
 _SHADES: Final = " ░▒▓█"  # from nothing to the greatest value
@@ -21,17 +19,12 @@ _APART: Final = "   "  # between two images
 _LONGEST: Final = 24  # letters of a name
 
 
-def facts(path: Path, recording: Recording) -> dict[str, Any]:
-    """Return the summary as plain data."""
-    response = respond(recording)
+def facts(recording: Recording) -> dict[str, Any]:
+    """Return what a recording says of itself, as plain data."""
     truth = recording.truth
     return {
-        "path": str(path),
         **asdict(recording.origin),
         "frames": len(recording.t),
-        "seconds": float(recording.t[-1] - recording.t[0]),
-        "cadence": asdict(labels.measure(recording)),
-        "said": [asdict(source) for source in labels.summarise(recording, response)],
         "excluded": int(recording.excluded.sum()),
         "commands": dict(Counter(command.command for command in recording.commands)),
         "marks": dict(Counter(mark.kind for mark in recording.marks)),
@@ -39,42 +32,10 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
     }
 
 
-def lines(path: Path, recording: Recording) -> list[str]:
-    """Return the summary as lines for a terminal."""
-    origin, response = recording.origin, respond(recording)
-    rhythm, sources = labels.measure(recording), labels.summarise(recording, response)
-    excluded = int(recording.excluded.sum())
-    rows = {
-        "who": [*_named(user=origin.user, session=origin.session, protocol=origin.protocol),
-                origin.started],
-        "sensor": [origin.hardware, origin.device_id,
-                   f"{origin.preset} preset" * bool(origin.preset)],
-        "": [f"{origin.rows} x {origin.columns} taxels, {origin.pitch_mm:g} mm apart, "
-             f"in {origin.unit}"],
-        "length": [f"{duration(float(recording.t[-1] - recording.t[0]))}, "
-                   f"{count(len(recording.t), 'frame')} at {rhythm.measured_hz:.2f} Hz "
-                   f"({origin.rate_hz:g} intended), {rhythm.missing} missing"],
-        "excluded": [count(excluded, "frame") * bool(excluded)],
-    }  # fmt: skip
-    counts = {
-        "commands": Counter(command.command for command in recording.commands),
-        "marks": Counter(mark.kind for mark in recording.marks),
-    }
-    end = {"software": [origin.software, *_named(bundle=origin.bundle[:8])], "id": [origin.id]}
-    return [
-        str(path),
-        *_lines(rows),
-        *(line for source in sources for line in _labels(source)),
-        *(line for name, counted in counts.items()
-          for line in _wrapped(name, [f"{key} {number}" for key, number in counted.items()])),
-        *_lines(end),
-        *_pictures(recording, response, sources),
-    ]  # fmt: skip
-
-
-def verdict(report: Report) -> list[str]:
-    """Return a quality report as lines."""
+def lines(report: Report, recording: Recording | None = None) -> list[str]:
+    """Return a verdict as lines for a terminal; with the recording also what is in it."""
     text = [f"{report.level.name.lower():8}  {report.path}"]
+    text += [] if recording is None else _provenance(recording)
     if (rhythm := report.cadence) is not None:
         stretches = f", in {rhythm.stretches} stretches" * (rhythm.stretches > 1)
         text += [
@@ -84,10 +45,44 @@ def verdict(report: Report) -> list[str]:
         ]
     for source in report.said:
         text += _labels(source)
+    text += [] if recording is None else _counts(recording)
     for finding in sorted(report.findings, key=lambda each: -each.level):
         word = "note" if finding.level is Level.GOOD else finding.level.name.lower()
         text.append(f"  {word + ':':9} {finding.text}")
-    return text
+    return text if recording is None else [*text, *_pictures(recording, report.said)]
+
+
+def _provenance(recording: Recording) -> list[str]:
+    """Return the lines on user, sensor and software."""
+    origin = recording.origin
+    named = {"user": origin.user, "session": origin.session, "protocol": origin.protocol}
+    grid = f"{origin.rows} x {origin.columns} taxels, {origin.pitch_mm:g} mm apart"
+    preset = f"{origin.preset} preset" if origin.preset else ""
+    bundle = f"bundle {origin.bundle[:8]}" if origin.bundle else ""
+    return [
+        *_line("who", *(f"{word} {name}" for word, name in named.items() if name), origin.started),
+        *_line("sensor", origin.hardware, origin.device_id, preset),
+        *_line("", f"{grid}, in {origin.unit}"),
+        *_line("software", origin.software, bundle),
+        *_line("id", origin.id),
+    ]
+
+
+def _counts(recording: Recording) -> list[str]:
+    """Return the lines on excluded frames, commands and marks."""
+    excluded = int(recording.excluded.sum())
+    counts = {
+        "commands": Counter(command.command for command in recording.commands),
+        "marks": Counter(mark.kind for mark in recording.marks),
+    }
+    return [
+        *_line("excluded", count(excluded, "frame") if excluded else ""),
+        *(
+            line
+            for name, counted in counts.items()
+            for line in _wrapped(name, [f"{key} {number}" for key, number in counted.items()])
+        ),
+    ]
 
 
 def duration(seconds: float) -> str:
@@ -99,15 +94,10 @@ def duration(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{rest:02d} h" if hours else f"{minutes}:{rest:02d} min"
 
 
-def _named(**values: str) -> list[str]:
-    """Return each value that is not empty, after its name."""
-    return [f"{name} {value}" for name, value in values.items() if value]
-
-
-def _lines(rows: dict[str, list[str]]) -> list[str]:
-    """Return a line for each row that is not empty."""
-    texts = {name: ", ".join(part for part in parts if part) for name, parts in rows.items()}
-    return [f"  {name:9} {text}" for name, text in texts.items() if text]
+def _line(name: str, *parts: str) -> list[str]:
+    """Return a line of the parts that are not empty; none without any."""
+    text = ", ".join(part for part in parts if part)
+    return [f"  {name:9} {text}"] if text else []
 
 
 def _labels(source: SourceLabels) -> list[str]:
@@ -134,10 +124,9 @@ def _wrapped(name: str, parts: list[str]) -> list[str]:
 # --- pictures -------------------------------------------------------------------------------------
 
 
-def _pictures(
-    recording: Recording, response: Response, sources: tuple[SourceLabels, ...]
-) -> list[str]:
+def _pictures(recording: Recording, sources: tuple[SourceLabels, ...]) -> list[str]:
     """Return the mean image of each class, by the first source that names any."""
+    response = respond(recording)
     shown = response.touched & ~recording.excluded
     source = next((one.labeller for one in sources if any(one.events.values())), "")
     classes = {"touched": shown}

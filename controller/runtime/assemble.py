@@ -68,7 +68,7 @@ def prepare(options: Namespace) -> Parts:
         options.link,
         welcome_of(bundle, mapping, sensor),
         token=token,
-        key=b"" if options.key is None else psk.read(options.key),
+        key=b"" if options.key is None else psk.read_or_make(options.key),
         exposed=options.unprotected,
     )
     # Not `platform.platform`, which searches for the C library, too.
@@ -93,7 +93,7 @@ def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     except bundles.BundleError as error:
         if not installed:
             raise
-        _log.warning("%s; the bundle that ships is used, until `controller rollback`", error)
+        _log.warning("%s; the bundle that ships is used, until `controller install BUNDLE`", error)
         bundle = bundles.read(bundles.default_path(_rate(options)))
     mapping = bundle.mapping
     if options.mapping is not None:

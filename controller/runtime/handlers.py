@@ -52,7 +52,7 @@ def handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater, Teacher]:
         try:
             new = refreshed(current())
         except UserError:  # such as a --mapping with a gesture that it lacks
-            store.rollback()
+            store.use(store.record().previous or "")
             raise
         return Loaded(new, () if new is None else teacher.describe(new))
 

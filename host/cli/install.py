@@ -108,7 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="host install",
         description="Send an orb a new bundle. The orb tests it while play goes "
-        "on, and then takes it into use; `controller rollback` on the orb goes back. Only "
+        "on, and then takes it into use; `controller install` on the orb goes back. Only "
         "an authenticated link takes any: one with a key, or paired over Bluetooth.",
     )
     parser.add_argument("file", metavar="FILE", type=Path, help="the bundle, NAME.orb")

@@ -237,7 +237,7 @@ def _add_orb(add: Callable[..., None]) -> None:
         "the orb of this identity or name, whatever its port; host find lists them. Without "
         "--target it plays what it played last",
     )
-    key = "the key that the orb was started with, made by `controller key FILE`: docs/link.md"
+    key = "the key that the orb was started with, made by `controller --key FILE`: docs/link.md"
     add("--key FILE", key, type=Path)
     bundle = "send the orb a new bundle while you play, as `host install` does without a game"
     add("--install FILE", bundle, type=Path)

@@ -71,7 +71,7 @@ def take_all(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--all",
         action="store_true",
-        help="learn from recordings that fail the check, too (controller recordings check)",
+        help="learn from recordings that fail the check, too (controller recordings)",
     )
 
 

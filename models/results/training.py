@@ -46,7 +46,7 @@ class SessionRow:
     user: str  # identity of the user; "" unknown
     session: str  # name of the user's session
     seconds: float  # its length
-    verdict: str  # "good", "doubtful" or "failed": `controller recordings check`
+    verdict: str  # "good", "doubtful" or "failed": `controller recordings`
     findings: tuple[str, ...]  # findings of the check, in sentences
     labeller: str  # source of the labels: "true", "button", "key" or "cue"
     held_out: bool  # nothing was learned from it

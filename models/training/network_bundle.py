@@ -277,7 +277,7 @@ def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
         words = ", ".join(plan.auxiliary)
         lines.append(f"learned beside the others, and left out in the end: {words}")
     if doubtful:
-        lines.append(f"doubtful: {doubtful}; controller recordings check says why")
+        lines.append(f"doubtful: {doubtful}; controller recordings says why")
     lines += [
         f"  {row.label}: {f'{row.examples} examples, ' if row.examples else ''}{row.seconds:.0f} s"
         for row in result.classes

@@ -84,7 +84,7 @@ class Request:
     )
     every: bool = _option(
         False,
-        "learn from recordings that fail the check, too (controller recordings check)",
+        "learn from recordings that fail the check, too (controller recordings)",
         flag="all",
     )
     bare: bool = _option(

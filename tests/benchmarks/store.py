@@ -55,13 +55,13 @@ def change(
     """Change the store again and again."""
     draw, store = random.Random(seed), BundleStore(folder)
     while done.value < limit:
-        kind = draw.choice(("install", "install", "rollback", "undo"))
+        kind = draw.choice(("install", "install", "use", "undo"))
         with suppress(BundleError):  # nothing to go back to
             if kind == "install":
                 name, data = draw.choice(made)
                 store.install(data, StoredBundle(name, 1.0, "now"))
-            elif kind == "rollback":
-                store.rollback()
+            elif kind == "use":
+                store.use(store.record().previous or "")
             else:
                 store.undo()
         with done.get_lock():

@@ -60,7 +60,7 @@ def test_the_template_s_sensor_can_be_tried(capsys: pytest.CaptureFixture[str]) 
     def sleep(seconds: float) -> None:
         now[0] += seconds
 
-    words = ["try", "drum", "--seconds", "6"]
+    words = ["drum"]
     assert sensors_command.main(words, clock=lambda: now[0], sleep=sleep) == 0
     printed = capsys.readouterr().out
     assert re.search("rest +good +0 counts, about zero", printed)

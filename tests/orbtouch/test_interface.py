@@ -56,6 +56,17 @@ def test_a_slice_is_saved_and_loaded(session: orbtouch.Recording, tmp_path: Path
     assert (again.label == session[2.0:9.0].label).all()
 
 
+def test_a_slice_gets_another_label_in_a_new_session(session: orbtouch.Recording) -> None:
+    other = session[5.0:8.0].relabel("twist_cw")
+    assert (other[5.0:8.0].label == "twist_cw").all()
+    assert (other[8.0:].label == session[8.0:].label).all()
+    assert not (session[5.0:8.0].label == "twist_cw").all()
+    without = session[5.0:8.0].relabel(excluded=True)
+    assert without.source.excluded.sum() == 120
+    with pytest.raises(orbtouch.Error, match="there is no label 'jump'"):
+        session[5.0:8.0].relabel("jump")
+
+
 def test_a_missing_file_is_one_sentence() -> None:
     with pytest.raises(orbtouch.Error, match=r"nothing\.npz does not exist"):
         orbtouch.load("nothing.npz")

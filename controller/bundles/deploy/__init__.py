@@ -1,1 +1,1 @@
-"""Bundle deployment: upload, self-test, installation and rollback."""
+"""Bundle deployment: upload, self-test, and installation."""

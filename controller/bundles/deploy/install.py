@@ -13,7 +13,6 @@ from controller.bundles.deploy.store import (
     StoredBundle,
     name_of,
     sensor_summary,
-    shown_name,
     summary,
 )
 from controller.protocol import codec, messages, packets
@@ -61,8 +60,8 @@ def install(
         raise BundleError(f"{path} has changed while it was tested; install it once more")
     now = datetime.now(UTC).isoformat(timespec="seconds")
     entry = StoredBundle(name_of(new), round(result.step_us, 1), now, corrects)
-    back = shown_name(store.install(data, entry).previous)
-    back = back and f"; `controller rollback` goes back to {back}"
+    before = store.install(data, entry).previous
+    back = "" if before is None else f"; `controller install {before or 'shipped'}` goes back"
     return f"{entry.name} is in use{back}"
 
 

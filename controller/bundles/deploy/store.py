@@ -100,7 +100,7 @@ class BundleStore:
         return self.path(self.record().current, rate_hz)
 
     def install(self, data: bytes, entry: StoredBundle) -> InstalledRecord:
-        """Take a tested bundle into use; the old one is kept for `rollback`.
+        """Take a tested bundle into use; the old one is kept as the previous.
 
         Raises:
             BundleError: The bundle reads back differently, or the record is damaged.
@@ -119,20 +119,10 @@ class BundleStore:
             self._remove_others(after)
         return after
 
-    def rollback(self) -> InstalledRecord:
-        """Take the previous bundle into use, or the newer again; BundleError if there is none.
-
-        Where the current one cannot be read, that may be the shipped one.
-        """
+    def use(self, name: str) -> InstalledRecord:
+        """Take a stored bundle into use, "" the shipped one; BundleError if it cannot be."""
         with leftovers.locked(self.folder):
-            record = self.record()
-            if record.previous is not None and self._reads(record.previous):
-                return self._use(record, record.previous)
-            if self._reads(record.current):
-                raise BundleError(
-                    "nothing was installed before this bundle, so there is no way back"
-                )
-            return self._use(record, "")
+            return self._use(self.record(), name)
 
     def take_back(self) -> InstalledRecord:
         """Take the bundle before the last correction into use; BundleError if there was none."""
@@ -151,16 +141,8 @@ class BundleStore:
                 raise BundleError("there is no change to undo")
             return self._use(record, record.before)
 
-    def _reads(self, name: str) -> bool:
-        """Return whether a bundle can be used."""
-        try:
-            bundles.read(self.path(name))
-        except BundleError:
-            return False
-        return True
-
     def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:
-        """Take a bundle of the store into use; the current one is kept for `rollback`."""
+        """Take a bundle of the store into use; the current one is kept as the previous."""
         bundles.read(self.path(name))
         after = replace(record, current=name, previous=record.current)
         self._write(after)

@@ -144,7 +144,7 @@ def _shares(recording: Recording) -> Iterator[Finding]:
     unlabelled = np.all([getattr(recording, name) == UNKNOWN for name in LABELLERS], axis=0).mean()
     if unlabelled > UNLABELLED:
         text = f"{100 * unlabelled:.0f} % of the frames are not labelled; label them with: "
-        yield Finding(Level.DOUBTFUL, f"{text}controller recordings relabel")
+        yield Finding(Level.DOUBTFUL, f"{text}orbtouch.Recording.relabel")
     excluded = recording.excluded.mean()
     if excluded > EXCLUDED:
         level = Level.FAILED if excluded == 1.0 else Level.DOUBTFUL

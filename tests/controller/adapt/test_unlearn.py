@@ -119,7 +119,7 @@ def test_a_bundle_of_an_older_version_knows_no_way_back() -> None:
     known = type(known)(known.images, known.label, known.first, known.taught, known.base,
                         known.pace, known.noise)  # fmt: skip
     content = {**bundles.content(parts), bundles.REHEARSAL: known.pack()}
-    with pytest.raises(AdaptError, match="controller rollback"):
+    with pytest.raises(AdaptError, match="controller install"):
         adapt.forget(bundles.assembled(parts[bundles.MANIFEST], content), "swipe")
 
 

@@ -1,7 +1,6 @@
 """The store: a bundle proves itself, is taken into use in one step, and there is always one."""
 
 import dataclasses
-import json
 import multiprocessing
 import shutil
 import subprocess
@@ -73,17 +72,19 @@ DAMAGED = (
 )
 
 
-def test_an_installed_bundle_is_used_and_rolled_back(tmp_path: Path, shelf: BundleStore) -> None:
+def test_an_installed_bundle_is_used_and_the_old_one_again(
+    tmp_path: Path, shelf: BundleStore
+) -> None:
     assert shelf.current() == SHIPPED
-    with pytest.raises(BundleError, match="nothing was installed before"):
-        shelf.rollback()
     one = put(shelf, variant(tmp_path, 1))
-    shelf.rollback()
-    assert shelf.current() == SHIPPED
-    shelf.rollback()
     two = put(shelf, variant(tmp_path, 2))
     assert shelf.current() == shelf.path(two)
-    assert [shelf.rollback().current, shelf.rollback().current] == [one, two]
+    assert (shelf.use(one).current, shelf.record().previous) == (one, two)
+    assert (shelf.use("").current, shelf.record().previous) == ("", one)
+    shelf.path(two).unlink()
+    with pytest.raises(BundleError, match="does not exist"):
+        shelf.use(two)
+    assert shelf.current() == SHIPPED
 
 
 def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path, shelf: BundleStore) -> None:
@@ -104,7 +105,7 @@ def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStor
     assert went_back == [*reversed(names[-7:-1]), names[0]]
     with pytest.raises(BundleError, match="there is no change to undo"):
         shelf.take_back()
-    assert shelf.rollback().current == names[-7]
+    assert shelf.record().previous == names[-7]
 
 
 def test_undo_takes_back_installations_and_never_goes_forward(
@@ -138,7 +139,7 @@ def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
         BundleStore(tmp_path).current()
 
 
-@pytest.mark.parametrize("command", [["models"], ["rollback"]])
+@pytest.mark.parametrize("command", [["install"], ["install", "shipped"]])
 def test_a_damaged_record_ends_every_command_in_one_sentence(
     command: list[str], shelf: BundleStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -166,7 +167,7 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
-@pytest.mark.parametrize("change", ["first", "install", "again", "rollback", "undo"])
+@pytest.mark.parametrize("change", ["first", "install", "again", "use", "undo"])
 def test_a_program_killed_between_any_two_calls_leaves_a_store_that_starts(
     tmp_path: Path, shelf: BundleStore, change: str, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -179,8 +180,8 @@ def test_a_program_killed_between_any_two_calls_leaves_a_store_that_starts(
             put(shelf, path)
 
     def work() -> None:
-        if change == "rollback":
-            shelf.rollback()
+        if change == "use":
+            shelf.use(name_of(bundles.read(one)))
         elif change == "undo":
             shelf.undo()
         else:
@@ -190,7 +191,7 @@ def test_a_program_killed_between_any_two_calls_leaves_a_store_that_starts(
     for _ in at_each_call(work, prepare):
         killed += 1
         bundle, _, _ = deployed(options)
-        before, after = SHIPPED if change == "first" else two, {"rollback": one, "undo": one}
+        before, after = SHIPPED if change == "first" else two, {"use": one, "undo": one}
         expected = {bundles.read(path).hash for path in (before, after.get(change, three))}
         assert bundle.hash in expected
         assert all(shelf.path(entry.name).exists() for entry in shelf.record().entries)
@@ -250,14 +251,19 @@ def test_installing(tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFi
     out = capsys.readouterr().out
     assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 40 Hz" in out
     assert "µs a step" in out
-    assert "`controller rollback` goes back to the shipped bundle" in out
-    assert main(["models", "--json"]) == 0
-    shipped, ours = json.loads(capsys.readouterr().out)
-    assert (shipped["in_use"], shipped["previous"]) == (False, True)
-    assert (ours["in_use"], ours["card"]["variant"]) == (True, "1")
-    assert main(["rollback"]) == 0
-    assert main(["models"]) == 0
-    assert "the shipped bundle  in use  press" in capsys.readouterr().out
+    assert "`controller install shipped` goes back" in out
+    ours = shelf.record().current
+    assert main(["install"]) == 0
+    listed = capsys.readouterr().out
+    assert "shipped           before  press" in listed
+    assert f"{ours}  in use  press" in listed
+    assert "variant: 1" in listed
+    assert main(["install", "shipped"]) == 0
+    assert main(["install", ours[:6]]) == 0
+    assert main(["install", ours[:3]]) == 2  # too short to be meant
+    printed = capsys.readouterr()
+    assert printed.out == f"the shipped bundle is in use\n{ours} is in use\n"
+    assert f"{ours[:3]} does not exist" in printed.err
 
 
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
@@ -270,30 +276,29 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     bundles.write(path, manifest=text, parts=bundles.content(parts))
     name = name_of(bundles.read(path))
     shelf.install(path.read_bytes(), StoredBundle(name, 50.0, "\x1b[31mto\nday"))
-    assert main(["models"]) == 0
+    assert main(["install"]) == 0
     out = capsys.readouterr().out
     assert out.replace("\n", "").isprintable()
     assert "\\x1b]0;key\\x07: \\u202e" in out
     assert "installed \\x1b[31mto\\nday, 50 µs" in out
-    assert main(["models", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)[1]["card"]["made"] == "1979-05-27"
+    assert "made: 1979-05-27" in out
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="no /dev/full")
 def test_a_list_that_cannot_be_printed_is_one_sentence() -> None:
-    words = [sys.executable, "-m", "controller", "models"]
+    words = [sys.executable, "-m", "controller", "install"]
     with open("/dev/full", "w") as full:  # noqa: PTH123
         done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == "controller: cannot write the output: no space left on device\n"
 
 
-def test_models_says_what_is_a_correction_of_what(
+def test_the_list_says_what_is_a_correction_of_what(
     tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first = put(shelf, variant(tmp_path, 1), corrects="")
     put(shelf, variant(tmp_path, 2), corrects=first)
-    assert main(["models"]) == 0
+    assert main(["install"]) == 0
     out = capsys.readouterr().out
     assert "a correction of the shipped bundle" in out
     assert f"a correction of {first}" in out
@@ -342,12 +347,8 @@ def test_a_run_whose_bundle_cannot_be_used_takes_the_one_that_ships(
 def test_there_is_a_way_back_from_a_bundle_that_is_missing(
     tmp_path: Path, shelf: BundleStore
 ) -> None:
-    one = put(shelf, variant(tmp_path, 1))
-    two = put(shelf, variant(tmp_path, 2))
-    shelf.path(two).unlink()
-    assert shelf.rollback().current == one
-    shelf.path(one).unlink()
-    assert shelf.rollback().current == ""  # neither is left: the shipped one
+    shelf.path(put(shelf, variant(tmp_path, 1))).unlink()
+    assert shelf.use("").current == ""
 
 
 def _install_some(folder: Path, path: Path, failed: Any) -> None:

@@ -23,23 +23,21 @@ def written(path: Path, content: str | bytes, mode: int = 0o600) -> Path:
     return path
 
 
-def test_only_its_owner_reads_a_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "orb.key"
-    assert controller(["key", str(path)]) == 0
-    assert capsys.readouterr().out == f"{path}\n"
-    assert len(psk.read(path)) == 32
+def test_a_key_is_drawn_once_and_only_its_owner_reads_it(tmp_path: Path) -> None:
+    path, other = tmp_path / "orb.key", tmp_path / "other.key"
+    key = psk.read_or_make(path)
+    assert len(key) == 32
+    assert psk.read_or_make(path) == psk.read(path) == key
+    assert psk.read_or_make(other) != key
     if os.name == "posix":
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    other = tmp_path / "other.key"
-    psk.make(other)
-    assert psk.read(other) != psk.read(path)
 
 
-def test_a_key_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_no_key_is_never_overwritten(tmp_path: Path) -> None:
     path = written(tmp_path / "orb.key", "precious")
-    assert controller(["key", str(path)]) == 2
+    with pytest.raises(KeyFileError, match="is no key"):
+        psk.read_or_make(path)
     assert path.read_text() == "precious"
-    assert "is there already, and a key is never overwritten" in capsys.readouterr().err
 
 
 @posix
@@ -71,7 +69,7 @@ def test_a_missing_key_and_a_folder_are_told_apart(tmp_path: Path) -> None:
     with pytest.raises(KeyFileError, match=r"cannot read|is no file"):
         psk.read(tmp_path)
     with pytest.raises(TroubleError, match="cannot write"):
-        psk.make(tmp_path / "none" / "orb.key")
+        psk.read_or_make(tmp_path / "none" / "orb.key")
 
 
 LISTEN = ["--link", "listen://127.0.0.1:0", "--key", "none.key"]
@@ -84,7 +82,6 @@ HEADLESS = ["--headless", "--seconds", "1"]
     [
         (host, [*ELSEWHERE, *HEADLESS], "cannot read the key none.key"),
         (host, ["--key", "none.key", *HEADLESS], "--key is for an orb elsewhere"),
-        (controller, LISTEN, "cannot read the key none.key"),
         (controller, ["--key", "none.key"], "--key and --unprotected are for hosts"),
         (controller, ["--unprotected"], "--key and --unprotected are for hosts"),
         (controller, [*LISTEN, "--unprotected"], "leave out --key or --unprotected"),

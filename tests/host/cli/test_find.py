@@ -103,8 +103,7 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
 
 def test_orb_with_a_key_is_found_with_it(desk: Desk, memory: DeviceStore, tmp_path: Path) -> None:
     file = tmp_path / "orb.key"
-    psk.make(file)
-    port = desk.plug("orb-1", key=psk.read(file))
+    port = desk.plug("orb-1", key=psk.read_or_make(file))
     refused = discovery.ask(Port(port))
     assert (refused.outcome, refused.device_id) == ("refused", "")
     assert "key" in refused.why
