@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller.errors import UserError, how_to_install
 from controller.files import atomic_write
 from controller.recordings import edit, reader, recording
-from models.data.examples import column, labellers
+from models.data.examples import COLUMNS, column, labellers
 
 if TYPE_CHECKING:
     import pandas
@@ -138,7 +138,7 @@ class Recording:
         end = float(np.nextafter(self.t[-1], np.inf))
         changed = edit.relabel(
             self.source, float(self.t[0]), end, self.name, label=label,
-            column=sources[0] if sources else "label", excluded=excluded,
+            column=COLUMNS[sources[0]] if sources else "label", excluded=excluded,
         )  # fmt: skip
         return Recording(changed, self.name)
 

@@ -18,6 +18,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Self
 
+from controller.protocol import psk
+
 NEEDED: Final = ("Xvfb", "xdotool", "import")
 _ANSWER_S: Final = 20.0
 ROOT: Final = Path(__file__).parents[2]
@@ -207,8 +209,7 @@ class VirtualOrb:
 
     def __enter__(self) -> Self:
         """Make its key, and start it."""
-        words = [sys.executable, "-m", "controller", "key", str(self._key)]
-        subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+        psk.read_or_make(self._key)
         self.start()
         return self
 
