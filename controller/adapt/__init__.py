@@ -4,14 +4,12 @@
     taught = adapt.teach(path.read_bytes(), [example], command="hold")
     taught.write(Path("mine.orb"))                  # a bundle like any other
 
-The weights of the network are kept, and additional units beside its last hidden layer are fitted to
-the examples; `forget` removes them again. Against forgetting of the older gestures, a bundle
-carries some minutes of recorded play for rehearsal and all examples so far (`rehearsal.py`); each
-fit begins with the network as it was trained.
+The embedding network stays as it was trained, and rows of the head are fitted to the examples;
+`forget` removes them again. Against forgetting of the older gestures, a bundle carries embeddings
+of its training and all examples so far (`lessons`); each fit begins with the head as trained.
 """
 
 from controller.adapt.examples import Example
-from controller.adapt.few_shot import AdaptedBundle, AdaptError, teach
-from controller.adapt.unlearn import forget
+from controller.adapt.few_shot import AdaptedBundle, AdaptError, forget, teach
 
 __all__ = ["AdaptError", "AdaptedBundle", "Example", "forget", "teach"]

@@ -8,9 +8,8 @@ from typing import Final
 
 from controller.adapt import process
 from controller.adapt.examples import NULL_LABEL, Example, touched
-from controller.adapt.few_shot import AdaptError
+from controller.adapt.few_shot import CORRECTED, AdaptError
 from controller.adapt.process import Job
-from controller.adapt.unlearn import CORRECTED
 from controller.aliases import Images
 from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import INCOMING, BundleStore

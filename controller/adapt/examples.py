@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.aliases import Images, Windows
+from controller.bundles.head import EVERYBODY
 
-EVERYBODY: Final = ""  # the user of an example for the networks of all users
 NULL_LABEL: Final = "null"
 TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarter turns
 # Share of the range from idle to firm at which a touch begins and ends: a finger at about 40 % of
@@ -41,7 +41,7 @@ class Example:
 
     label: str  # its gesture; "null": none
     images: Images  # z, (frames, rows, columns), with some frames before and after the touch
-    user: str = EVERYBODY  # the user for whose network it is; `EVERYBODY`: all
+    user: str = EVERYBODY  # the user whose rows it is for; `EVERYBODY`: all
     rotations: str = "none"  # rotations under which it is invariant: "all", "half" or "none"
     mirrored: bool = False  # its mirror image is the same gesture
     # first frame of the touch and the frame after its last; None until `found`

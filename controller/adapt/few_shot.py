@@ -1,6 +1,11 @@
-"""Few-shot learning: extend a bundle's gesture networks by examples."""
+"""Few-shot learning: fit rows of a bundle's head to examples.
+
+Every change begins with the head as it was trained and with all examples that the bundle keeps, so
+the result depends neither on the order of lessons nor on what was forgotten since.
+"""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -11,29 +16,31 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller import errors
-from controller.adapt import head, patience, rehearsal
-from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, varied, vary
-from controller.adapt.head import FormError
-from controller.adapt.rehearsal import Origin, Rehearsal, RehearsalError
+from controller.adapt import lessons, patience
+from controller.adapt.examples import NULL_LABEL, Example, varied, vary
+from controller.adapt.fit import TrainingSet, fit
+from controller.adapt.lessons import Lessons, Rehearsal
+from controller.aliases import Windows
 from controller.bundles import bundle as bundles
-from controller.bundles import users_table
-from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import onnxruntime_engine
+from controller.bundles.head import EVERYBODY, Head, Matrix, softmax
+from controller.bundles.inference.networks import embedding_of
+from controller.bundles.inference.onnxruntime_engine import Network
 from controller.errors import TroubleError
 from controller.recognition.debounce import DebounceSettings
+from controller.recognition.mapping import NONE
 
-GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
 UNSEEN: Final = 8  # variations of each new example that tell which older gestures fire early
-REHEARSED: Final = 3  # variations of the rehearsal data
 SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
 NOISY: Final = 0.03  # noise that halves this weight at 10 Hz, z: it makes gestures more alike
 AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
 LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
+CORRECTED: Final = "corrected in play: "  # begins the note of a correction
+CHANGES: Final = "changes"  # entry of the card: number of changes since the training
 _SEED: Final = 0  # the same examples give the same bundle
-GOLDEN_EACH: Final = 4  # windows of an example that become golden vectors
-EMBEDDED: Final = 0.5  # of the whole progress, when all windows are embedded
+_EMBEDDED: Final = 64  # windows that are embedded at once
+_PREPARED, _READY = 0.1, 0.5  # progress when windows are cut, and when they are embedded
 
 Progress = Callable[[float], None]  # takes the share that is done, 0 to 1
 
@@ -44,11 +51,11 @@ class AdaptError(TroubleError, ValueError):
 
 @dataclass(frozen=True)
 class AdaptedBundle:
-    """An extended bundle."""
+    """A changed bundle."""
 
     manifest: bytes  # its bundle.toml
     parts: Mapping[str, bytes]  # its other parts, for `controller.bundles.bundle.write`
-    kept: float  # share of the rehearsed gestures whose class is unchanged
+    kept: float = 1.0  # share of the rehearsed gestures whose class is unchanged
     # when its gestures fire; older ones may wait for a taught one
     debounce: DebounceSettings = field(default_factory=DebounceSettings)
     recognised: Mapping[str, float] = field(default_factory=dict)  # the same by label
@@ -64,153 +71,246 @@ def teach(
     *,
     command: str | Sequence[Mapping[str, Any]] | None = None,
     note: str = "",
+    again: bool = False,
     progress: Progress = lambda share: None,
 ) -> AdaptedBundle:
     """Return a bundle extended by examples.
 
     Args:
         data: Content of the bundle's file.
-        examples: Of one gesture or several, old or new; those of a user extend the user's network.
-        command: Command of a new gesture: a word or rules (docs/mapping.md); None: nothing.
+        examples: Of one gesture or several, old or new; those of a user change the user's rows.
+        command: Command of a gesture that it was not trained with: a word or rules
+            (docs/mapping.md); "": nothing, None: as before.
         note: Entry of the card; by default the gestures and numbers of examples.
+        again: Earlier examples of the same gestures and users are replaced.
         progress: Called with the share that is done.
 
     Raises:
         AdaptError: An example holds no touch, or the old gestures would suffer.
         BundleError: The bundle is damaged.
     """
-    loaded, parts, known = opened(data)
+    before = lessons.read(data)
+    fresh = _checked(before, examples)
+    replaced = {(one.label, one.user) for one in fresh} if again else set()
+    rest = tuple(one for one in before.examples if (one.label, one.user) not in replaced)
+    rules = {} if command is None else {one.label: command for one in fresh}
+    notes = [note] if note else _described(fresh)
+    return _relearned(before, (*rest, *fresh), rules, _notes(before, rest) + notes, progress)
+
+
+def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> AdaptedBundle:
+    """Return a bundle without a taught gesture, as if it had never been taught.
+
+    Raises:
+        AdaptError: The gesture was not taught.
+        BundleError: The bundle is damaged.
+    """
+    before = lessons.read(data)
+    if label not in before.taught:
+        raise AdaptError(f"{label!r} is no gesture that was taught, so it cannot be forgotten")
+    rest = tuple(one for one in before.examples if one.label != label)
+    return _relearned(before, rest, {}, _notes(before, rest), progress)
+
+
+def set_command(data: bytes, label: str, command: str, user: str = "") -> AdaptedBundle:
+    """Return a bundle with another command of a gesture, "" nothing.
+
+    With a user, only that user's mapping changes; with "" as the label it is removed.
+
+    Raises:
+        AdaptError, BundleError: It is not possible.
+    """
+    loaded, parts = bundles.parse(data), bundles.unpack(data)
+    if user and user not in loaded.users.names:
+        raise AdaptError(f"there is no user {user!r}")
+    if label not in loaded.labels[1:] and (label or not user):
+        raise AdaptError(f"there is no gesture {label!r}")
     table = bundles.manifest(parts[bundles.MANIFEST])
-    if not known.taught:
-        origin = Origin(parts[bundles.MANIFEST], len(loaded.golden.windows))
-        known = replace(known, origin=origin)
-    fresh = _checked(loaded, known, examples)
-    known = replace(known, taught=(*known.taught, *fresh))
-    new = tuple(dict.fromkeys(one.label for one in fresh if one.label not in loaded.labels))
-    labels = (*loaded.labels, *new)
-    for_all = any(one.user == EVERYBODY for one in fresh)
-    learners = {one.user for one in fresh} - {EVERYBODY}
-    training = _Training(loaded, known, labels)
-    content = bundles.content(parts)
-    base, outputs = dict(known.base), dict[str, NDArray[np.float32]]()
-    inputs = np.concatenate([loaded.golden.windows, *_golden(fresh, loaded.window)])
-    heads = list(dict.fromkeys((*loaded.users.heads, *sorted(learners))))
-    shares: list[float] = []
-    recognised: dict[str, float] = {}
-    for user in (EVERYBODY, *heads):
-        part = GESTURE if user == EVERYBODY else users_table.head_part(user)
-        source = part if part in parts else GESTURE  # a user's first network starts as the common
-        model = parts[source]
-        if for_all or user in learners:
-            extended = training.extend(model, known.base.get(source), user, progress)
-            model, base[part] = extended.model, extended.base
-            shares.append(extended.kept)
-            recognised = recognised or extended.recognised
-        content[part] = model
-        outputs[user] = run_network(model, inputs)
-    streams = {
-        label: _streams(content[GESTURE], [o for o in fresh if o.label == label], loaded.window)
-        for label in new
+    mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
+    if label:
+        mappings.setdefault(user, {})[label] = command or NONE
+    else:
+        mappings.pop(user, None)
+    return AdaptedBundle(_text(table), bundles.content(parts), debounce=loaded.debounce)
+
+
+def counted(adapted: AdaptedBundle) -> AdaptedBundle:
+    """Return a bundle whose card counts one more change, so that no two in a row are equal."""
+    table = bundles.manifest(adapted.manifest)
+    before = table["card"].get(CHANGES, 0)
+    table["card"][CHANGES] = before + 1 if isinstance(before, int) else 1
+    return replace(adapted, manifest=_text(table))
+
+
+# --- a lesson -------------------------------------------------------------------------------------
+
+
+def _relearned(
+    before: Lessons,
+    examples: Sequence[Example],
+    rules: Mapping[str, Any],
+    notes: Sequence[str],
+    progress: Progress,
+) -> AdaptedBundle:
+    """Return the bundle that examples make of the head as it was trained."""
+    table = _manifest(before, examples, rules, notes)
+    content = bundles.content(before.parts)
+    content.pop(bundles.TAUGHT, None)
+    if not examples:
+        return AdaptedBundle(_text(table), content)
+    lesson = _Lesson.of(before, table["labels"])
+    fitted = {
+        user: lesson.fit([one for one in examples if one.user in (EVERYBODY, user)], progress)
+        for user in sorted({one.user for one in examples})
     }
-    idle = float(np.mean([one.noise() for one in fresh])) / math.sqrt(2.0)  # it is of two frames
-    debounce = loaded.debounce
-    for label, seen in streams.items():
-        debounce = patience.patient(debounce, labels, {label: seen}, loaded.rate_hz, idle)
+    debounce = before.debounce
+    if new := [o for o in examples if o.label not in before.trained and o.user == EVERYBODY]:
+        debounce = lesson.patient(debounce, fitted[EVERYBODY].rows, new)
     table["debounce"] = asdict(debounce)
-    table["labels"] = list(labels)
-    if command is not None:
-        for label in new:
-            table["mapping"][label] = command if isinstance(command, str) else [*command]
-    _enrol(table, heads, labels)
-    table["card"]["added"] = [*table["card"].get("added", []), note or _described(fresh)]
-    own = {user: outputs[user] for user in heads}
-    golden = replace(loaded.golden, windows=inputs, probabilities=outputs[EVERYBODY], heads=own)
-    if heads:
-        people = _people(content, len(table["users"]["names"]), inputs)
-        golden = replace(golden, people=people)
-        content.setdefault(users_table.NETWORK, b"")
-    content[bundles.GOLDEN] = golden.pack()
-    content[rehearsal.PART] = replace(known, base=base).pack()
-    text = tomli_w.dumps(table).encode()
-    return AdaptedBundle(text, content, min(shares), debounce, recognised)
+    rows = {user: one.rows for user, one in fitted.items()}
+    content[bundles.TAUGHT] = lessons.pack_taught(examples, before.debounce, rows)
+    kept = min(one.kept for one in fitted.values())
+    recognised = next(iter(fitted.values())).recognised
+    return AdaptedBundle(_text(table), content, kept, debounce, recognised)
 
 
-class _Extended(NamedTuple):
-    """One network, extended."""
+def _manifest(
+    before: Lessons, examples: Sequence[Example], rules: Mapping[str, Any], notes: Sequence[str]
+) -> dict[str, Any]:
+    """Return the manifest with the labels, users and notes of examples, and rules of new labels."""
+    table = bundles.manifest(before.parts[bundles.MANIFEST])
+    labels = list(dict.fromkeys((*before.trained, *(one.label for one in examples))))
+    own = {label: rule for label, rule in rules.items() if label not in before.trained}
+    mapping = {**table["mapping"], **own}
+    table["mapping"] = {k: rule for k, rule in mapping.items() if k in labels and rule != ""}
+    table["labels"], table["debounce"] = labels, asdict(before.debounce)
+    table["card"].pop("added", None)
+    if notes:
+        table["card"]["added"] = list(notes)
+    learners = sorted({one.user for one in examples} - {EVERYBODY})
+    if learners or "users" in table:
+        users = {"names": [], "gestures": labels[1:], "mapping": {}, **table.get("users", {})}
+        users["names"] = list(dict.fromkeys((*users["names"], *learners)))
+        users["gestures"] = [label for label in users["gestures"] if label in labels]
+        for name, commands in users["mapping"].items():
+            users["mapping"][name] = {k: rule for k, rule in commands.items() if k in labels}
+        table["users"] = users
+    return table
 
-    model: bytes
-    base: tuple[int, int]  # units and classes when it was trained
+
+class _Fitted(NamedTuple):
+    """Rows of a head, and what became of the gestures."""
+
+    rows: Head
     kept: float  # share of the rehearsed gestures whose class is unchanged
     recognised: dict[str, float]  # by label: that of a taught one is of its examples' last windows
 
 
-@dataclass(frozen=True)
-class _Training:
-    """Training data of all networks of a bundle."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lesson:
+    """Fits rows to examples and to embeddings of the training."""
 
-    bundle: Bundle  # the bundle before
-    known: Rehearsal  # rehearsal data and all examples
-    labels: tuple[str, ...]  # old and new classes
+    embedding: Network
+    head: Head  # as it was trained
+    known: Rehearsal
+    labels: tuple[str, ...]  # old and new
+    window: int
+    rate_hz: float
 
-    def extend(
-        self, model: bytes, base: tuple[int, int] | None, user: str, progress: Progress
-    ) -> _Extended:
-        """Return an extended network."""
-        try:
-            split = head.split(model, base)
-        except FormError as error:
-            raise AdaptError(f"the gesture network {error}") from None
-        rng = np.random.default_rng(_SEED)
-        old, touch = self.known.windows(self.bundle.window, REHEARSED, rng)
-        if not len(old):
+    @classmethod
+    def of(cls, before: Lessons, labels: Sequence[str]) -> "_Lesson":
+        """Return the lesson of a bundle; AdaptError if it has nothing to rehearse."""
+        loaded = before.bundle
+        if before.rehearsal is None:
             raise AdaptError("this bundle has nothing to rehearse; install one that has")
-        own = [one for one in self.known.taught if one.user in (EVERYBODY, user)]
-        by_label = {one.label: [o for o in own if o.label == one.label] for one in own}
-        fresh = [self._windows(one, alike, rng) for alike in by_label.values() for one in alike]
-        windows, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
-        progress(0.1)
-        embedding = split.embed(np.concatenate([old, windows]))
-        progress(EMBEDDED)
-        logits = split.logits(embedding)
-        # The target of old windows is the network's own output, with its confidence.
-        target = [_probabilities(logits[: len(old)], len(self.labels))]
-        target.append(np.eye(len(self.labels), dtype=np.float32)[kinds])
-        weight = np.concatenate([np.full(len(old), 1.0 / len(old)), weights])
-        data = head.TrainingSet(embedding, logits, np.concatenate(target), weight)
-        units = head.fit(data, lambda share: progress(EMBEDDED + (1.0 - EMBEDDED) * share))
-        after = units.answers(embedding)
-        after[:, : split.classes] += logits
-        before, now = (_classes(values[: len(old)], touch) for values in (logits, after))
+        return cls(
+            embedding_of(loaded),
+            loaded.head,
+            before.rehearsal,
+            tuple(labels),
+            loaded.window,
+            loaded.rate_hz,
+        )
+
+    def fit(self, examples: Sequence[Example], progress: Progress) -> _Fitted:
+        """Return rows fitted to examples; AdaptError if the old gestures would suffer."""
+        rng = np.random.default_rng(_SEED)
+        alike = {one.label: sum(o.label == one.label for o in examples) for one in examples}
+        cut = [self._windows(one, alike[one.label], rng) for one in examples]
+        windows, kinds, weights = map(np.concatenate, zip(*cut, strict=True))
+        progress(_PREPARED)
+        embedding = np.concatenate([self.known.embedding, self._embed(windows)])
+        progress(_READY)
+        logits, old = self.head.logits(embedding), len(self.known.embedding)
+        # The target of old windows is the head's own output, with its confidence.
+        target = np.zeros((len(embedding), len(self.labels)), dtype=np.float32)
+        target[:old, : logits.shape[1]] = softmax(logits[:old])
+        target[old + np.arange(len(kinds)), kinds] = 1.0
+        weight = np.concatenate([np.full(old, 1.0 / old), weights])
+        data = TrainingSet(embedding, logits, target, weight)
+        rows = fit(data, lambda share: progress(_READY + (1.0 - _READY) * share))
+        after = self.head.extended(rows).logits(embedding)
+        before, now = (_classes(values[:old], self.known.touch) for values in (logits, after))
         kept = float((before == now).mean()) if len(now) else 1.0
-        recognised = {
-            self.labels[k]: float((now[before == k] == k).mean()) for k in set(before.tolist())
-        }
-        for label in by_label:
-            k = self.labels.index(label)
-            if k >= split.classes:
-                own = (kinds == k) & (weights >= 0.99 * weights[kinds == k].max())  # its last part
-                recognised[label] = float((after[len(old) :][own].argmax(axis=1) == k).mean())
         if kept < LEAST_KEPT:
             raise AdaptError(
                 f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
                 "taken for what they are; give other examples, or a gesture that is less like them"
             )
-        return _Extended(split.widened(units), (split.hidden, split.classes), kept, recognised)
+        recognised = {
+            self.labels[k]: float((now[before == k] == k).mean()) for k in set(before.tolist())
+        }
+        for k in sorted(set(kinds.tolist())):
+            if k >= logits.shape[1]:
+                last = (kinds == k) & (weights >= 0.99 * weights[kinds == k].max())
+                named = after[old:][last].argmax(axis=1)
+                recognised[self.labels[k]] = float((named == k).mean())
+        return _Fitted(rows, kept, recognised)
+
+    def patient(
+        self, debounce: DebounceSettings, rows: Head, examples: Sequence[Example]
+    ) -> DebounceSettings:
+        """Return debounce settings with which older gestures wait for those of examples."""
+        head = self.head.extended(rows)
+        for label in dict.fromkeys(one.label for one in examples):
+            own = [one for one in examples if one.label == label]
+            idle = float(np.mean([one.noise() for one in own])) / math.sqrt(2.0)  # of two frames
+            seen = {label: self._streams(head, own)}
+            debounce = patience.patient(debounce, self.labels, seen, self.rate_hz, idle)
+        return debounce
+
+    def _streams(self, head: Head, examples: Sequence[Example]) -> list[patience.Stream]:
+        """Return probabilities, (frames, classes), of each example and of its variations.
+
+        What was learned is answered better than what will come: the variations are new to the head.
+        """
+        rng = np.random.default_rng(_SEED + 1)  # other variations than those learned
+        seen = [images for one in examples for images in (one.images, *varied(one, UNSEEN, rng))]
+        cut = []
+        for images in seen:
+            whole = np.concatenate([np.repeat(images[:1], self.window - 1, axis=0), images])
+            frames = np.arange(len(images))[:, None] + np.arange(self.window)
+            cut.append(whole[frames].astype(np.float32))
+        answers = head.probabilities(self._embed(np.concatenate(cut)))
+        return np.split(answers, np.cumsum([len(images) for images in seen])[:-1])
+
+    def _embed(self, windows: Windows) -> Matrix:
+        parts = range(0, len(windows), _EMBEDDED)
+        return np.concatenate([self.embedding(windows[at : at + _EMBEDDED]) for at in parts])
 
     def _windows(
-        self, one: Example, alike: Sequence[Example], rng: np.random.Generator
-    ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float64]]:
-        """Return windows, (n, window, rows, columns), their classes and their weights, (n,).
+        self, one: Example, alike: int, rng: np.random.Generator
+    ) -> tuple[Windows, NDArray[np.int64], NDArray[np.float64]]:
+        """Return windows of an example, their classes and their weights, (n,).
 
-        `alike` holds all examples of its label.
+        `alike` is the number of examples of its label.
         """
-        copies = max(1, COPIES // len(alike))
-        windows, telling = vary(one, self.bundle.window, copies, rng)
+        windows, telling = vary(one, self.window, max(1, COPIES // alike), rng)
         inside = telling >= 0.0
         kind = np.where(inside, self.labels.index(one.label), 0)
-        each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
-                        AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
-        return windows, kind, weight_of(one, self.bundle.rate_hz) * each / len(alike)
+        within = telling / max(1.0, float(telling[inside].sum()))
+        each = np.where(inside, within, AROUND / max(1.0, float((~inside).sum())))
+        return windows, kind, weight_of(one, self.rate_hz) * each / alike
 
 
 def weight_of(example: Example, rate_hz: float = 10.0) -> float:
@@ -221,25 +321,14 @@ def weight_of(example: Example, rate_hz: float = 10.0) -> float:
     return SHARE / (1.0 + example.noise() / (NOISY * math.sqrt(rate_hz / 10.0)))
 
 
-def opened(data: bytes) -> tuple[Bundle, dict[str, bytes], Rehearsal]:
-    """Return a bundle's content, its parts and its rehearsal data; BundleError if damaged."""
-    try:
-        loaded, parts = bundles.parse(data), bundles.unpack(data)
-        if rehearsal.PART not in parts:
-            return loaded, parts, rehearsal.of_golden(loaded)
-        grid = loaded.rows, loaded.columns
-        return loaded, parts, rehearsal.read(parts[rehearsal.PART], grid, len(loaded.labels))
-    except (RehearsalError, BundleError) as error:
-        raise BundleError(f"the bundle {error}") from None
-
-
-def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> tuple[Example, ...]:
+def _checked(before: Lessons, examples: Sequence[Example]) -> tuple[Example, ...]:
     """Return the examples with the spans of their touches, quantised as they are stored."""
+    loaded = before.bundle
     if not examples:
         raise AdaptError("there are no examples; give one at least")
-    if len(known.taught) + len(examples) > MOST_EXAMPLES:
+    if len(before.examples) + len(examples) > MOST_EXAMPLES:
         raise AdaptError(
-            f"this bundle was taught {len(known.taught)} examples already, and keeps at most "
+            f"this bundle was taught {len(before.examples)} examples already, and keeps at most "
             f"{MOST_EXAMPLES}; train one from recordings instead (docs/training.md)"
         )
     fresh = []
@@ -255,93 +344,43 @@ def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> t
             found = one.found(loaded.rate_hz)
         if found is None:
             raise AdaptError(f"example {number} of {one.label} shows no touch; make it again")
-        kept = rehearsal.from_bytes(rehearsal.to_bytes(found.images))
-        # A new gesture is for all users: all networks of a bundle have the same classes.
+        # A gesture that the bundle was not trained with is for all users.
         user = one.user if one.label in loaded.labels else EVERYBODY
-        fresh.append(replace(found, images=kept, user=user))
-    return tuple(fresh)
+        if user != EVERYBODY and loaded.identifies and user not in loaded.users.names:
+            raise AdaptError(
+                "this bundle identifies its users by their touch, and does not know this one; use "
+                "a name that it knows, or enrol them: models train --task user (docs/users.md)"
+            )
+        fresh.append(replace(found, user=user))
+    return lessons.unpack(lessons.pack(fresh, (loaded.rows, loaded.columns)))
 
 
-def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -> None:
-    """Add users with networks of their own to the manifest."""
-    if not heads:
-        return
-    section = table.setdefault("users", {"names": [], "gestures": list(labels[1:])})
-    section["names"] += [name for name in heads if name not in section["names"]]
-    section["heads"] = list(heads)
-
-
-def _people(
-    content: Mapping[str, bytes], names: int, inputs: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Return the user network's outputs, (n, 1 + names), or AdaptError if a user has none."""
-    model = content.get(users_table.NETWORK, b"")
-    if not model:
-        return np.zeros((0, 1 + names), dtype=np.float32)
-    outputs = run_network(model, inputs)
-    if outputs.shape[1] != 1 + names:
-        raise AdaptError(
-            "this bundle identifies its users by their touch, and does not know this one; use a "
-            "name that it knows, or enrol them: models train --task user (docs/users.md)"
-        )
-    return outputs
-
-
-def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
-    """Return some windows of each example's touch, each (n, window, rows, columns)."""
-    found = []
-    rng = np.random.default_rng(0)
-    for one in fresh:
-        windows, inside = vary(one, window, 1, rng)
-        found.append(windows[inside >= 0.0][-GOLDEN_EACH:])
-    return found
-
-
-def _streams(model: bytes, examples: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
-    """Return a network's probabilities for each frame of examples and of their variations.
-
-    Each is (frames, classes). What was learned is answered better than what will come: the
-    variations are new to the network.
-    """
-    rng = np.random.default_rng(_SEED + 1)  # other variations than those learned
-    seen = [images for one in examples for images in (one.images, *varied(one, UNSEEN, rng))]
-    cut = []
-    for images in seen:
-        whole = np.concatenate([np.repeat(images[:1], window - 1, axis=0), images])
-        cut.append(whole[np.arange(len(images))[:, None] + np.arange(window)].astype(np.float32))
-    answers = run_network(model, np.concatenate(cut))
-    return np.split(answers, np.cumsum([len(images) for images in seen])[:-1])
-
-
-def run_network(model: bytes, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a network's outputs, (n, outputs), for (n, window, rows, columns)."""
-    return onnxruntime_engine.network(model)(inputs)
-
-
-def _classes(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
+def _classes(logits: Matrix, touch: NDArray[np.int32]) -> NDArray[np.int64]:
     """Return the class, null aside, of the highest mean probability over each touch, (touches,).
 
     `logits` is (n, classes), `touch` the number of each window's touch, -1 without one, (n,).
     """
     inside = touch >= 0
     total = np.zeros((int(touch.max(initial=-1)) + 1, logits.shape[1] - 1))
-    np.add.at(total, touch[inside], _probabilities(logits[inside], logits.shape[1])[:, 1:])
+    np.add.at(total, touch[inside], softmax(logits[inside])[:, 1:])
     return np.asarray(1 + total.argmax(axis=1))
 
 
-def _probabilities(logits: NDArray[np.float32], classes: int) -> NDArray[np.float32]:
-    """Return the softmax of logits, (n, classes); further classes have probability 0."""
-    power = np.exp(logits - logits.max(axis=1, keepdims=True))
-    shares = np.zeros((len(logits), classes), dtype=np.float32)
-    shares[:, : logits.shape[1]] = power / power.sum(axis=1, keepdims=True)
-    return shares
-
-
-def _described(fresh: Sequence[Example]) -> str:
+def _described(fresh: Sequence[Example]) -> list[str]:
     """Return the labels, users and numbers of examples, for the card."""
-    words = []
-    for label, user in dict.fromkeys((one.label, one.user) for one in fresh):
-        count = sum((one.label, one.user) == (label, user) for one in fresh)
-        whose = f" of {user}" if user else ""
-        words.append(f"{label}{whose} from {errors.count(count, 'example')}")
-    return ", ".join(words)
+    whose = Counter((one.label, one.user) for one in fresh)
+    return [
+        f"{label}{f' of {user}' if user else ''} from {errors.count(number, 'example')}"
+        for (label, user), number in whose.items()
+    ]
+
+
+def _notes(before: Lessons, rest: Sequence[Example]) -> list[str]:
+    """Return the notes of the card on the lessons whose examples remain."""
+    kept = {"nothing" if one.label == NULL_LABEL else one.label for one in rest}
+    notes = before.bundle.card.get("added", [])
+    return [n for n in map(str, notes) if n.removeprefix(CORRECTED).partition(" ")[0] in kept]
+
+
+def _text(table: dict[str, Any]) -> bytes:
+    return tomli_w.dumps(table).encode()

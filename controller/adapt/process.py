@@ -21,9 +21,9 @@ from typing import IO, Any, Final
 import numpy as np
 
 from controller import npz
-from controller.adapt import rehearsal, unlearn
+from controller.adapt import few_shot, lessons
 from controller.adapt.examples import Example
-from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress, teach
+from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress
 from controller.bundles.bundle import BundleError
 from controller.errors import reason
 
@@ -38,7 +38,7 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 class Job:
     """One change of a bundle."""
 
-    action: str  # "teach", "learn", "forget" or "command": functions of `controller.adapt`
+    action: str  # "teach", "learn" (earlier examples go), "forget" or "command"
     label: str = ""
     command: str = ""  # "": nothing
     note: str = ""
@@ -51,24 +51,30 @@ class Job:
             [self.action, self.label, self.command, self.note, self.user], dtype="U200"
         )
         grid = self.examples[0].images.shape[1:] if self.examples else (1, 1)
-        return npz.pack({"words": words, **rehearsal.pack_examples(self.examples, grid)})
+        return npz.pack({"words": words, **lessons.pack(self.examples, grid)})
 
     @classmethod
     def unpack(cls, data: bytes) -> "Job":
         """Return the job in bytes of `pack`."""
         arrays = npz.unpack(data, MAX_BYTES)
         action, label, command, note, user = map(str, arrays["words"])
-        return cls(action, label, command, note, user, rehearsal.read_examples(arrays))
+        return cls(action, label, command, note, user, lessons.unpack(arrays))
 
     def do(self, data: bytes, progress: Progress) -> AdaptedBundle:
         """Return the changed bundle; AdaptError, BundleError."""
         if self.action == "forget":
-            return unlearn.forget(data, self.label, progress)
+            return few_shot.forget(data, self.label, progress)
         if self.action == "command":
-            return unlearn.set_command(data, self.label, self.command, self.user)
-        if self.action == "learn":
-            return unlearn.learn(data, self.examples, self.command, self.note, progress)
-        return teach(data, self.examples, note=self.note, progress=progress)
+            return few_shot.set_command(data, self.label, self.command, self.user)
+        again = self.action == "learn"
+        return few_shot.teach(
+            data,
+            self.examples,
+            command=self.command if again else None,
+            note=self.note,
+            again=again,
+            progress=progress,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +169,7 @@ def main(argv: list[str]) -> int:
     threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
     try:
         made = job.do(path.read_bytes(), lambda share: print(round(share, 3), flush=True))
-        unlearn.counted(made).write(out)
+        few_shot.counted(made).write(out)
     except (AdaptError, BundleError) as error:
         print(error, file=sys.stderr)
         return 1

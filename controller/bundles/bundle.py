@@ -1,9 +1,10 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle with enrolled users (`users_table`) also has the user network, and gesture networks of
-single users. It is a canonical zip: parts are stored uncompressed, one after the other, without
-dates and comments. The reader packs them again and compares the bytes, so any changed bit is
-detected. The hash shows integrity; authenticity comes from the channel that carried the file.
+An embedding network and a head (`head`) make probabilities of a window. A bundle with enrolled
+users (`users_table`) may also have the user network. It is a canonical zip: parts are stored
+uncompressed, one after the other, without dates and comments. The reader packs them again and
+compares the bytes, so any changed bit is detected. The hash shows integrity; authenticity comes
+from the channel that carried the file.
 """
 
 import hashlib
@@ -19,8 +20,10 @@ from typing import Any
 
 from controller import config
 from controller.bundles import golden as goldens
+from controller.bundles import head as heads
 from controller.bundles import users_table
 from controller.bundles.golden import Golden, GoldenError
+from controller.bundles.head import EVERYBODY, Head, HeadError
 from controller.config import ConfigError
 from controller.errors import UserError, one_line, reason
 from controller.files import atomic_write, read_bytes
@@ -34,20 +37,23 @@ from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 from controller.recognition.user_id import NO_USERS, Users
 
-FORMAT = 4  # of bundle.toml and of the list of parts
-READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
+FORMAT = 5  # of bundle.toml and of the list of parts
 USUAL, SLOW = "orbtouch.orb", "orbtouch-10hz.orb"  # those that ship, in the package `models`
 SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
 MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
-REHEARSAL = "rehearsal.npz"  # optional: training data against forgetting, for few-shot learning
-CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
-PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
-# Formats 1 and 2 held a second copy of the ONNX weights, in files that are not read.
-_DROPPED = ("gesture.npz", "location.npz")
-_OLD_PARTS = (MANIFEST, CONTENT[0], _DROPPED[0], CONTENT[1], _DROPPED[1], GOLDEN, SUMS)
+EMBEDDING, HEAD, LOCATION = "embedding.onnx", "head.npz", "location.onnx"
+# optional: embeddings of the training, for few-shot learning, and what was learned
+REHEARSAL, TAUGHT = "rehearsal.npz", "taught.npz"
+CONTENT = (EMBEDDING, HEAD, LOCATION, GOLDEN)
+PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; optional ones before SUMS
 
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
+_OLD_PART = "gesture.onnx"  # of formats 1 to 4
+_OLD = (
+    "is of an older version, in another form; train it again from its recordings, or teach its "
+    "gestures to the bundle that ships (docs/teach.md)"
+)
 _MAX_PARTS = 64
 _UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2
 _FILE = (stat.S_IFREG | 0o644) << 16
@@ -88,15 +94,21 @@ class Bundle(BundleSettings):
     """A bundle that was read and checked."""
 
     mapping: Mapping
-    gesture_onnx: bytes  # the network window -> probabilities
+    embedding_onnx: bytes  # the network window -> embedding
+    head: Head  # embedding -> probabilities, as it was trained
     location_onnx: bytes  # the network image -> touch; empty in a bundle without positions
     golden: Golden
     hash: str  # SHA-256 of the file, hexadecimal
     users: Users = NO_USERS
     # the network window -> user; empty in a bundle that cannot identify users
     user_onnx: bytes = b""
-    # users' own networks window -> probabilities, by name
-    heads: AbstractMapping[str, bytes] = field(default_factory=dict)
+    # taught rows of the head by user; those for all users under `EVERYBODY`
+    taught: AbstractMapping[str, Head] = field(default_factory=dict)
+
+    def head_of(self, user: str = EVERYBODY) -> Head:
+        """Return the head with the rows of a user, or those for all users if there are none."""
+        rows = self.taught.get(user, self.taught.get(EVERYBODY))
+        return self.head if rows is None else self.head.extended(rows)
 
     @property
     def settings(self) -> PipelineSettings:
@@ -157,11 +169,13 @@ def unpack(data: bytes) -> dict[str, bytes]:
         intact = False
     if not intact:
         raise BundleError("is damaged, or something else; copy it again from where it came")
-    if tuple(parts) not in (_OLD_PARTS, _in_order(parts)):
+    if _OLD_PART in parts:
+        raise BundleError(_OLD)
+    if tuple(parts) != _in_order(parts):
         raise BundleError("is damaged: its parts are not those of a bundle")
     if _sums(parts) != parts[SUMS]:
         raise BundleError("is damaged: a part has not the hash in SHA256SUMS")
-    return {name: data for name, data in parts.items() if name not in _DROPPED}
+    return parts
 
 
 def pack(parts: AbstractMapping[str, bytes]) -> bytes:
@@ -187,12 +201,9 @@ def manifest(text: bytes) -> dict[str, Any]:
     except ConfigError as error:
         raise BundleError(f"has a manifest that cannot be used: {error}") from None
     form = table.get("format")
-    if type(form) is not int or form not in READABLE:
-        raise BundleError(
-            f"has format {form!r}, this program reads {READABLE[0]} to {READABLE[-1]}; "
-            "update the older one"
-        )
-    return {**table, "format": FORMAT}
+    if type(form) is not int or form != FORMAT:
+        raise BundleError(f"has format {form!r}, this program reads {FORMAT}; update the older one")
+    return table
 
 
 def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
@@ -234,7 +245,7 @@ def _cut(problem: str) -> str:
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     """Return the bundle in checked parts, with every field checked."""
     table = manifest(parts[MANIFEST])
-    located, identified = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
+    located, identified = bool(parts[LOCATION]), bool(parts.get(users_table.NETWORK))
     try:
         plain = _settings(table)
         waiting = (*plain.debounce.patient, *plain.debounce.awaited)
@@ -245,26 +256,34 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         mapping = parse_mapping(rules, plain.labels)
         known = users_table.parse(table.get("users"), plain.labels)
         _check_parts(set(content(parts)), known)
+        head = heads.read(parts[HEAD], MAX_BYTES)
+        taught = heads.read_rows(parts[TAUGHT], MAX_BYTES) if TAUGHT in parts else {}
+        _check_head(head, taught, plain.labels, known)
         golden = goldens.read(
-            parts[GOLDEN], (plain.window, plain.rows, plain.columns), len(plain.labels),
-            located=located, users=known, identified=identified, limit_bytes=MAX_BYTES,
-        )  # fmt: skip
+            parts[GOLDEN],
+            (plain.window, plain.rows, plain.columns),
+            len(head.out),
+            located=located,
+            people=1 + len(known.names) if identified else 0,
+            limit_bytes=MAX_BYTES,
+        )
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
-    except (ConfigError, GoldenError) as error:
+    except (ConfigError, GoldenError, HeadError) as error:
         raise BundleError(str(error)) from None
     if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
         raise BundleError("maps gestures by their place, but has no location network")
     return Bundle(
         **{entry.name: getattr(plain, entry.name) for entry in fields(plain)},
         mapping=mapping,
-        gesture_onnx=parts["gesture.onnx"],
-        location_onnx=parts["location.onnx"],
+        embedding_onnx=parts[EMBEDDING],
+        head=head,
+        location_onnx=parts[LOCATION],
         golden=golden,
         hash=digest,
         users=known,
         user_onnx=parts.get(users_table.NETWORK, b""),
-        heads={name: parts[users_table.head_part(name)] for name in known.heads},
+        taught=taught,
     )
 
 
@@ -288,12 +307,24 @@ def _everywhere(mapping: Mapping) -> bool:
 
 
 def _check_parts(given: set[str], known: Users) -> None:
-    """Refuse parts that the manifest does not name, and missing ones."""
-    wanted = {*CONTENT, *(users_table.head_part(name) for name in known.heads)}
-    if known.names:
-        wanted.add(users_table.NETWORK)
-    if odd := ", ".join(sorted((wanted ^ given) - {REHEARSAL})):
+    """Refuse parts that no bundle has, missing ones, and a user network of no users."""
+    optional = {REHEARSAL, TAUGHT, *([users_table.NETWORK] if known.names else [])}
+    if odd := ", ".join(sorted((given ^ set(CONTENT)) - optional)):
         raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
+
+
+def _check_head(
+    head: Head, taught: AbstractMapping[str, Head], labels: tuple[str, ...], known: Users
+) -> None:
+    """Refuse rows of unknown users, and a head with other classes than the labels."""
+    if odd := sorted(set(taught) - {EVERYBODY, *known.names}):
+        raise BundleError(f"has rows of {odd[0]!r} in its head, who is none of its users")
+    width, trained = head.hidden.shape[1], len(head.out)
+    for own in taught.values():
+        if (own.hidden.shape[1], len(own.out)) != (width, len(labels)):
+            raise BundleError("has rows in its head for another embedding, or for other labels")
+    if trained > len(labels) or (trained < len(labels) and EVERYBODY not in taught):
+        raise BundleError(f"has {len(labels)} labels, and a head that knows {trained}")
 
 
 def _sums(parts: AbstractMapping[str, bytes]) -> bytes:

@@ -7,6 +7,7 @@ from dataclasses import MISSING, fields, is_dataclass
 from typing import Any, Final
 
 from controller.bundles.bundle import Bundle
+from controller.bundles.head import Head
 
 SHORT: Final = 8  # digits that pages and captions show
 # Networks are hashed by themselves; the others do not change what a device answers.
@@ -14,10 +15,11 @@ _NO_SETTINGS: Final = (
     "card",
     "golden",
     "hash",
-    "gesture_onnx",
+    "embedding_onnx",
+    "head",
     "location_onnx",
     "user_onnx",
-    "heads",
+    "taught",
 )
 
 
@@ -28,10 +30,11 @@ def fingerprint(bundle: Bundle) -> str:
     defaults have none either, so that it stays the same when the program knows further settings.
     """
     networks = {
-        "gesture": bundle.gesture_onnx,
+        "embedding": bundle.embedding_onnx,
         "location": bundle.location_onnx,
         "user": bundle.user_onnx,
-        **{f"of {name}": data for name, data in bundle.heads.items()},
+        "head": _numbers(bundle.head),
+        **{f"taught of {user}": _numbers(rows) for user, rows in bundle.taught.items()},
     }
     content = {
         "networks": {key: hashlib.sha256(data).hexdigest() for key, data in networks.items()},
@@ -42,6 +45,11 @@ def fingerprint(bundle: Bundle) -> str:
         },
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _numbers(head: Head) -> bytes:
+    """Return the arrays of a head, one after the other."""
+    return b"".join(array.tobytes() for array in head.arrays().values())
 
 
 def _plain(value: Any) -> Any:

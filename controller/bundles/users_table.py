@@ -7,12 +7,11 @@
     accept = 0.9                  # a user of this probability is named
     stay = 0.98                   # probability that the next gesture is the same user's
     forget_s = 30.0               # after this time without touch, the user is unknown
-    heads = ["ann"]               # users with a gesture network of their own: gesture-ann.onnx
 
     [users.mapping.bob]           # in place of the same labels of [mapping]
     pinch = "hold"
 
-Where user.onnx is empty, users are not identified by their touch, and `controller --user NAME`
+Without the part user.onnx, users are not identified by their touch, and `controller --user NAME`
 names them. Identification is a convenience, not authentication: docs/users.md.
 """
 
@@ -30,11 +29,6 @@ from controller.recognition.user_id import NO_USERS, Users
 NETWORK: Final = "user.onnx"  # a part of the bundle
 
 
-def head_part(name: str) -> str:
-    """Return the part of a bundle that holds a user's own gesture network."""
-    return f"gesture-{name}.onnx"
-
-
 def parse(table: Any, labels: Sequence[str]) -> Users:
     """Return the users in a table [users], None if there is none; ConfigError if it is none."""
     if table is None:
@@ -45,11 +39,8 @@ def parse(table: Any, labels: Sequence[str]) -> Users:
     users = config.settings(Users, {**required, **table, "mapping": {}}, "users")
     if len({name.lower() for name in users.names}) < len(users.names):
         raise ConfigError(f"names {', '.join(users.names)} as users, two of them alike")
-    for key, given, known in (
-        ("gestures", users.gestures, labels[1:]), ("heads", users.heads, users.names),
-    ):  # fmt: skip
-        if odd := [word for word in given if word not in known]:
-            raise ConfigError(f"has {odd[0]!r} among the {key} under [users], which is unknown")
+    if odd := [word for word in users.gestures if word not in labels[1:]]:
+        raise ConfigError(f"has {odd[0]!r} among the gestures under [users], which is unknown")
     mappings = _mappings(table.get("mapping", {}), users.names, labels)
     return replace(users, mappings=mappings)
 

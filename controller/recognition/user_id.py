@@ -35,7 +35,6 @@ class Users:
         accept: Least probability at which a user is identified.
         stay: Probability that one gesture and the next are by the same user.
         forget_s: Time without touch after which the posterior is reset, seconds.
-        heads: Users with a gesture network of their own.
         mappings: Rules of single users, in place of those of the bundle.
     """
 
@@ -52,7 +51,6 @@ class Users:
     accept: float = field(default=0.9, metadata={"range": (0.0, 1.0)})
     stay: float = field(default=0.98, metadata={"range": (0.0, 1.0)})
     forget_s: float = field(default=30.0, metadata={"range": (0.1, 1e6)})
-    heads: tuple[str, ...] = ()
     mappings: AbstractMapping[str, Mapping] = field(
         default_factory=dict, metadata={"key": "mapping"}
     )

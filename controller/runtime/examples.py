@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from controller import files, leftovers, npz
-from controller.adapt import rehearsal
+from controller.adapt import lessons
 from controller.adapt.examples import NULL_LABEL, Example
 from controller.adapt.symmetry import guess
 from controller.aliases import Images
@@ -105,7 +105,7 @@ class ExampleStore:
         """Write an example to the disk; ExampleError if there is no room for it."""
         if len(self.pending) >= MOST:
             raise ExampleError(f"{MOST} examples are waiting; drop some, or learn the gesture")
-        arrays = rehearsal.pack_examples([one.example], self._grid)
+        arrays = lessons.pack([one.example], self._grid)
         try:
             files.atomic_write(self._path(one.number), npz.pack(arrays), private=True)
         except OSError as error:
@@ -149,8 +149,8 @@ class ExampleStore:
             return
         with contextlib.suppress(OSError, npz.NpzError, ValueError):
             arrays = npz.unpack(path, _MAX_BYTES)
-            if rehearsal.examples_fit(arrays, self._grid):
-                (example,) = rehearsal.read_examples(arrays)
+            if lessons.fits(arrays, self._grid):
+                (example,) = lessons.unpack(arrays)
                 number = int(match[1])
                 self.pending[number] = PendingExample(number, example, self._rate_hz)
 

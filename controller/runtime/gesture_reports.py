@@ -7,9 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from controller.adapt.few_shot import opened
-from controller.adapt.rehearsal import Rehearsal, from_bytes
-from controller.adapt.unlearn import taught_labels
+from controller.adapt import lessons
+from controller.adapt.lessons import Lessons
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary
 from controller.bundles.bundle import Bundle
@@ -41,8 +40,8 @@ def reports(
     `folder` is that of the player's data, `objection` the reason that nothing can be changed.
     BundleError, OSError: The bundle cannot be read.
     """
-    loaded, _, known = opened(path.read_bytes())
-    taught = taught_labels(loaded, known)
+    known = lessons.read(path.read_bytes())
+    loaded, taught = known.bundle, known.taught
     store = BundleStore()
     record = store.record()
     installed = path == store.path(record.current)
@@ -65,8 +64,8 @@ def reports(
             label,
             fitted(said[label], _TEXT),
             label in taught,
-            sum(one.label == label for one in known.taught),
-            _image(loaded, known, label),
+            sum(one.label == label for one in known.examples),
+            _image(known, label),
             _rules(mapping, label),
         )
         for label in loaded.labels[1:]
@@ -103,12 +102,9 @@ def _rules(mapping: Mapping, label: str) -> tuple[CommandRule, ...]:
     )
 
 
-def _image(loaded: Bundle, known: Rehearsal, label: str) -> bytes:
+def _image(known: Lessons, label: str) -> bytes:
     """Return the mean image of a gesture's touches at their firmest; b"" if there are none."""
-    firm = [firmest(one) for one in known.taught if one.label == label]
-    frames = known.label == loaded.labels.index(label)
-    edges = np.flatnonzero(np.diff(frames.astype(np.int8), prepend=0, append=0))
-    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        touch = from_bytes(known.images[first:end])
-        firm.append(touch[np.abs(touch - 1.0).mean(axis=(1, 2)).argmax()])
+    firm = [firmest(one) for one in known.examples if one.label == label]
+    if known.rehearsal is not None and label in known.trained:
+        firm.append(lessons.from_bytes(known.rehearsal.firmest)[known.trained.index(label)])
     return image_bytes(np.mean(firm, axis=0)) if firm else b""

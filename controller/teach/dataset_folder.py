@@ -185,7 +185,6 @@ def course(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
         (
             ["train", *learned, "--out", name],
             ["tune", name, *learned, "--out", name, "--html", report],
-            ["rehearse", name, *learned, "--out", name],
             ["evaluate", name, *judged, "--html", report],
         ),
         bundle,

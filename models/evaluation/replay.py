@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from controller.aliases import Windows
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
+from controller.bundles.inference.networks import gestures_of
 from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
 from controller.recognition.event_metric import Answer
 from controller.recognition.frames import Image, PreprocessSettings, Window
@@ -55,7 +56,7 @@ class Batched:
 
     def __init__(self, bundle: Bundle) -> None:
         self._touch = bundle.touch
-        self._gesture = onnxruntime_engine.network(bundle.gesture_onnx)
+        self._gesture = gestures_of(bundle)
         self._location = (
             onnxruntime_engine.network(bundle.location_onnx) if bundle.locates else None
         )

@@ -40,7 +40,7 @@ def evaluation(found: Evaluation) -> str:
 
 def training(loaded: Bundle, found: Training) -> str:
     """Return the card of a training."""
-    weights = (len(loaded.gesture_onnx) + len(loaded.location_onnx)) // 1024
+    weights = (len(loaded.embedding_onnx) + len(loaded.location_onnx)) // 1024
     parts = [
         f"# {found.name}",
         f"{found.rows}×{found.columns} taxels at {found.rate_hz:g} Hz, windows of "

@@ -1,4 +1,4 @@
-"""Export of trained networks into a bundle: ONNX graphs, golden vectors, manifest.
+"""Export of trained networks into a bundle: ONNX graphs, a head, golden vectors, manifest.
 
 A graph is made by walking the layers, so the file holds exactly what the device runs, and nothing
 of the program that trained it. PyTorch and ONNX Runtime are compared before anything is written.
@@ -16,12 +16,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller.bundles import bundle
-from controller.bundles.bundle import Bundle
+from controller import files, npz
+from controller.bundles import bundle, users_table
 from controller.bundles.golden import Golden
-from controller.bundles.inference import onnx_writer, onnxruntime_engine
+from controller.bundles.head import Head
+from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
 from controller.recognition.touch_input import TouchInput
+from models.training import onnx_writer
 from models.training.networks import GAIN, GridPosition, Network, Scale
 
 TOLERANCE: Final = 1e-5  # greatest difference between PyTorch and ONNX Runtime
@@ -41,46 +43,66 @@ class ExportError(ValueError):
 class ExportedNetwork:
     """One network as a bundle holds it."""
 
-    onnx: bytes  # the file; empty if the bundle lacks this network
+    parts: dict[str, bytes]  # of the bundle
     inputs: Values  # golden inputs, (n, ...)
     outputs: Values  # the network's outputs for them, (n, width)
 
 
 def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, float]:
-    """Return CNN-3D or the user network for a bundle, and how far the engines differ.
+    """Return CNN-3D as an embedding network and a head, and how far the engines differ.
 
-    The network is folded; its weights are rounded to 16 bits. Windows are
-    (n, window, rows, columns). ExportError if the engines differ by more than `TOLERANCE`.
+    The network is folded; its weights are rounded to 16 bits. Its last two dense layers are the
+    head. Windows are (n, window, rows, columns). ExportError if the engines differ by more than
+    `TOLERANCE`.
     """
+    flush(net)
+    layers = list(net.named_children())
+    dense = [(at, layer) for at, (_, layer) in enumerate(layers) if isinstance(layer, nn.Linear)]
+    (first, hidden), (_, out) = dense[-2:]
+    head = Head(_array(hidden.weight), _array(hidden.bias), _array(out.weight), _array(out.bias))
+    embedding = Network(OrderedDict(layers[:first]))
+    model = onnx_file(embedding, windows.shape[1:], "windows", "embedding", head.hidden.shape[1])
+    with torch.no_grad():
+        outputs = _array(torch.softmax(net(torch.from_numpy(windows)), dim=1))
+    worst = _compared(head.probabilities(run(model, windows)), outputs)
+    parts = {bundle.EMBEDDING: model, bundle.HEAD: npz.pack(head.arrays())}
+    return ExportedNetwork(parts, windows[:GOLDEN], outputs[:GOLDEN]), worst
+
+
+def export_users(net: Network, windows: Values) -> ExportedNetwork:
+    """Return the user network for a bundle; ExportError if the engines differ."""
     layers = OrderedDict(net.named_children(), softmax=nn.Softmax(dim=1))
-    return _export(Network(layers), windows, "windows", "probabilities")
+    return _export(Network(layers), windows, users_table.NETWORK)[0]
 
 
 def export_location(
     net: Network, images: Values, settings: TouchInput
 ) -> tuple[ExportedNetwork, float]:
-    """Return CNN-2D as `export_gestures` does, for images of touches (n, rows, columns).
+    """Return CNN-2D, and how far the engines differ, for images of touches (n, rows, columns).
 
     Golden vectors are whole images and places on the grid.
     """
     inputs, corners = settings.of(images)
-    made, worst = _export(net, inputs, "images", "touches")
+    made, worst = _export(net, inputs, bundle.LOCATION)
     return replace(made, inputs=images[:GOLDEN], outputs=made.outputs + corners[:GOLDEN]), worst
 
 
-def networks_of(loaded: Bundle) -> tuple[ExportedNetwork, ExportedNetwork]:
+def networks_of(path: Path) -> tuple[ExportedNetwork, ExportedNetwork]:
     """Return the gesture and the location network of another bundle, unchanged."""
-    golden = loaded.golden
+    data = files.read_bytes(path, bundle.MAX_BYTES)
+    golden, parts = bundle.parse(data).golden, bundle.unpack(data)
+    own = (bundle.EMBEDDING, bundle.HEAD, bundle.TAUGHT, bundle.REHEARSAL)
+    gesture = {name: parts[name] for name in own if name in parts}
     return (
-        ExportedNetwork(loaded.gesture_onnx, golden.windows, golden.probabilities),
-        ExportedNetwork(loaded.location_onnx, golden.images, golden.touches),
+        ExportedNetwork(gesture, golden.windows, golden.probabilities),
+        ExportedNetwork({bundle.LOCATION: parts[bundle.LOCATION]}, golden.images, golden.touches),
     )
 
 
 def no_location(rows: int, columns: int) -> ExportedNetwork:
     """Return the location network of a bundle that lacks one."""
     images = np.empty((0, rows, columns), dtype=np.float32)
-    return ExportedNetwork(b"", images, np.empty((0, 2), dtype=np.float32))
+    return ExportedNetwork({bundle.LOCATION: b""}, images, np.empty((0, 2), dtype=np.float32))
 
 
 def write_bundle(
@@ -88,11 +110,7 @@ def write_bundle(
 ) -> None:
     """Write a bundle; BundleError if it would be refused when it is read."""
     golden = Golden(gesture.inputs, gesture.outputs, location.inputs, location.outputs)
-    parts = {
-        "gesture.onnx": gesture.onnx,
-        "location.onnx": location.onnx,
-        bundle.GOLDEN: golden.pack(),
-    }
+    parts = {**gesture.parts, **location.parts, bundle.GOLDEN: golden.pack()}
     bundle.write(path, manifest=tomli_w.dumps(manifest).encode(), parts=parts)
 
 
@@ -105,11 +123,14 @@ def flush(net: nn.Module) -> None:
                 parameter.copy_(parameter.half().float())
 
 
-def onnx_file(net: Network, shape: tuple[int, ...], source: str, result: str) -> bytes:
-    """Return a folded network as an ONNX file, for inputs of a shape; ExportError if it cannot."""
+def onnx_file(net: Network, shape: tuple[int, ...], source: str, result: str, width: int) -> bytes:
+    """Return a folded network of so many outputs as an ONNX file, for inputs of a shape.
+
+    ExportError if it has a layer that cannot be exported.
+    """
     nodes: list[Node] = []
     weights: dict[str, Any] = {}
-    x, width = source, 0
+    x = source
     for name, layer in net.named_children():
         for kind, constants, attributes in _operators(layer, shape):
             names = tuple(f"{name}.{constant}" for constant in constants)
@@ -117,7 +138,6 @@ def onnx_file(net: Network, shape: tuple[int, ...], source: str, result: str) ->
             output = f"{kind.lower()}{len(nodes)}"
             nodes.append(Node(kind, (x, *names), output, attributes))
             x = output
-        width = layer.out_features if isinstance(layer, nn.Linear) else width
     last = nodes.pop()
     nodes.append(Node(last.op, last.inputs, result, last.attributes))
     graph = Graph(tuple(nodes), weights, source, (1, *shape), result)
@@ -160,9 +180,7 @@ def _array(tensor: Tensor) -> Values:
     return np.ascontiguousarray(tensor.detach().numpy(), dtype=np.float32)
 
 
-def _export(
-    net: Network, inputs: Values, source: str, result: str
-) -> tuple[ExportedNetwork, float]:
+def _export(net: Network, inputs: Values, part: str) -> tuple[ExportedNetwork, float]:
     """Return a network for a bundle, and the greatest difference between the engines.
 
     Inputs are (n, window, rows, columns) or (n, rows, columns).
@@ -170,13 +188,19 @@ def _export(
     flush(net)
     with torch.no_grad():
         outputs = _array(net(torch.from_numpy(inputs)))
-    model = onnx_file(net, inputs.shape[1:], source, result)
-    worst = float(np.abs(run(model, inputs) - outputs).max())
+    model = onnx_file(net, inputs.shape[1:], "inputs", "outputs", outputs.shape[1])
+    worst = _compared(run(model, inputs), outputs)
+    return ExportedNetwork({part: model}, inputs[:GOLDEN], outputs[:GOLDEN]), worst
+
+
+def _compared(given: Values, outputs: Values) -> float:
+    """Return the greatest difference of outputs; ExportError if it is more than `TOLERANCE`."""
+    worst = float(np.abs(given - outputs).max())
     if not worst <= TOLERANCE:  # NaN is refused as well
         raise ExportError(
             f"PyTorch and ONNX Runtime differ by {worst:.1e}, more than {TOLERANCE:.0e}"
         )
-    return ExportedNetwork(model, inputs[:GOLDEN], outputs[:GOLDEN]), worst
+    return worst
 
 
 def run(model: bytes, inputs: Values) -> Values:

@@ -31,7 +31,7 @@ from models.evaluation import evaluate
 from models.reports import page
 from models.results.evaluation import numbers
 from models.results.training import Training
-from models.training import advice, export, symmetry_search, transfer
+from models.training import advice, export, rehearsal, symmetry_search, transfer
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
@@ -112,12 +112,20 @@ class NetworkPlan:
         job = TrainingJob(
             data, split, self.recipe, request.seed, device, folder, self.answers, self.start
         )
-        networks = export.networks_of(lender) if lender is not None else None
-        gesture, location = networks or (None, export.no_location(*shape))
+        gesture, location = None, export.no_location(*shape)
+        if lender is not None:
+            gesture, location = export.networks_of(request.base or bundle.default_path())
         if self.gesture:
             scored, net = train_gestures(job)
             result = replace(result, gesture=scored)
             gesture, worst = export.export_gestures(net, _windows(data, split, request.seed))
+            gesture.parts[bundle.REHEARSAL] = rehearsal.of(
+                gesture.parts[bundle.EMBEDDING],
+                data.examples,
+                data.examples.ends[split.windows.train],
+                self.answers,
+                request.seed,
+            )
             say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
         if self.location:
             located, net = train_locations(job, self.touches)
@@ -127,7 +135,7 @@ class NetworkPlan:
             )
             say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
         assert gesture is not None
-        manifest = _manifest(self, result, located=bool(location.onnx))
+        manifest = _manifest(self, result, located=bool(location.parts[bundle.LOCATION]))
         if result.gesture is not None:
             tried = folder / "tried.orb"
             export.write_bundle(tried, manifest, gesture, location)

@@ -1,136 +1,73 @@
-"""Rehearsal samples of a bundle: some minutes of its training's recordings, for the device.
+"""Rehearsal of a bundle: embeddings of windows of its training, for lessons on the device.
 
-Stretches around events are taken from all recordings in turn, every gesture and every touch that
-is none as often, so that a few minutes show as many hands as possible.
+As many touches of each gesture are taken, some windows of each, and windows of rest: half of them
+next to these touches, where what begins a gesture is still none, the others at random.
 """
 
-from collections.abc import Iterable
-from dataclasses import replace
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import files
-from controller.adapt import rehearsal
-from controller.adapt.rehearsal import Rehearsal
-from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle
-from controller.recognition.preprocess import Preprocessor
-from controller.recordings.recording import Recording
-from models.data.ground_truth import classes_of
+from controller.adapt.lessons import Rehearsal, to_bytes
+from controller.aliases import Index
+from controller.bundles.inference import onnxruntime_engine
+from models.data.examples import Examples
 
-FRAMES: Final = 8000  # images of a bundle: 13 minutes, some 120 kB
-IMAGES_HZ: Final = 10.0  # what a fast sensor gives is averaged
-PROOF: Final = 80, 6  # images in golden windows, and fewest windows: the rest is rehearsed instead
-STRETCH_S: Final = 2.8
-LEAD_S: Final = 1.2  # before a touch begins: a window, and what is quiet before it
-REST: Final = 1.5  # as many stretches without a gesture as these times those with one
+WINDOWS: Final = 2500  # of a bundle, about: some 90 kB
+TOUCHED: Final = 0.45  # share of them that show a gesture
+EACH: Final = 6  # windows of a touch
+NEAR_S: Final = 1.0  # of a touch: windows of rest that count as next to it
+_AT_ONCE: Final = 256  # windows that are embedded together
+
+
+def of(model: bytes, examples: Examples, ends: Index, classes: int, seed: int) -> bytes:
+    """Return the part of a bundle with an embedding network; windows end at frames `ends`."""
+    chosen, touch = choose(examples, ends, classes, np.random.default_rng((seed, 6)))
+    network = onnxruntime_engine.network(model)
+    cuts = np.array_split(chosen, -(-len(chosen) // _AT_ONCE))
+    embedding = np.concatenate([network(examples.windows(cut)) for cut in cuts])
+    firmest = [_firmest(examples, chosen, touch, kind) for kind in range(classes)]
+    return Rehearsal(embedding, touch, to_bytes(np.array(firmest))).pack()
 
 
 def choose(
-    bundle: Bundle, recordings: Iterable[Recording], frames: int = FRAMES, seed: int = 0
-) -> Rehearsal:
-    """Return about so many frames of labelled recordings to rehearse, some stretches of each."""
-    rng = np.random.default_rng(seed)
-    pace = max(1, round(bundle.rate_hz / IMAGES_HZ))
-    window = -(-bundle.window // pace)
-    length = max(window + 2, round(STRETCH_S * bundle.rate_hz / pace))
-    lead = max(window, round(LEAD_S * bundle.rate_hz / pace))
-    kinds: dict[int, list[tuple[NDArray[np.uint8], NDArray[np.int8], float]]] = {}
-    for recording in recordings:
-        images, label, known, touched, noise = _averaged(*_responses(bundle, recording), pace)
-        for kind in range(len(bundle.labels)):
-            ready = known & (label == kind) & (touched if kind == 0 else True)
-            begins = np.flatnonzero(ready & ~np.roll(ready, 1))
-            inside = begins[(begins >= lead) & (begins < len(label) - length + lead)]
-            inside = inside[known[inside - lead]] if len(inside) else inside
-            if not len(inside):
-                continue
-            for begin in rng.choice(inside, min(2, len(inside)), replace=False):
-                cut = slice(int(begin) - lead, int(begin) - lead + length)
-                kinds.setdefault(kind, []).append(
-                    (rehearsal.to_bytes(images[cut]), label[cut].astype(np.int8), noise)
-                )
-    total = frames // length
-    share = {kind: REST if kind == 0 else 1.0 for kind in kinds}
-    chosen = []
-    for kind, found in sorted(kinds.items()):
-        wanted = round(total * share[kind] / sum(share.values()))
-        order = rng.permutation(len(found))[:wanted]
-        chosen += [found[i] for i in sorted(order)]
-    if not chosen:
-        raise ValueError("these recordings hold nothing that can be rehearsed; label them first")
-    first = np.zeros((len(chosen), length), dtype=np.bool_)
-    first[:, 0] = True
-    return Rehearsal(
-        np.concatenate([images for images, _, _ in chosen]),
-        np.concatenate([label for _, label, _ in chosen]),
-        first.ravel(),
-        pace=pace,
-        noise=np.array([noise for *_, noise in chosen if pace > 1], dtype=np.float32),
-    )
+    examples: Examples, ends: Index, classes: int, rng: np.random.Generator
+) -> tuple[Index, NDArray[np.int32]]:
+    """Return last frames of some windows, and the number of each one's touch, -1 without, (n,)."""
+    ends = np.sort(ends[examples.label[ends] < classes])
+    label = examples.label[ends]
+    first = np.flatnonzero(examples.begins(ends, gap=1))
+    runs = np.split(ends, first[1:])
+    kinds = label[first]
+    share = round(TOUCHED * WINDOWS / EACH / max(1, len(set(kinds[kinds > 0].tolist()))))
+    touches = [
+        runs[number][np.linspace(0, len(runs[number]) - 1, EACH).round().astype(int)]
+        for kind in range(1, classes)
+        for number in rng.permutation(np.flatnonzero(kinds == kind))[:share]
+    ]
+    touches = [np.unique(touch) for touch in touches]
+    shown = np.concatenate([np.empty(0, dtype=np.int64), *touches])
+    rest, most = ends[label == 0], round(len(shown) * (1.0 - TOUCHED) / TOUCHED)
+    after = np.append(np.sort(shown), np.iinfo(np.int64).max)
+    at = np.searchsorted(after, rest)
+    gap = np.minimum(after[at] - rest, rest - np.append(0, np.sort(shown))[at])
+    near = rng.permutation(rest[gap <= NEAR_S * examples.rate_hz])[: most // 2]
+    other = rng.permutation(np.setdiff1d(rest, near))[: most - len(near)]
+    number = np.repeat(np.arange(len(touches)), [len(touch) for touch in touches])
+    none = np.full(len(near) + len(other), -1)
+    return np.concatenate([shown, near, other]), np.concatenate([number, none]).astype(np.int32)
 
 
-def _averaged(
-    images: NDArray[np.float32],
-    label: NDArray[np.int64],
-    known: NDArray[np.bool_],
-    touched: NDArray[np.bool_],
-    pace: int,
-) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_], float]:
-    """Return the same of each `pace` frames together, and how much untouched frames scatter, z.
-
-    Images are (n, rows, columns), all others (n,). A label that changes among them is -1.
-    """
-    count = len(images) // pace
-    groups = images[: count * pace].reshape(count, pace, *images.shape[1:])
-    labels, ready, felt = (
-        one[: count * pace].reshape(count, pace) for one in (label, known, touched)
-    )
-    same = (labels == labels[:, :1]).all(axis=1)
-    still = ready.all(axis=1) & ~felt.any(axis=1)
-    scatter = float(groups[still].std(axis=1).mean()) if pace > 1 and still.any() else 0.0
-    mean = np.asarray(groups.mean(axis=1, dtype=np.float32) if pace > 1 else images)
-    label = np.where(same, labels[:, 0], -1)
-    return mean, label, np.asarray(ready.all(axis=1)), np.asarray(felt.any(axis=1)), scatter
-
-
-def write(out: Path, source: Path, chosen: Rehearsal) -> Bundle:
-    """Write a bundle with something to rehearse; BundleError or OSError if it cannot be.
-
-    Some golden windows are enough then, since nothing has to be learned from them.
-    """
-    import tomli_w
-
-    loaded = bundles.read(source)
-    parts = bundles.unpack(files.read_bytes(source, bundles.MAX_BYTES))
-    content = {**bundles.content(parts), bundles.REHEARSAL: chosen.pack()}
-    golden, (images, fewest) = loaded.golden, PROOF
-    some = slice(max(fewest, images // loaded.window))
-    content[bundles.GOLDEN] = replace(
-        golden,
-        windows=golden.windows[some],
-        probabilities=golden.probabilities[some],
-        people=golden.people[some],
-        heads={name: outputs[some] for name, outputs in golden.heads.items()},
-    ).pack()
-    table = bundles.manifest(parts[bundles.MANIFEST])
-    bundles.write(out, manifest=tomli_w.dumps(table).encode(), parts=content)
-    return bundles.read(out)
-
-
-def _responses(bundle: Bundle, recording: Recording) -> tuple[
-    NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]
-]:  # fmt: skip
-    """Return z images (n, rows, columns), classes, if rest is known, and if it is touched, (n,)."""
-    stage = Preprocessor(bundle.preprocess, bundle.rows, bundle.columns)
-    steps = [stage.step(frame) for frame in recording.frames]
-    label = classes_of(recording, bundle.labels, "a recording")
-    return (
-        np.array([step.image for step in steps], dtype=np.float32),
-        np.where(recording.excluded, -1, label),
-        np.array([step.ready for step in steps]),
-        np.array([not step.quiet for step in steps]),
-    )
+def _firmest(
+    examples: Examples, ends: Index, touch: NDArray[np.int32], kind: int
+) -> NDArray[np.float32]:
+    """Return the mean image of a gesture's touches at their firmest, z, (rows, columns)."""
+    own = (examples.label[ends] == kind) & (touch >= 0)
+    images, number = examples.images[ends[own]], touch[own]
+    if not kind or not own.any():
+        return np.ones(examples.images.shape[1:], dtype=np.float32)
+    force = np.abs(images - 1.0).mean(axis=(1, 2))
+    order = np.lexsort((force, number))
+    last = np.append(np.flatnonzero(np.diff(number[order])), len(order) - 1)
+    return np.asarray(images[order[last]].mean(axis=0), dtype=np.float32)

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor, nn
 
 from controller.bundles.bundle import Bundle
+from controller.bundles.head import Head
 from controller.bundles.inference import onnx_reader, onnx_shapes
 from models.training.networks import Network
 
@@ -87,11 +88,11 @@ def start(
     states: list[State] = []
     lines = []
     asked = (
-        ("CNN-3D", gesture, bundle.gesture_onnx, shape, labels == bundle.labels),
-        ("CNN-2D", location, bundle.location_onnx, grid, True),
+        ("CNN-3D", gesture, bundle.embedding_onnx, bundle.head, shape, labels == bundle.labels),
+        ("CNN-2D", location, bundle.location_onnx, None, grid, True),
     )
-    for name, net, model, size, same in asked:
-        taken, words = _taken(net, model, size, same=same) if net and model else ({}, "")
+    for name, net, model, head, size, same in asked:
+        taken, words = _taken(net, model, head, size, same=same) if net and model else ({}, "")
         states.append(taken)
         if net:
             lines.append(f"{name} starts from the bundle's {words or 'nothing: it is random'}")
@@ -103,12 +104,14 @@ def start(
     return Start(states[0], states[1], tuple(lines))
 
 
-def _taken(net: Network, model: bytes, size: Places, *, same: bool) -> tuple[State, str]:
-    """Return what a network takes from an ONNX file; its output only if it means the `same`."""
+def _taken(
+    net: Network, model: bytes, head: Head | None, size: Places, *, same: bool
+) -> tuple[State, str]:
+    """Return what a network takes from an ONNX file and a head; its output if it is the `same`."""
     graph = onnx_reader.read(model)
     flat = next(node for node in graph.nodes if node.op == "Flatten")
     old_places = onnx_shapes.sizes(graph).shapes[flat.inputs[0]][2:]
-    old = {name: torch.tensor(array) for name, array in graph.weights.items()}
+    old = state_of(model, head)
     folded = net.folded()
     layers = list(folded.children())
     depth = next(n for n, layer in enumerate(layers) if isinstance(layer, nn.Flatten))
@@ -120,6 +123,17 @@ def _taken(net: Network, model: bytes, size: Places, *, same: bool) -> tuple[Sta
         if same or not name.startswith(OUTPUT)
     }
     return take(new, tuple(maps.shape[2:]), old, old_places)
+
+
+def state_of(model: bytes, head: Head | None) -> State:
+    """Return the weights of a network, by name, in an ONNX file and a head that comes after it."""
+    graph = onnx_reader.read(model)
+    arrays = dict(graph.weights)
+    if head is not None:
+        hidden = f"dense{1 + sum(node.op == 'Gemm' for node in graph.nodes)}"
+        arrays |= {f"{hidden}.weight": head.hidden, f"{hidden}.bias": head.hidden_bias}
+        arrays |= {f"{OUTPUT}.weight": head.out, f"{OUTPUT}.bias": head.out_bias}
+    return {name: torch.tensor(array) for name, array in arrays.items()}
 
 
 def begin(net: Network, state: State, inputs: Tensor) -> None:

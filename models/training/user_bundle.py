@@ -14,6 +14,7 @@ from controller import config, files
 from controller.aliases import Say
 from controller.bundles import bundle, users_table
 from controller.bundles.bundle import Bundle
+from controller.bundles.head import EVERYBODY
 from controller.errors import count
 from controller.recognition.mapping import USERS
 from controller.recognition.user_id import Users
@@ -56,6 +57,11 @@ class UserPlan:
         _check_windows(base, data)
         labels = _labels(request.gestures, data, base)
         names, gestures = _gestures(request, data, labels)
+        if odd := sorted(set(base.taught) - {EVERYBODY, *names}):
+            raise ValueError(
+                f"the bundle was taught gestures of {odd[0]}, who was not recorded here; record "
+                f"{odd[0]}, too, or name another bundle with --with"
+            )
         if request.mapping is not None:
             Users(names).overridden(*users_table.read_mapping(request.mapping, base.labels))
         made = cls(
@@ -99,14 +105,11 @@ class UserPlan:
 
 
 def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
-    """Write the base bundle with its users; mappings and networks that it has for them stay."""
+    """Write the base bundle with its users; mappings and rows that it has for them stay."""
     data = files.read_bytes(request.base or bundle.default_path(), bundle.MAX_BYTES)
     base, parts = bundle.parse(data), bundle.unpack(data)
     table, content = bundle.manifest(parts[bundle.MANIFEST]), bundle.content(parts)
-    exported, _ = export.export_gestures(net, base.golden.windows)
-    heads = [name for name in base.users.heads if name in known.names]
-    for name in set(base.users.heads) - set(heads):
-        content.pop(users_table.head_part(name))
+    exported = export.export_users(net, base.golden.windows)
     rules = table.get("users", {}).get("mapping", {})
     if request.mapping is not None:
         for name, own in config.read_toml(request.mapping).get(USERS, {}).items():
@@ -118,13 +121,11 @@ def write_users(request: Request, net: Network, known: Users, entry: str) -> Non
         "accept": known.accept,
         "stay": known.stay,
         "forget_s": known.forget_s,
-        "heads": heads,
         "mapping": {name: own for name, own in rules.items() if name in known.names},
     }
     table["card"]["users"] = entry
-    answers = {name: base.golden.heads[name] for name in heads}
-    golden = replace(base.golden, people=exported.outputs, heads=answers)
-    content |= {users_table.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
+    golden = replace(base.golden, people=exported.outputs)
+    content |= {**exported.parts, bundle.GOLDEN: golden.pack()}
     bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=content)
 
 

@@ -117,7 +117,7 @@ def judge(data: bytes) -> str:
     except BundleError:
         return "manifest or golden vectors' form"
     try:
-        for model in (read.gesture_onnx, read.location_onnx, read.user_onnx, *read.heads.values()):
+        for model in (read.embedding_onnx, read.location_onnx, read.user_onnx):
             if model:
                 onnx_shapes.sizes(onnx_reader.read(model))
     except onnx_reader.GraphError:

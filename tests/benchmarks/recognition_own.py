@@ -21,6 +21,7 @@ import numpy as np
 from controller import adapt
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
+from controller.bundles.head import EVERYBODY
 from controller.recordings.recording import Recording
 from controller.simulator.orb import PRESETS
 from controller.simulator.user_style import UserStyle
@@ -138,9 +139,9 @@ def _count(bundle: Bundle, recording: Recording) -> Tally:
 
 
 def _taught(path: Path, shown: list[adapt.Example]) -> Bundle:
-    """Return a bundle whose gesture network is the person's own."""
+    """Return a bundle whose rows for all users are the person's own."""
     made = taught_bundle(path, shown)
-    return dataclasses.replace(made, gesture_onnx=made.heads[WHO])
+    return dataclasses.replace(made, taught={EVERYBODY: made.taught[WHO]})
 
 
 def _figures(tallies: list[Tally], numbers: list[int]) -> dict[str, Figure]:

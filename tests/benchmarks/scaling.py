@@ -17,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from controller.bundles import bundle as bundles
+from controller.bundles import head
 from controller.bundles.bundle import Bundle
 from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
@@ -42,6 +43,7 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
     gesture = gesture_net((window, side, side), len(shipped.labels), NetworkRecipe())
     location = location_net((side, side), NetworkRecipe(channels=(16, 32)))
     one = np.ones((1, window, side, side), np.float32)
+    exported = export_gestures(gesture.eval(), one)[0].parts
     nothing = Golden(
         np.empty((0, window, side, side), np.float32),
         np.empty((0, len(shipped.labels)), np.float32),
@@ -55,8 +57,11 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
         rate_hz=rate_hz,
         window=window,
         preprocess=dataclasses.replace(shipped.preprocess, rate_hz=rate_hz, window=window),
-        gesture_onnx=export_gestures(gesture.eval(), one)[0].onnx,
-        location_onnx=export_location(location.eval(), one[:, 0], TouchInput())[0].onnx,
+        embedding_onnx=exported[bundles.EMBEDDING],
+        head=head.read(exported[bundles.HEAD], bundles.MAX_BYTES),
+        location_onnx=export_location(location.eval(), one[:, 0], TouchInput())[0].parts[
+            bundles.LOCATION
+        ],
         golden=nothing,
     )
 
@@ -69,7 +74,7 @@ def main() -> None:
     cases += [(5, round(rate_hz), rate_hz) for rate_hz in RATES[1:]]  # a second at any rate
     for side, window, rate_hz in cases:
         bundle = sized(shipped, side, window, rate_hz)
-        macs = onnx_shapes.sizes(onnx_reader.read(bundle.gesture_onnx)).macs / 1e6
+        macs = onnx_shapes.sizes(onnx_reader.read(bundle.embedding_onnx)).macs / 1e6
         best = selftest.measure(bundle).step_us
         name = f"step_us@{side}x{side},{window},{rate_hz:g}Hz"
         results.note(name, best, f"us, {macs:.2f} million MACs, {best * rate_hz / 1e4:.2f} %")

@@ -32,8 +32,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.bundles.inference import onnx_reader, onnxruntime_engine
-from controller.bundles.inference.networks import Recognizer
+from controller.bundles.inference.networks import Recognizer, gestures_of
 from controller.bundles.inference.onnxruntime_engine import Network
 from controller.protocol.messages import NumberedCommand
 from controller.protocol.packets import encode
@@ -77,7 +76,7 @@ def networks(shipped: Bundle, paper: Bundle) -> dict[str, Network | str]:
     """Return every network that is timed, by name; text says why one is missing."""
     out: dict[str, Network | str] = {}
     for name, bundle in (("shipped", shipped), ("paper", paper)):
-        out[name] = onnxruntime_engine.network(bundle.gesture_onnx)
+        out[name] = gestures_of(bundle)
         out[f"{name}@torch"] = _torch(name, bundle)
     return out
 
@@ -89,13 +88,14 @@ def _torch(name: str, bundle: Bundle) -> Network | str:
     except ImportError:
         return "missing: PyTorch, the [train] extra"
     from models.data.recipe import DEFAULT, PAPER
+    from models.training import transfer
     from models.training.networks import gesture_net
 
     torch.set_num_threads(1)
     course = replace((PAPER if name == "paper" else DEFAULT).gesture, normalised=False)
     net = gesture_net((bundle.window, bundle.rows, bundle.columns), len(bundle.labels), course)
-    weights = onnx_reader.read(bundle.gesture_onnx).weights
-    net.load_state_dict({key: torch.tensor(weights[key]) for key in net.state_dict()})
+    state = transfer.state_of(bundle.embedding_onnx, bundle.head)
+    net.load_state_dict({key: state[key] for key in net.state_dict()})
     net.eval()
 
     def run(window: NDArray[np.float32]) -> NDArray[np.float32]:

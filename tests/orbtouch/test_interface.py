@@ -127,7 +127,7 @@ def test_a_slice_without_a_touch_teaches_nothing(session: orbtouch.Recording) ->
 
 def test_the_parts_of_a_network_are_exported(tmp_path: Path) -> None:
     files = orbtouch.network().export(tmp_path / "parts")
-    assert {"bundle.toml", "gesture.onnx"} <= {file.name for file in files}
+    assert {"bundle.toml", "embedding.onnx"} <= {file.name for file in files}
 
 
 def test_an_argument_out_of_range_is_named() -> None:

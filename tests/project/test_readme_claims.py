@@ -104,7 +104,7 @@ def test_the_sensor_is_a_grid_of_5_by_5_and_its_networks_are_two_and_small() -> 
     shipped = bundle.default_path().read_bytes()
     assert orbtouch.network().shape == (5, 5)
     assert sorted(name for name in bundle.unpack(shipped) if name.endswith(".onnx")) == [
-        "gesture.onnx", "location.onnx",
+        "embedding.onnx", "location.onnx",
     ]  # fmt: skip
     assert len(shipped) < 1_000_000
 

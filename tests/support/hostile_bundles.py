@@ -10,6 +10,7 @@ import numpy as np
 
 from controller import npz
 from controller.bundles import bundle
+from controller.bundles.head import Head
 from tests.support import user_bundles as enrolled
 
 VALUES: Final = (
@@ -25,12 +26,12 @@ VALUES: Final = (
 LINES: Final = (
     "[card]", "[mapping]", "[users]", "[preprocess]", "[[card]]", "[[users]]", "[a]", "[users.bob]",
     "x" + ".a" * 14 + " = 1", "x" + ".a" * 9000 + " = 1", '"\\u001b[2J" = 1', '"" = ""', "a.b = 1",
-    "card.added = 7", "mapping.press = 1", "users.heads = 1", "# \u202e", "\ufeff", "\0", "]",
+    "card.added = 7", "mapping.press = 1", "users.names = 1", "# \u202e", "\ufeff", "\0", "]",
     "[" + "a." * 9000 + "a]", '"' + "k" * 60_000 + '" = 1', "added = [7]", "a = 1\na = 2",
     "[[users.mapping.bob.press]]", "[users.mapping.carl]", "\x1b[31m", "é = 1", "= 1",
 )  # fmt: skip
-# A manifest that is right, with people who have no networks of their own.
-TEXT: Final = enrolled.manifest(enrolled.TABLE.replace('["ann"]', "[]")).decode()
+# A manifest that is right, with people.
+TEXT: Final = enrolled.manifest().decode()
 
 
 def changed(text: str, draw: Random) -> bytes:
@@ -69,8 +70,9 @@ def parts() -> dict[str, bytes]:
     one = {"windows": (10, 5, 5), "probabilities": (5,), "images": (5, 5), "touches": (2,)}
     golden = {name: np.zeros((1, *shape), np.float32) for name, shape in one.items()}
     golden["people"] = np.zeros((1, 3), np.float32)
-    networks = {"gesture.onnx": b"1", "location.onnx": b"2", "user.onnx": b"3"}
-    return networks | {bundle.GOLDEN: npz.pack(golden)}
+    head = Head(*(np.zeros(shape, np.float32) for shape in ((1, 1), 1, (5, 1), 5)))
+    networks = {bundle.EMBEDDING: b"1", bundle.LOCATION: b"2", "user.onnx": b"3"}
+    return networks | {bundle.GOLDEN: npz.pack(golden), bundle.HEAD: npz.pack(head.arrays())}
 
 
 def packed(manifest: bytes, content: dict[str, bytes]) -> bytes:

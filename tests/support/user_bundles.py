@@ -1,20 +1,22 @@
 """Bundles that know people, for tests: the shipped one with small networks besides.
 
 Who touches left of the middle is Ann, who touches right of it is Bob, as far as the user network
-can tell: it weighs the taxels of a window, and nothing else. Ann's own gesture network knows
-pinches only.
+can tell: it weighs the taxels of a window, and nothing else. Ann's own rows of the head make
+a pinch of all that she does.
 """
 
-import re
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.adapt import lessons
+from controller.adapt.examples import Example
 from controller.bundles import bundle, users_table
-from controller.bundles.inference import onnx_writer
+from controller.bundles.head import Head
 from controller.bundles.inference.onnx_reader import Graph, Node
+from models.training import onnx_writer
 
 SHIPPED = bundle.default_path(10.0)
 NAMES = ("ann", "bob")
@@ -26,7 +28,6 @@ temperature = 1.0
 accept = 0.9
 stay = 0.98
 forget_s = 30.0
-heads = ["ann"]
 
 [users.mapping.bob]
 pinch = "hold"
@@ -62,27 +63,29 @@ def left_or_right() -> tuple[Array, Array]:
     return side.reshape(3, 250), np.array([0.5, 0.0, 0.0], dtype=np.float32)
 
 
-def pinches() -> tuple[Array, Array]:
-    """Weights and bias of Ann's gesture network: whatever is deep anywhere is a pinch."""
-    weight = np.zeros((5, 250), dtype=np.float32)
-    weight[2] = -1.0
-    return weight, np.array([20.0, 0.0, 0.0, 0.0, 0.0], dtype=np.float32)
+def pinches() -> Head:
+    """Ann's rows of the head: whatever is embedded, a pinch is far more probable."""
+    head = bundle.read(SHIPPED).head
+    none, bias = np.zeros((1, head.hidden.shape[1]), np.float32), np.zeros(5, np.float32)
+    bias[2] = 100.0
+    return Head(none, np.zeros(1, np.float32), np.zeros((5, 1), np.float32), bias)
 
 
 def manifest(table: str = TABLE) -> bytes:
     """The shipped manifest, with users."""
     text = bundle.unpack(SHIPPED.read_bytes())[bundle.MANIFEST].decode()
-    return (re.sub(r"^format = \d+", "format = 4", text) + table).encode()
+    return (text + table).encode()
 
 
 def parts() -> dict[str, bytes]:
     """The shipped parts, and those of Ann and Bob."""
     own = bundle.content(bundle.unpack(SHIPPED.read_bytes()))
     golden = npz.unpack(own[bundle.GOLDEN], bundle.MAX_BYTES)
-    who, ann = left_or_right(), pinches()
+    who = left_or_right()
     golden["people"] = answers(*who, golden["windows"])
-    golden["head.ann"] = answers(*ann, golden["windows"])
-    own |= {users_table.NETWORK: dense(*who), users_table.head_part("ann"): dense(*ann)}
+    example = Example("pinch", np.ones((3, 5, 5), np.float32), "ann", span=(0.0, 3.0))
+    taught = lessons.pack_taught([example], bundle.read(SHIPPED).debounce, {"ann": pinches()})
+    own |= {users_table.NETWORK: dense(*who), bundle.TAUGHT: taught}
     return own | {bundle.GOLDEN: npz.pack(golden)}
 
 

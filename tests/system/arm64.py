@@ -51,7 +51,7 @@ shipped = bundle.read(bundle.default_path())
 golden = shipped.golden
 out = {}
 for name, model, questions in (
-    ("gesture", shipped.gesture_onnx, golden.windows),
+    ("gesture", shipped.embedding_onnx, golden.windows),
     ("location", shipped.location_onnx, golden.images),
 ):
     network = onnxruntime_engine.network(model)

@@ -1,4 +1,4 @@
-"""Networks of a bundle: window to probabilities, image to touch, window to user.
+"""Networks of a bundle: window to embedding to probabilities, image to touch, window to user.
 
 They are checked with the bundle's golden vectors before use.
 """
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.head import EVERYBODY, Head
 from controller.bundles.inference import onnx_reader, onnx_shapes, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import GraphError
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
@@ -17,6 +18,8 @@ from controller.recognition.pipeline import Networks
 from controller.recognition.touch_input import TouchInput
 
 TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
+
+_GESTURE = "gesture "  # before a user's name
 
 Batch = NDArray[np.float32]  # (n, ...), inputs or outputs of a network; (n,) of one output
 
@@ -35,29 +38,31 @@ class Recognizer(Networks):
         except EngineError as error:
             raise BundleError(f"a bundle {error}") from None
         golden = bundle.golden
-        models = {
-            "gesture": (bundle.gesture_onnx, golden.windows, golden.probabilities),
-            "location": (bundle.location_onnx, golden.images, golden.touches),
-            "user": (bundle.user_onnx, golden.windows, golden.people),
+        grid = golden.windows.shape[1:]
+        embedding = embedding_of(bundle)
+        _check_golden(
+            "gesture", _chain(embedding, bundle.head), golden.windows, golden.probabilities
+        )
+        self._networks = {
+            _GESTURE + user: _chain(embedding, bundle.head_of(user))
+            for user in (EVERYBODY, *bundle.taught)
         }
-        for user, head in bundle.heads.items():
-            models[f"gesture-{user}"] = (head, golden.windows, golden.heads[user])
-        self._networks: dict[str, Network] = {}
-        for name, (model, inputs, outputs) in models.items():
-            if model or name == "gesture":
-                whole, located = inputs.shape[1:], name == "location"
-                shape = bundle.touch.shape(*whole) if located else whole
-                network = _network(name, model, shape, outputs.shape[1])
-                network = _located(network, bundle.touch) if located else network
-                _check_golden(name, network, inputs, outputs)
-                self._networks[name] = network
+        if bundle.locates:
+            shape = bundle.touch.shape(*golden.images.shape[1:])
+            located = _located(_network("location", bundle.location_onnx, shape, 2), bundle.touch)
+            _check_golden("location", located, golden.images, golden.touches)
+            self._networks["location"] = located
+        if bundle.identifies:
+            people = _network("user", bundle.user_onnx, grid, golden.people.shape[1])
+            _check_golden("user", people, golden.windows, golden.people)
+            self._networks["user"] = people
 
-    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+    def probabilities(self, window: Window, user: str = EVERYBODY) -> NDArray[np.float32]:
         """Return each label's probability, (classes,), for a window of z images.
 
-        A user who has a network of their own is answered by that.
+        A user who has rows of their own in the head is answered by those.
         """
-        network = self._networks.get(f"gesture-{user}", self._networks["gesture"])
+        network = self._networks.get(_GESTURE + user, self._networks[_GESTURE])
         return _finite(network(window[None])[0])
 
     def people(self, window: Window) -> NDArray[np.float32] | None:
@@ -72,6 +77,21 @@ class Recognizer(Networks):
             return None
         x, y = network(image[None])[0].tolist()
         return (x, y) if math.isfinite(x + y) else None
+
+
+def embedding_of(bundle: Bundle) -> Network:
+    """Return the network from windows to embeddings, checked; BundleError if it cannot be used."""
+    grid = bundle.golden.windows.shape[1:]
+    return _network("embedding", bundle.embedding_onnx, grid, bundle.head.hidden.shape[1])
+
+
+def gestures_of(bundle: Bundle, user: str = EVERYBODY) -> Network:
+    """Return the network from windows to probabilities, for all users or a single one."""
+    return _chain(embedding_of(bundle), bundle.head_of(user))
+
+
+def _chain(embedding: Network, head: Head) -> Network:
+    return lambda windows: head.probabilities(embedding(windows))
 
 
 def _finite(output: Batch) -> Batch:
@@ -102,7 +122,7 @@ def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int) -> N
             raise GraphError(
                 f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(outputs,)} of {shape}"
             )
-        if name != "location" and read.nodes[-1].op != "Softmax":
+        if name == "user" and read.nodes[-1].op != "Softmax":
             raise GraphError("does not end in Softmax, so its answers are no probabilities")
         return onnxruntime_engine.network(model)
     except (GraphError, EngineError) as error:

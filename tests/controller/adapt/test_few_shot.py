@@ -2,22 +2,22 @@
 
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from controller import adapt
-from controller.adapt import AdaptError, Example, few_shot, head, rehearsal
+from controller import adapt, npz
+from controller.adapt import AdaptError, Example, few_shot, lessons
 from controller.adapt.examples import paced, touched, vary
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import onnxruntime_engine
-from controller.bundles.inference.networks import Recognizer
+from controller.bundles.head import EVERYBODY
+from controller.bundles.inference.networks import Recognizer, gestures_of
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.orb import preset
 from controller.simulator.session import simulate
 from controller.simulator.user_style import person
+from tests.support import user_bundles
 
 SHIPPED = bundles.default_path(10.0)
 LOADED = bundles.read(SHIPPED)
@@ -26,8 +26,7 @@ DATA = SHIPPED.read_bytes()
 
 @pytest.fixture(autouse=True)
 def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rehearse once, not as often as a device does: seconds are enough there, not here."""
-    monkeypatch.setattr(few_shot, "REHEARSED", 1)
+    """Vary less than a device does: seconds are enough there, not here."""
     monkeypatch.setattr(few_shot, "COPIES", 60)
 
 
@@ -57,16 +56,11 @@ def taught() -> bytes:
 
 
 def written(made: adapt.AdaptedBundle) -> bytes:
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
-        made.write(Path(folder) / "x.orb")
-        return (Path(folder) / "x.orb").read_bytes()
+    return bundles.assembled(made.manifest, made.parts)
 
 
 def named(loaded: Bundle, windows: np.ndarray) -> list[str]:
-    run = onnxruntime_engine.network(loaded.gesture_onnx)
-    return [loaded.labels[int(run(window[None])[0].argmax())] for window in windows]
+    return [loaded.labels[k] for k in gestures_of(loaded)(windows).argmax(axis=1)]
 
 
 def found(one: Example, rate_hz: float = 10.0) -> Example:
@@ -87,7 +81,8 @@ def test_three_double_taps_make_a_bundle_that_knows_double_taps() -> None:
     assert learned.mapping.command("double_tap", None) == "hold"
     assert learned.card["added"] == ["double_tap from 3 examples"]
     assert learned.location_onnx == LOADED.location_onnx
-    Recognizer(learned)  # asks the renewed golden questions
+    assert learned.embedding_onnx == LOADED.embedding_onnx
+    Recognizer(learned)
     another = found(examples("double_tap", 5)[4])
     windows, telling = vary(another, 10, 1, np.random.default_rng(0))
     late = named(learned, windows[telling >= 0.9])
@@ -99,7 +94,6 @@ def test_the_old_gestures_stay() -> None:
     before, after = named(LOADED, LOADED.golden.windows), named(learned, LOADED.golden.windows)
     same = [one == other for one, other in zip(before, after, strict=True)]
     assert sum(same) >= len(same) - 4  # frames at an edge may go either way
-    assert len(learned.golden.windows) > len(LOADED.golden.windows)
 
 
 def test_the_same_lesson_makes_the_same_bundle() -> None:
@@ -107,13 +101,14 @@ def test_the_same_lesson_makes_the_same_bundle() -> None:
 
 
 def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
-    part = few_shot.GESTURE
-    kept = rehearsal.read(bundles.unpack(taught())[rehearsal.PART], (5, 5), 6)
-    base = head.split(bundles.parse(taught()).gesture_onnx, kept.base[part])
-    trained = head.split(LOADED.gesture_onnx)
-    assert (base.hidden, base.classes) == (trained.hidden, trained.classes)
-    for name, weights in trained.graph.weights.items():
-        assert np.array_equal(base.graph.weights[name], weights), name
+    before, after = bundles.unpack(DATA), bundles.unpack(taught())
+    changed = {name for name in after if after[name] != before.get(name)}
+    assert changed == {bundles.MANIFEST, bundles.TAUGHT, bundles.SUMS}
+    learned = bundles.parse(taught())
+    whole, rows = learned.head_of(), learned.taught[EVERYBODY]
+    assert np.array_equal(whole.hidden, np.concatenate([LOADED.head.hidden, rows.hidden]))
+    assert np.array_equal(whole.out[:5, :32], LOADED.head.out)
+    assert not whole.out[5:, :32].any()
 
 
 def test_a_second_gesture_keeps_the_first_and_the_network_s_size() -> None:
@@ -126,34 +121,40 @@ def test_a_second_gesture_keeps_the_first_and_the_network_s_size() -> None:
         one = found(examples(label, 1)[0])
         windows, telling = vary(one, 10, 1, np.random.default_rng(0))
         assert label in named(learned, windows[telling >= 0.9])
-    first = bundles.parse(taught()).gesture_onnx
-    assert len(learned.gesture_onnx) < len(first) + 500
+    first = bundles.parse(taught()).taught[EVERYBODY]
+    assert learned.taught[EVERYBODY].hidden.shape == first.hidden.shape
 
 
 @pytest.mark.slow
-def test_a_person_s_own_gesture_goes_into_their_own_network() -> None:
+def test_a_person_s_own_gesture_goes_into_rows_of_their_own() -> None:
     theirs = [Example("pinch", one.images, user="ann") for one in examples("squeeze", 2)]
-    learned = bundles.parse(written(adapt.teach(DATA, theirs)))
+    first = written(adapt.teach(DATA, theirs))
+    learned = bundles.parse(first)
     assert learned.labels == LOADED.labels
-    assert learned.gesture_onnx == LOADED.gesture_onnx
-    assert learned.users.heads == ("ann",)
-    assert learned.heads["ann"] != LOADED.gesture_onnx
+    assert (learned.users.names, list(learned.taught)) == (("ann",), ["ann"])
     assert learned.card["added"] == ["pinch of ann from 2 examples"]
-    Recognizer(learned)
-    both = bundles.parse(written(adapt.teach(written(adapt.teach(DATA, theirs)),
-                                             examples("double_tap", 1))))  # fmt: skip
-    assert both.users.heads == ("ann",)  # and her network knows the new gesture as well
-    assert both.golden.heads["ann"].shape[1] == 6
+    asked, window = Recognizer(learned), LOADED.golden.windows[0]
+    everybody = Recognizer(LOADED).probabilities(window)
+    assert asked.probabilities(window) == pytest.approx(everybody)
+    assert asked.probabilities(window, "ann") != pytest.approx(everybody)
+    both = bundles.parse(written(adapt.teach(first, examples("double_tap", 1))))
+    assert list(both.taught) == [EVERYBODY, "ann"]
+    assert len(both.taught["ann"].out) == 6  # and her rows know the new gesture as well
 
 
-def test_a_bundle_without_material_rehearses_its_goldens(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(few_shot, "LEAST_KEPT", 0.0)
+def test_a_bundle_without_a_rehearsal_cannot_be_taught() -> None:
     parts = bundles.content(bundles.unpack(DATA))
     del parts[bundles.REHEARSAL]
-    manifest = bundles.unpack(DATA)[bundles.MANIFEST]
-    bare = adapt.AdaptedBundle(manifest, parts, 1.0)
-    made = adapt.teach(written(bare), examples("squeeze", 3))
-    assert bundles.parse(written(made)).labels[-1] == "squeeze"
+    bare = bundles.assembled(bundles.unpack(DATA)[bundles.MANIFEST], parts)
+    with pytest.raises(AdaptError, match="this bundle has nothing to rehearse"):
+        adapt.teach(bare, examples("squeeze", 1))
+
+
+def test_a_user_whom_the_bundle_cannot_identify_is_refused() -> None:
+    data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
+    theirs = [Example("pinch", one.images, user="cleo") for one in examples("squeeze", 1)]
+    with pytest.raises(AdaptError, match="identifies its users by their touch, and does not know"):
+        adapt.teach(data, theirs)
 
 
 @pytest.mark.parametrize(
@@ -178,15 +179,25 @@ def test_a_lesson_that_costs_the_old_gestures_is_refused(monkeypatch: pytest.Mon
         adapt.teach(DATA, same)
 
 
-def test_a_rehearsal_of_another_sensor_is_refused() -> None:
+@pytest.mark.parametrize("name", ["embedding", "scale", "touch", "firmest"])
+def test_a_rehearsal_of_another_bundle_is_refused(name: str) -> None:
     parts = bundles.content(bundles.unpack(DATA))
-    odd = rehearsal.Rehearsal(
-        np.zeros((4, 3, 3), np.uint8), np.zeros(4, np.int8), np.zeros(4, np.bool_)
-    )
-    parts[bundles.REHEARSAL] = odd.pack()
-    made = adapt.AdaptedBundle(bundles.unpack(DATA)[bundles.MANIFEST], parts, 1.0)
-    with pytest.raises(BundleError, match="rehearsal of another sensor"):
-        adapt.teach(written(made), examples("squeeze", 1))
+    arrays = npz.unpack(parts[bundles.REHEARSAL], bundles.MAX_BYTES)
+    for other in (arrays[name][..., :-1], arrays[name].astype(np.float64)):
+        parts[bundles.REHEARSAL] = npz.pack({**arrays, name: other})
+        odd = bundles.assembled(bundles.unpack(DATA)[bundles.MANIFEST], parts)
+        with pytest.raises(BundleError, match="rehearsal of another sensor"):
+            adapt.teach(odd, examples("squeeze", 1))
+
+
+def test_examples_of_another_sensor_are_refused() -> None:
+    parts = bundles.unpack(taught())
+    arrays = npz.unpack(parts[bundles.TAUGHT], bundles.MAX_BYTES)
+    odd = {**arrays, "taught": arrays["taught"][:, :4]}
+    content = {**bundles.content(parts), bundles.TAUGHT: npz.pack(odd)}
+    data = bundles.assembled(parts[bundles.MANIFEST], content)
+    with pytest.raises(BundleError, match="has examples of another sensor"):
+        lessons.read(data)
 
 
 def images_touched(*touches: tuple[int, int], frames: int = 40, firm: float = 0.5) -> np.ndarray:
@@ -269,8 +280,3 @@ def test_examples_are_turned_only_as_they_declare() -> None:
         windows, telling = vary(one, 10, 30, np.random.default_rng(0))
         last = windows[telling > 0.9][:, -1]
         assert {int(np.unravel_index(z.argmin(), z.shape)[0]) for z in last} == rows
-
-
-def test_a_network_of_another_form_is_refused() -> None:
-    with pytest.raises(head.FormError, match="does not end in dense"):
-        head.split(LOADED.location_onnx)

@@ -15,7 +15,6 @@ import pytest
 from controller import npz
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
-from controller.bundles.inference import onnx_reader, onnx_writer
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.inference.onnxruntime_engine import Network
 from controller.recognition.touch_input import TouchInput
@@ -111,7 +110,7 @@ def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
     manifest, parts = parts_of()
     golden = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
     none = {name: golden[name][:0] for name in ("images", "touches")}
-    parts |= {"location.onnx": b""}
+    parts |= {bundle.LOCATION: b""}
     parts["golden.npz"] = npz.pack({**golden, **none})
     with pytest.raises(BundleError, match="maps gestures by their place"):
         bundle.write(tmp_path / "new.orb", manifest=manifest, parts=parts)
@@ -174,7 +173,7 @@ def test_places_at_one_level_do_not_depend_on_the_strength_of_a_touch(strength: 
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
-        ("format", "format = 5", "update the older one"),
+        ("format", "format = 6", "this program reads 5; update the older one"),
         ("rows", "rows = 0", "a whole number from 1 to 30"),
         ("rows", "rows = true", "a whole number"),
         ("rows", "rows = 5.0", "a whole number"),
@@ -189,11 +188,11 @@ def test_places_at_one_level_do_not_depend_on_the_strength_of_a_touch(strength: 
         ("on", "onn = 0.5", "the unknown key 'onn' under .debounce.; known are smoothing, on"),
         (
             "format",
-            "format = 4\ntouch = {crop = 2.5}",
+            "format = 5\ntouch = {crop = 2.5}",
             "crop = 2.5 under .touch.; expected is a whole",
         ),
-        ("format", "format = 4\ntouch = {level = -1.0}", "level = -1.0 under .touch."),
-        ("format", "format = 4\nmood = 1", "the unknown key 'mood'; known are labels"),
+        ("format", "format = 5\ntouch = {level = -1.0}", "level = -1.0 under .touch."),
+        ("format", "format = 5\nmood = 1", "the unknown key 'mood'; known are labels"),
         ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
     ],
 )
@@ -259,19 +258,51 @@ def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:
 
 def test_a_model_that_is_none_is_refused() -> None:
     shipped = bundle.read(SHIPPED)
-    with pytest.raises(BundleError, match="gesture network is damaged"):
-        Recognizer(dataclasses.replace(shipped, gesture_onnx=b"no model"))
-    swapped = dataclasses.replace(shipped, location_onnx=shipped.gesture_onnx)
-    with pytest.raises(BundleError, match=r"location network makes \(5,\) of \(10, 5, 5\)"):
+    with pytest.raises(BundleError, match="embedding network is damaged"):
+        Recognizer(dataclasses.replace(shipped, embedding_onnx=b"no model"))
+    swapped = dataclasses.replace(shipped, location_onnx=shipped.embedding_onnx)
+    with pytest.raises(BundleError, match=r"location network makes \(64,\) of \(10, 5, 5\)"):
         Recognizer(swapped)
 
 
-def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
-    shipped = bundle.read(bundle.default_path(10.0))
-    whole = onnx_reader.read(shipped.gesture_onnx)
-    cut = dataclasses.replace(whole, nodes=whole.nodes[:-1], output=whole.nodes[-2].output)
-    with pytest.raises(BundleError, match="gesture network does not end in Softmax"):
-        Recognizer(dataclasses.replace(shipped, gesture_onnx=onnx_writer.write(cut)))
+def changed_head(**changes: np.ndarray) -> dict[str, bytes]:
+    """The shipped parts with another head."""
+    head = bundle.read(SHIPPED).head
+    return {**parts_of()[1], bundle.HEAD: npz.pack({**head.arrays(), **changes})}
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"out_bias": np.zeros(6, np.float32)}, r"out of float32 \(5, 32\); expected .* \(6, 32\)"),
+        ({"hidden_bias": np.full(32, np.nan, np.float32)}, "hidden_bias of float32"),
+        ({"out": np.zeros((5, 32))}, "out of float64"),
+        ({"more": np.zeros(1, np.float32)}, "has a head of .*, more, not hidden, hidden_bias, out"),
+    ],
+)
+def test_a_head_that_makes_no_sense_is_refused(
+    tmp_path: Path, changes: dict[str, np.ndarray], complaint: str
+) -> None:
+    with pytest.raises(BundleError, match=complaint):
+        bundle.write(tmp_path / "x.orb", manifest=parts_of()[0], parts=changed_head(**changes))
+
+
+def test_a_head_is_for_the_labels_and_for_the_embedding(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    head = bundle.read(SHIPPED).head
+    more = manifest.replace(b'"twist_ccw",', b'"twist_ccw", "wave",', 1)
+    with pytest.raises(BundleError, match="has 6 labels, and a head that knows 5"):
+        bundle.write(tmp_path / "x.orb", manifest=more, parts=parts)
+    narrow = changed_head(hidden=head.hidden[:, :60])
+    bundle.write(tmp_path / "x.orb", manifest=manifest, parts=narrow)
+    with pytest.raises(BundleError, match=r"embedding network makes \(64,\) of .* wants \(60,\)"):
+        Recognizer(bundle.read(tmp_path / "x.orb"))
+
+
+def test_a_bundle_of_an_older_version_is_refused_with_what_to_do() -> None:
+    old = {"bundle.toml": b"format = 4\n", "gesture.onnx": b"1", bundle.SUMS: b""}
+    with pytest.raises(BundleError, match=r"of an older version, .*; train it again from its rec"):
+        bundle.parse(bundle.pack(old))
 
 
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -279,7 +310,7 @@ def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.Monke
         return lambda question: np.full((1, answers), np.nan, dtype=np.float32)
 
     recognizer = Recognizer(bundle.read(bundle.default_path(10.0)))
-    for network, answers in (("gesture", 5), ("location", 2)):
+    for network, answers in (("gesture ", 5), ("location", 2)):
         monkeypatch.setitem(recognizer._networks, network, nothing(answers))
     window = np.ones((10, 5, 5), dtype=np.float32)
     assert recognizer.probabilities(window).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import onnx_shapes, onnx_writer, onnxruntime_engine
+from controller.bundles.inference import onnx_shapes, onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
+from models.training import onnx_writer
 
 SHIPPED = bundle.read(bundle.default_path())
 

@@ -31,20 +31,22 @@ def test_a_file_written_again_with_another_card_and_no_rehearsal_keeps_it(
     assert fingerprint(written) == fingerprint(shipped)
 
 
-@pytest.mark.parametrize("name", ["gesture_onnx", "location_onnx", "user_onnx"])
+@pytest.mark.parametrize("name", ["embedding_onnx", "location_onnx", "user_onnx"])
 def test_another_network_changes_it(shipped: Bundle, name: str) -> None:
     other = dataclasses.replace(shipped, **{name: getattr(shipped, name) + b"\0"})
     assert fingerprint(other) != fingerprint(shipped)
 
 
 def test_another_threshold_gate_mapping_or_head_changes_it(shipped: Bundle) -> None:
+    head = shipped.head
     others = [
         dataclasses.replace(shipped, debounce=dataclasses.replace(shipped.debounce, off=0.51)),
         dataclasses.replace(shipped, preprocess=dataclasses.replace(shipped.preprocess, window=41)),
         dataclasses.replace(shipped, mapping=Mapping({"press": (Rule("drop"),)})),
-        dataclasses.replace(shipped, heads={"ada": shipped.gesture_onnx}),
+        dataclasses.replace(shipped, taught={"ada": shipped.head}),
+        dataclasses.replace(shipped, head=dataclasses.replace(head, out_bias=head.out_bias + 1.0)),
     ]
-    assert len({fingerprint(one) for one in (shipped, *others)}) == 5
+    assert len({fingerprint(one) for one in (shipped, *others)}) == 6
 
 
 def test_the_two_bundles_that_ship_have_two(shipped: Bundle) -> None:

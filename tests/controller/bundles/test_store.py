@@ -238,7 +238,7 @@ def test_a_library_that_kills_its_process_is_told(monkeypatch: pytest.MonkeyPatc
 def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
     ends = value(11, "x", 0, 10, 5, 5), value(12, "y", 0, 5)
     odd = model(node("\x1b[2J", "x", "y"), *ends)
-    shown = selftest.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd))
+    shown = selftest.measure(dataclasses.replace(bundles.read(SHIPPED), embedding_onnx=odd))
     assert "has the operator \\x1b[2J; a device runs" in shown.problem
 
 

@@ -132,7 +132,6 @@ def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_h
     assert planned.commands == (
         ["train", "data", "--out", "data.orb"],
         ["tune", "data.orb", "data", "--out", "data.orb", "--html", "data.html"],
-        ["rehearse", "data.orb", "data", "--out", "data.orb"],
         ["evaluate", "data.orb", "data", "--html", "data.html"],
     )
     assert "it flatters" in planned.note
@@ -141,7 +140,7 @@ def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_h
 def test_from_three_sessions_on_the_newest_is_neither_trained_nor_tuned_on() -> None:
     places = taken("3", protocol="locations")
     planned = dataset_folder.course(Path("data"), [*taken("1", "2"), *places, *taken("3", "3")])
-    train, tune, _, evaluate = planned.commands
+    train, tune, evaluate = planned.commands
     learned = ["data/gestures-1.npz", "data/gestures-2.npz", "data/locations-3.npz"]
     assert train[1:4] == tune[2:5] == learned
     assert evaluate[2:4] == ["data/gestures-3.npz"] * 2
@@ -176,7 +175,7 @@ def test_people_who_came_once_are_asked_to_come_again_and_nothing_is_trained() -
     assert alone.note.startswith("only ada was recorded")
 
 
-ALL = ["train", "tune", "rehearse", "evaluate"]
+ALL = ["train", "tune", "evaluate"]
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,6 @@ SENT = (  # what the orb sends to a window, by module
     "controller/runtime/examples.py",
     "controller/runtime/link_recording.py",
     "controller/adapt/few_shot.py",
-    "controller/adapt/unlearn.py",
     "controller/adapt/correction.py",
 )
 CALLS = ("AdaptError", "BundleError", "SensorError", "ExampleError", "RecordingError")

@@ -49,11 +49,11 @@ def test_help_and_pages_say_how_long_networks_train(capsys: Capture) -> None:
 
 def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(tmp_path: Path, capsys: Capture) -> None:
     absent = str(tmp_path / "absent" / "x.orb")
-    for words in (["tune", "models/orbtouch.orb", "d"], ["rehearse", "models/orbtouch.orb", "d"]):
-        for out in (".", "x.txt", "orb"):
-            expected = f"{out!r} is no name of a bundle; name one that ends in .orb"
-            assert refused(capsys, *words, "--out", out) == expected
-        assert "is no directory; make it first" in refused(capsys, *words, "--out", absent)
+    words = ["tune", "models/orbtouch.orb", "d"]
+    for out in (".", "x.txt", "orb"):
+        expected = f"{out!r} is no name of a bundle; name one that ends in .orb"
+        assert refused(capsys, *words, "--out", out) == expected
+    assert "is no directory; make it first" in refused(capsys, *words, "--out", absent)
 
 
 def test_where_there_are_no_recordings_is_said(tmp_path: Path, capsys: Capture) -> None:

@@ -202,7 +202,7 @@ def test_a_lone_network_borrows_the_shipped_other(trained: str, data: Path, tmp_
     assert train(tmp_path / "my.orb", data, "--task", trained, "--labels", "button") == 0
     made = bundle.read(tmp_path / "my.orb")
     assert (made.location_onnx == ours.location_onnx) == (trained == "gesture")
-    assert (made.gesture_onnx == ours.gesture_onnx) == (trained == "location")
+    assert (made.embedding_onnx == ours.embedding_onnx) == (trained == "location")
     if trained == "location":
         own = made.labels, made.mapping, made.debounce
         assert own == (ours.labels, ours.mapping, ours.debounce)
@@ -228,7 +228,7 @@ def test_auxiliary_gestures_are_no_answers(data: Path, tmp_path: Path, capsys: C
     assert len(found["gesture"]["confusion"]) == len(SHIPPED.labels)
     # The same training without them is another: they were learned.
     assert train(tmp_path / "plain.orb", data, *gesture) == 0
-    assert bundle.read(tmp_path / "plain.orb").gesture_onnx != made.gesture_onnx
+    assert bundle.read(tmp_path / "plain.orb").embedding_onnx != made.embedding_onnx
 
 
 def test_the_shipped_auxiliary_gestures_are_none_that_few_examples_are_measured_on() -> None:

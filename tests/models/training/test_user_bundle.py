@@ -135,7 +135,7 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     assert who is not None
     assert who.shape == (3,)
     shipped = bundle.read(bundle.default_path())
-    assert known.gesture_onnx == shipped.gesture_onnx
+    assert known.embedding_onnx == shipped.embedding_onnx
     assert known.labels == shipped.labels
     told = json.loads(out.with_suffix(".json").read_text())
     assert told["strangers"] == 1

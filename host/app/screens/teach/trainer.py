@@ -20,7 +20,7 @@ from controller.files import read_text
 COMMAND: Final = (sys.executable, "-m", "models")
 NEEDED: Final = ("models", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
 LEAST: Final = 2  # sessions; the newest is only judged
-SHARES: Final = {"train": 0.6, "tune": 0.25, "rehearse": 0.03, "evaluate": 0.12}  # of the time
+SHARES: Final = {"train": 0.62, "tune": 0.26, "evaluate": 0.12}  # of the time
 _EPOCH: Final = re.compile(r"\bepoch (\d+)/(\d+)")
 _MOST: Final = 16 << 20  # bytes of an evaluation
 _NICE: Final = 10
@@ -50,7 +50,6 @@ def steps(sessions: Sequence[Path], out: Path, found: Path) -> list[Step]:
     return [
         ("train", *learned, "--task", "gesture", "--out", bundle),
         ("tune", bundle, *learned, "--out", bundle),
-        ("rehearse", bundle, *learned, "--out", bundle),
         ("evaluate", bundle, spared, "--json", str(found)),
     ]
 

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import onnx_reader, onnx_writer, onnxruntime_engine
+from controller.bundles.inference import onnx_reader, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Graph, Node
+from models.training import onnx_writer
 
 SHIPPED = bundle.read(bundle.default_path())
 NUMBERS = st.integers(-(2**63), 2**63 - 1)
@@ -22,7 +23,7 @@ def same(one: Graph, other: Graph) -> bool:
     )
 
 
-@pytest.mark.parametrize("model", [SHIPPED.gesture_onnx, SHIPPED.location_onnx])
+@pytest.mark.parametrize("model", [SHIPPED.embedding_onnx, SHIPPED.location_onnx])
 def test_the_shipped_networks_come_back_as_they_were(model: bytes) -> None:
     read = onnx_reader.read(model)
     assert same(onnx_reader.read(onnx_writer.write(read, width=2)), read)
@@ -67,7 +68,7 @@ def test_sixteen_bits_are_cast_to_float32_or_refused(before: bytes, after: bytes
 
 def test_the_onnx_package_finds_nothing_wrong() -> None:
     onnx = pytest.importorskip("onnx", reason="the onnx package checks the file")
-    for model, width in ((SHIPPED.gesture_onnx, None), (SHIPPED.location_onnx, 2)):
+    for model, width in ((SHIPPED.embedding_onnx, None), (SHIPPED.location_onnx, 2)):
         onnx.checker.check_model(
             onnx.load_from_string(onnx_writer.write(onnx_reader.read(model), width=width)),
             full_check=True,

@@ -1,0 +1,181 @@
+"""What a bundle learns from: embeddings of its training, and the examples of its lessons.
+
+The part `rehearsal.npz` holds windows of the training's recordings, against forgetting:
+
+    embedding  uint8 (windows, width), embeddings of windows over `scale`
+    scale      float32 (width,)
+    touch      int32 (windows,), number of the touch that a window shows, -1 without one
+    firmest    uint8 (labels, rows, columns), image of each gesture at its firmest, as `to_bytes`
+
+The part `taught.npz` holds, beside rows of the head (`controller.bundles.head`), the examples as
+`pack` makes them, and the debouncer's settings before the first lesson as TOML: `debounce`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from controller import config, npz
+from controller.adapt.examples import TURNS, Example
+from controller.aliases import Images
+from controller.bundles import bundle as bundles
+from controller.bundles import head
+from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.head import Head, Matrix
+from controller.config import ConfigError
+from controller.recognition.debounce import DebounceSettings
+
+STEPS_PER_Z: Final = 200.0
+UNTOUCHED: Final = 128
+MAX_BYTES: Final = 8 << 20
+_LEVELS: Final = 255.0
+
+ImageBytes = NDArray[np.uint8]  # (frames, rows, columns)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rehearsal:
+    """Windows of the training that lessons must not change."""
+
+    embedding: Matrix  # (n, width)
+    touch: NDArray[np.int32]  # number of the touch that each shows, -1 without one, (n,)
+    firmest: ImageBytes  # image of each trained label at its firmest, (labels, rows, columns)
+
+    def pack(self) -> bytes:
+        """Return the part `rehearsal.npz`."""
+        scale = np.maximum(self.embedding.max(axis=0), 1e-6) / np.float32(_LEVELS)
+        steps = np.clip(np.rint(self.embedding / scale), 0.0, _LEVELS).astype(np.uint8)
+        arrays = {"embedding": steps, "scale": scale, "touch": self.touch, "firmest": self.firmest}
+        return npz.pack(arrays)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lessons:
+    """A bundle with what it learns from."""
+
+    bundle: Bundle
+    parts: Mapping[str, bytes]  # of its file
+    rehearsal: Rehearsal | None  # None: nothing can be taught
+    examples: tuple[Example, ...]  # of all lessons
+    debounce: DebounceSettings  # before the first of them
+
+    @property
+    def trained(self) -> tuple[str, ...]:
+        """The labels that it was trained with."""
+        return self.bundle.labels[: len(self.bundle.head.out)]
+
+    @property
+    def taught(self) -> tuple[str, ...]:
+        """The gestures that it was not trained with."""
+        return self.bundle.labels[len(self.bundle.head.out) :]
+
+
+def read(data: bytes) -> Lessons:
+    """Return the lessons of a bundle's file; BundleError if it is damaged."""
+    try:
+        loaded, parts = bundles.parse(data), bundles.unpack(data)
+        part = parts.get(bundles.REHEARSAL)
+        material = None if part is None else _rehearsal(part, loaded)
+        if bundles.TAUGHT not in parts:
+            return Lessons(loaded, parts, material, (), loaded.debounce)
+        arrays = npz.unpack(parts[bundles.TAUGHT], MAX_BYTES)
+        if not fits(arrays, (loaded.rows, loaded.columns)):
+            raise BundleError("has examples of another sensor or version; install a newer bundle")
+        debounce = config.settings(
+            DebounceSettings, config.parse_toml(arrays["debounce"].tobytes())
+        )
+        return Lessons(loaded, parts, material, unpack(arrays), debounce)
+    except (npz.NpzError, BundleError, ConfigError, KeyError) as error:
+        raise BundleError(f"the bundle {error}") from None
+
+
+def pack_taught(
+    examples: Sequence[Example], debounce: DebounceSettings, rows: Mapping[str, Head]
+) -> bytes:
+    """Return the part `taught.npz`."""
+    text = np.frombuffer(tomli_w.dumps(asdict(debounce)).encode(), dtype=np.uint8)
+    packed = pack(examples, examples[0].images.shape[1:])
+    return npz.pack({**packed, "debounce": text, **head.row_arrays(rows)})
+
+
+def _rehearsal(data: bytes, loaded: Bundle) -> Rehearsal:
+    """Return the material in a part; BundleError if it is not of the bundle's head and sensor."""
+    a = npz.unpack(data, MAX_BYTES)
+    windows, (classes, width) = len(a["touch"]), (len(loaded.head.out), loaded.head.hidden.shape[1])
+    forms = {
+        "embedding": ("u1", (windows, width)),
+        "scale": ("f4", (width,)),
+        "touch": ("i4", (windows,)),
+        "firmest": ("u1", (classes, loaded.rows, loaded.columns)),
+    }
+    if not _formed(a, forms) or not windows or not np.isfinite(a["scale"]).all():
+        raise BundleError("has a rehearsal of another sensor or version; install a newer bundle")
+    return Rehearsal(a["embedding"] * a["scale"], a["touch"], a["firmest"])
+
+
+def pack(examples: Sequence[Example], grid: tuple[int, ...]) -> npz.Arrays:
+    """Return the arrays of examples with their spans, for `grid` = (rows, columns)."""
+    none = np.empty((0, *grid), dtype=np.uint8)
+    spans = [one.span or (0.0, 0.0) for one in examples]
+    words = [(one.label, one.user, one.rotations) for one in examples]
+    return {
+        "taught": np.concatenate([none, *(to_bytes(one.images) for one in examples)]),
+        "taught_frames": np.array([len(one.images) for one in examples], dtype=np.int32),
+        "taught_span": np.array(spans, dtype=np.float32).reshape(-1, 2),
+        "taught_words": np.array(words, dtype="U40").reshape(-1, 3),
+        "taught_mirror": np.array([one.mirrored for one in examples], dtype=np.bool_),
+    }
+
+
+def unpack(a: npz.Arrays) -> tuple[Example, ...]:
+    """Return the examples in arrays of `pack`, which `fits` accepts."""
+    words = [[str(word) for word in row] for row in a["taught_words"]]
+    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"]))[:-1]
+    return tuple(
+        Example(label, from_bytes(cut), user, rotations, bool(mirrored), (float(b), float(e)))
+        for cut, (label, user, rotations), mirrored, (b, e) in zip(
+            cuts, words, a["taught_mirror"], a["taught_span"], strict=True
+        )
+    )
+
+
+def fits(a: npz.Arrays, grid: tuple[int, ...]) -> bool:
+    """Return whether arrays are those of examples, for `grid` = (rows, columns)."""
+    try:
+        frames, count = len(a["taught"]), len(a["taught_frames"])
+        forms = {
+            "taught": ("u1", (frames, *grid)),
+            "taught_frames": ("i4", (count,)),
+            "taught_span": ("f4", (count, 2)),
+            "taught_mirror": ("b1", (count,)),
+        }
+        return (
+            _formed(a, forms)
+            and a["taught_words"].shape == (count, 3)
+            and int(a["taught_frames"].sum()) == frames
+            and bool((a["taught_frames"] > 0).all())
+            and bool(np.isfinite(a["taught_span"]).all())
+            and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
+        )
+    except (KeyError, TypeError):
+        return False
+
+
+def _formed(a: npz.Arrays, forms: Mapping[str, tuple[str, tuple[Any, ...]]]) -> bool:
+    """Return whether arrays have types and shapes, by name."""
+    return all(a[name].dtype == kind and a[name].shape == of for name, (kind, of) in forms.items())
+
+
+def to_bytes(images: NDArray[np.floating]) -> ImageBytes:
+    """Return z, (n, rows, columns), as bytes like in telemetry: steps of 0.005, 0.36 to 1.635."""
+    steps = np.rint((images.astype(np.float64) - 1.0) * STEPS_PER_Z) + UNTOUCHED
+    return np.asarray(np.clip(steps, 0, 255), dtype=np.uint8)
+
+
+def from_bytes(images: ImageBytes) -> Images:
+    """Return the z of bytes, (n, rows, columns)."""
+    return np.asarray(1.0 + (images.astype(np.float32) - UNTOUCHED) / STEPS_PER_Z, np.float32)
