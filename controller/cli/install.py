@@ -1,9 +1,9 @@
 """`controller install`: take a bundle into use; without one, list the bundles of this device."""
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from controller.arguments import Parser
 from controller.bundles import bundle as bundles
@@ -80,5 +80,11 @@ def _lines(store: BundleStore, record: InstalledRecord, name: str) -> Iterator[s
         yield f"{'':26}installed {entry.installed}, {entry.step_us:.0f} µs a step"
         if entry.corrects is not None:
             yield f"{'':26}a correction of {shown_name(entry.corrects)}"
+    for line in _card(card):
+        yield " " * 26 + line
+
+
+def _card(card: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a line for each entry of a bundle's card."""
     for key, value in card.items():
-        yield " " * 26 + textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")
+        yield textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")

@@ -18,7 +18,7 @@ from controller.bundles.deploy.store import (
     StoredBundle,
     _text,
 )
-from controller.cli import bundles
+from controller.cli import install
 from controller.recognition.debounce import Debouncer
 from controller.recognition.preprocess import Preprocessor
 from tests.support import hostile_bundles
@@ -52,9 +52,7 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
         taken += 1
         Preprocessor(found.preprocess, found.rows, found.columns)
         Debouncer(found.labels, found.debounce)
-        row = {"problem": "", "about": "", "name": "", "in_use": True, "installed": "yesterday"}
-        row |= {"step_us": 50.0, "corrects": "", "card": found.card}
-        assert list(bundles._lines(row))
+        assert list(install._card(found.card))
         json.dumps(found.card, default=str)
         tomli_w.dumps(bundle.manifest(manifest))  # what is written when more is learned
     assert taken > 20  # a generator that is refused always would find nothing

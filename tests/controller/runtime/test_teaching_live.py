@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.cli import bundles
+from controller.cli import install
 from controller.protocol.messages import Telemetry
 from controller.protocol.teaching import DONE, GestureInfo, UserInfo, Vocabulary
 from host.app.lessons import Lessons, Trial
@@ -154,7 +154,7 @@ def test_a_users_command_is_set_and_undone_without_losing_the_link(
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     file = user_bundles.write(tmp_path / "family.orb")
-    assert bundles.install([str(file)]) == 0
+    assert install.main([str(file)]) == 0
     player = Player()
     try:
         player.wait(lambda: player.ready and set(player.lessons.users) == {"ann", "bob"})
