@@ -1,39 +1,24 @@
 """Log of a session's cues in plain lines, as over SSH."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import ceil
 
-from controller.aliases import Say
 from controller.capture.cues import Cue, Phase
 from controller.capture.labels import FrameLabels
-from controller.recognition.pipeline import Step
 
 
-class Display:
-    """A display of a recording session; this base class shows nothing."""
+def lines(said: FrameLabels, t_s: float, words: Mapping[str, str]) -> Iterator[str]:
+    """Yield a line for a new cue, and for each example that is asked for again.
 
-    def show(self, said: FrameLabels, step: Step) -> None:
-        """Show a frame."""
-
-
-class CueLog(Display):
-    """A line for each cue, and for each example that is asked for again."""
-
-    def __init__(self, say: Say) -> None:
-        """Pass lines to `say`."""
-        self._say = say
-
-    def show(self, said: FrameLabels, step: Step) -> None:
-        """Log what a frame changed."""
-        for void in said.voids:
-            self._say(f"{void.label} again: {void.why}")
-        if said.asked is not None and said.fresh:
-            self._say(f"{int(step.t_s) // 60}:{int(step.t_s) % 60:02}  {describe(said.asked)}")
+    `words` has descriptions of labels; others are called by their names.
+    """
+    for void in said.voids:
+        yield f"{void.label} again: {void.why}"
+    if said.asked is not None and said.fresh:
+        yield f"{int(t_s) // 60}:{int(t_s) % 60:02}  {_described(said.asked, words)}"
 
 
-def describe(cue: Cue, gestures: Mapping[str, str] | None = None) -> str:
-    """Return a cue in words; `gestures` describes labels."""
-    words = gestures or {}
+def _described(cue: Cue, words: Mapping[str, str]) -> str:
     if cue.phase is Phase.WAIT:
         return "hands off: the sensor finds its rest"
     if cue.phase not in (Phase.GET_READY, Phase.GO):

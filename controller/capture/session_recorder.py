@@ -1,12 +1,14 @@
 """Recorder of one session, file after file, none of which replaces another."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
-from controller.capture.cue_log import Display
+from controller.aliases import Say
+from controller.capture import cue_log
 from controller.capture.labels import FrameLabels, Labeller
 from controller.recognition.frames import Frame, State
 from controller.recognition.pipeline import Pipeline, Step
@@ -40,16 +42,18 @@ class SessionRecorder:
         labeller: Labeller,
         *,
         on_cue: Callable[[Plain], None] = lambda plain: None,
-        display: Display | None = None,
+        say: Say | None = None,
+        words: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         """Begin the first file with `begin`, given the pipeline's state before its first frame.
 
-        `on_cue` is called with every change of the cues. RecordingError: it cannot be written.
+        `on_cue` is called with every change of the cues, and `say` with lines about them, in which
+        `words` describe labels. RecordingError: it cannot be written.
         """
         self.labels = labeller.labels
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
         self._on_cue = on_cue
-        self._display = display or Display()
+        self._say, self._words = say, words
         self._recorder = begin(pipeline.state())
         self._rested = False  # whether this file has its rest image
         self._least_s = LEAST_S  # of the session's first file; later ones are always kept
@@ -98,7 +102,9 @@ class SessionRecorder:
             self._on_cue(void.plain(step.t_s))
         if labels.asked is not None and labels.fresh:
             self._on_cue(labels.asked.plain(step.t_s))
-        self._display.show(labels, step)
+        if self._say is not None:
+            for line in cue_log.lines(labels, step.t_s, self._words):
+                self._say(line)
         return labels
 
     def mark(self, t_s: float, kind: str, text: str) -> None:

@@ -1,20 +1,19 @@
 """`controller calibrate`: take the rest image with care, judge it, and keep it."""
 
 import argparse
-import json
 import logging
 import sys
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import asdict
 from datetime import UTC, datetime
 
 from controller.arguments import Parser
-from controller.cli.sensor_options import add_sensor, load, load_skin
+from controller.cli.sensor_options import add_sensor, load_skin
 from controller.diagnostics.calibration import keep
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
 from controller.diagnostics.skin_checks import CALIBRATION_S
+from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 
 
@@ -22,23 +21,20 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    with closing(load(options) if options.forget else load_skin(options)) as sensor:
-        if options.forget:
+    if options.forget:
+        with closing(sensors.load(options.sensor, wiring=options.wiring)) as sensor:
             there = calibration_store.forget(sensor.device_id)
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
-            return 0
+        return 0
+    with closing(load_skin(options.sensor, options.wiring)) as sensor:
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)
         rows, kept = keep(sensor, frames, datetime.now(UTC), anyway=options.anyway)
     sound = all(row.verdict is Verdict.GOOD for row in rows)
     verdict = "failed" if kept is None else "good" if sound else "doubtful"
-    if options.json:
-        plain = {"verdict": verdict, "kept": kept and str(kept), "rows": [*map(asdict, rows)]}
-        print(json.dumps(plain, ensure_ascii=False))
-    else:
-        print(table(rows))
-        print(f"calibration: {verdict}" + (f", kept in {kept}" if kept else ""))
+    print(table(rows))
+    print(f"calibration: {verdict}" + (f", kept in {kept}" if kept else ""))
     return 0 if kept else 1
 
 
@@ -53,8 +49,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = grammar.add_argument
     add_sensor(grammar, "which")
-    add("--anyway", action="store_true",
-        help="keep it although something seems to lie on the orb")  # fmt: skip
-    add("--forget", action="store_true", help="remove what is kept of this sensor instead")
-    add("--json", action="store_true", help="print one JSON object in place of the table")
+    text = "keep it although something seems to lie on the orb"
+    add("--anyway", action="store_true", help=text)
+    text = "remove what is kept of this sensor instead"
+    add("--forget", action="store_true", help=text)
     return grammar

@@ -3,7 +3,7 @@
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -24,13 +24,14 @@ from controller.sensors.base import Sensor
 from controller.sensors.geometry import RATE_HZ, SensorError
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
+BLUETOOTH: Final = ("rfcomm:", "hid:")  # links over Bluetooth
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
-    options = parser().parse_args(argv)
+    options = _parser().parse_args(argv)
     sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
-    rows = list(examine(options))
+    rows = list(examine(options.sensor, options.wiring, options.link))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))
@@ -39,49 +40,45 @@ def main(argv: Sequence[str]) -> int:
     return 1 if faulty(rows) else 0
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the command line's grammar."""
+def _parser() -> argparse.ArgumentParser:
     grammar = Parser(
         prog="controller doctor",
         description="Look at computer, wiring, skin and link, and say what is wrong and what to "
         "do. Exit status 0: sound; 1: faults found.",
-        epilog="Try it without hardware: controller doctor --sensor virtual --fault open_row:1",
+        epilog="Try it without hardware: controller doctor --sensor virtual:fault=open_row:1",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
     add = grammar.add_argument
     add_sensor(grammar, "what to look at")
     add("--json", action="store_true", help="print one JSON object in place of the table")
-    add("--bundle", metavar="FILE", type=Path, default=bundles.default_path(),
-        help="networks that ONNX Runtime is tried with (default: those that ship)")  # fmt: skip
-    add("--link", metavar="URL", help="a link that is opened and closed")
-    add("--no-touch", action="store_true", help="ask for no presses: leads that are swapped stay "
-        "unseen")  # fmt: skip
-    add("--bluetooth", action="store_true", help="look at Bluetooth as well")
+    text = "a link that is opened and closed; of rfcomm: and hid: Bluetooth is looked at"
+    add("--link", metavar="URL", help=text)
     return grammar
 
 
-def examine(options: argparse.Namespace) -> Iterator[Row]:
-    """Yield all rows; SensorError if the command line asks for what does not exist."""
-    real = options.sensor.partition(":")[0] == REAL
-    yield system_checks.runtime(options.bundle)
+def examine(
+    spec: str = "virtual", wiring: Path | None = None, url: str | None = None
+) -> Iterator[Row]:
+    """Yield all rows on a sensor, NAME:KEY=VALUE,..., and a link; SensorError if there is none."""
+    yield system_checks.runtime(bundles.default_path())
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
-    if options.link is not None:
-        yield system_checks.link(options.link)
-    if options.bluetooth:
+    if url is not None and url.startswith(BLUETOOTH):
         from controller.diagnostics import bluetooth
 
         yield from bluetooth.rows()
+    elif url is not None:
+        yield system_checks.link(url)
     try:
-        sensor = load_skin(options)
+        sensor = load_skin(spec, wiring)
     except SensorError as error:
-        if not real:
+        if spec.partition(":")[0] != REAL:
             raise
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
-        yield from _board_alone(options.wiring)
+        yield from _board_alone(wiring)
         return
     with closing(sensor):
-        yield from sensor_rows(sensor, None if options.no_touch else find_hand)
+        yield from sensor_rows(sensor)
 
 
 def _board_alone(wiring: Path | None) -> Iterator[Row]:
@@ -97,16 +94,14 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
         yield from wiring_checks.judge(measurements.measure(board), bundles.SLOW_HZ)
 
 
-def find_hand(watch: FrameReader) -> Finger | None:
+def _find_hand(watch: FrameReader) -> Finger | None:
     """Return what can press this sensor, or None."""
     if watch.sensor.virtual:
         return VirtualFinger(watch)
     return Finger() if sys.stdin is not None and sys.stdin.isatty() else None
 
 
-def sensor_rows(
-    sensor: Sensor, find: Callable[[FrameReader], Finger | None] | None
-) -> Iterator[Row]:
+def sensor_rows(sensor: Sensor) -> Iterator[Row]:
     """Yield what measurements, rest and touches say."""
     driver, grid = sensor.driver, sensor.geometry
     bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
@@ -119,16 +114,16 @@ def sensor_rows(
         yield from found.faults
         yield from found.sound()
         if bundles.SLOW_HZ <= sensor.rate_hz < RATE_HZ:
-            yield Row(
-                "scan", Verdict.DOUBTFUL,
+            words = (
                 f"takes {1e3 * measured.scan_s:.0f} ms, so frames come at {sensor.rate_hz:g} Hz "
-                f"instead of {RATE_HZ:g}",
-                'Shorten [times] of the wiring, or scan with scheme = "column".', "slow",
-            )  # fmt: skip
+                f"instead of {RATE_HZ:g}"
+            )
+            advice = 'Shorten [times] of the wiring, or scan with scheme = "column".'
+            yield Row("scan", Verdict.DOUBTFUL, words, advice, "slow")
         bad |= found.bad
     watch = FrameReader(sensor)
     try:
-        yield from skin_rows(watch, bad, find)
+        yield from skin_rows(watch, bad, _find_hand)
         if driver is not None and driver.pump is not None and watch.air:
             yield skin_checks.air(watch.air, driver.pump.problem)
     except SensorError as error:

@@ -17,16 +17,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from controller import __version__, errors
-from controller.arguments import Parser
+from controller.arguments import Parser, whole
 from controller.cli import COMMANDS
-from controller.cli.sensor_options import add_sensor, hand_of, rate
+from controller.cli.sensor_options import add_sensor, rate
 from controller.errors import TROUBLE, UserError, complain, let_go
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
-from controller.runtime.parts import Parts
-from controller.runtime.process import IdleCollector, WatchdogHeartbeat, real_time
+from controller.runtime.parts import Parts, RunOptions
+from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
 from controller.shutdown import Shutdown, signals
 
@@ -39,7 +39,7 @@ _log = logging.getLogger("controller")
 
 def main(words: Sequence[str]) -> int:
     """Run the device and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
-    options = check(parser().parse_args(words))
+    options = options_of(words)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     with signals(renews=True) as shutdown:
         shutdown.at_once = True
@@ -67,8 +67,6 @@ def _run(parts: Parts, shutdown: Shutdown) -> None:
     if printing and replaying:
         _replay(open_device(parts, 1), lambda: bool(shutdown))
         return
-    if parts.options.realtime:
-        real_time()
     watchdog = WatchdogHeartbeat()
     watchdog.ready()
     collector = IdleCollector()
@@ -171,7 +169,7 @@ def _replay(device: Device, stopped: Callable[[], bool]) -> None:
 # --- options --------------------------------------------------------------------------------------
 
 
-def parser() -> argparse.ArgumentParser:
+def _parser() -> argparse.ArgumentParser:
     """Return the command line's parser."""
     options = Parser(
         prog="controller",
@@ -185,68 +183,89 @@ def parser() -> argparse.ArgumentParser:
         ),
     )
     add = options.add_argument
-    # fmt: off
     add("--version", action="version", version=f"controller {__version__}")
     add_sensor(options, "where frames come from")
-    add("--hand-of", metavar="NAME[:DAY]", type=hand_of, default=("", ""),
-        help="simulate the hand of user NAME on day DAY, as `controller teach --user NAME "
-        "--session DAY` does (default: a generic hand)")
-    add("--bundle", metavar="FILE", type=Path,
-        help="the trained networks and their settings (default: the one that `controller install` "
-        "took into use, else the one that ships)")
-    add("--labels", metavar="FILE", type=Path,
-        help="a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md")
-    add("--mapping", metavar="FILE", type=Path,
-        help="gestures to commands, in place of the bundle's: docs/mapping.md")
-    add("--link", metavar="URL", default=PRINT,
-        help="destination of commands: - prints, listen://127.0.0.1:PORT waits for a host, "
-        "rfcomm: waits for paired ones over Bluetooth (controller pair --help, "
-        "docs/bluetooth.md), else a serial port or a pyserial URL (default: -)")
-    add("--key", metavar="FILE", type=Path,
-        help="the pre-shared key of this orb and its host, for --link; `controller key FILE` "
-        "makes one: docs/link.md")
-    add("--unprotected", action="store_true",
-        help="accept hosts of other machines on listen:// without a key: every program that "
-        "reaches the port can connect")
-    add("--record", metavar="PATH", nargs="?", type=Path, const=Path(),
-        help="record the session into a new .npz file, or into a folder (default: here) as "
-        "sub-USER_ses-SESSION_run-01.npz; recordings left unfinished by a crash are recovered")
-    add("--user", metavar="ID", default="",
-        help="the user who touches the sensor, for --record: letters and digits; and the player, "
-        "if enrolled (docs/users.md; default: as identified)")
-    add("--session", metavar="ID", default=time.strftime("%Y%m%d"),
-        help="name of the user's session, for --record (default: today's date)")
-    add("--label", metavar="NAME", default="",
-        help="label of the sensor's label button, for --record, if it has none itself")
-    add("--cues", metavar="FILE", type=Path,
-        help="a plan of cues, for --record: get ready, go, rest, until there are enough examples "
-        "of all: docs/recording.md")
-    add("--replay", metavar="FILE", type=Path,
-        help="a recording in place of a sensor: as fast as possible, or, over a link, as recorded")
-    add("--rate", metavar="HZ", type=rate,
-        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)")
-    add("--realtime", action="store_true", help="request real-time scheduling of the loop")
-    # fmt: on
+    seed = whole(0, 2**32 - 1)
+    add("--seed", metavar="N", type=seed, help="which orb and hand are simulated (default: 1)")
+    text = "the virtual orb's quality: nominal, paper-snr (default: nominal)"
+    add("--preset", metavar="NAME", help=text)
+    text = (
+        "break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, air_leak ...: "
+        "docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md"
+    )
+    add("--fault", metavar="FAULT", action="append", help=text)
+    text = (
+        "the trained networks and their settings (default: the one that `controller install` took "
+        "into use, else the one that ships)"
+    )
+    add("--bundle", metavar="FILE", type=Path, help=text)
+    text = "a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md"
+    add("--labels", metavar="FILE", type=Path, help=text)
+    text = "gestures to commands, in place of the bundle's: docs/mapping.md"
+    add("--mapping", metavar="FILE", type=Path, help=text)
+    text = (
+        "destination of commands: - prints, listen://127.0.0.1:PORT waits for a host, rfcomm: "
+        "waits for paired ones over Bluetooth (controller pair --help, docs/bluetooth.md), else a "
+        "serial port or a pyserial URL (default: -)"
+    )
+    add("--link", metavar="URL", help=text)
+    text = (
+        "the pre-shared key of this orb and its host, for --link; drawn if there is no such file: "
+        "docs/link.md"
+    )
+    add("--key", metavar="FILE", type=Path, help=text)
+    text = (
+        "accept hosts of other machines on listen:// without a key: every program that reaches "
+        "the port can connect"
+    )
+    add("--unprotected", action="store_true", default=None, help=text)
+    text = (
+        "record the session into a new .npz file, or into a folder (default: here) as "
+        "sub-USER_ses-SESSION_run-01.npz; recordings left unfinished by a crash are recovered"
+    )
+    add("--record", metavar="PATH", nargs="?", type=Path, const=Path(), help=text)
+    text = (
+        "the user who touches the sensor, for --record: letters and digits; and the player, if "
+        "enrolled (docs/users.md; default: as identified)"
+    )
+    add("--user", metavar="ID", help=text)
+    text = "name of the user's session, for --record (default: today's date)"
+    add("--session", metavar="ID", default=time.strftime("%Y%m%d"), help=text)
+    text = "label of the sensor's label button, for --record, if it has none itself"
+    add("--label", metavar="NAME", help=text)
+    text = (
+        "a plan of cues, for --record: get ready, go, rest, until there are enough examples of "
+        "all: docs/recording.md"
+    )
+    add("--cues", metavar="FILE", type=Path, help=text)
+    text = "a recording in place of a sensor: as fast as possible, or, over a link, as recorded"
+    add("--replay", metavar="FILE", type=Path, help=text)
+    text = "sensor scans per second, within 2 %% of the bundle's (default: the bundle's)"
+    add("--rate", metavar="HZ", type=rate, help=text)
     return options
 
 
-def check(options: argparse.Namespace) -> argparse.Namespace:
+def options_of(words: Sequence[str]) -> RunOptions:
+    """Return checked options; raise UserError for a contradictory combination."""
+    given = vars(_parser().parse_args(words))
+    given["fault"] = given["fault"] and tuple(given["fault"])
+    return check(RunOptions(**{name: one for name, one in given.items() if one is not None}))
+
+
+def check(options: RunOptions) -> RunOptions:
     """Return the options; raise UserError for a contradictory combination."""
     replay, printing, key = options.replay is not None, options.link == PRINT, options.key
-    virtual = options.sensor.partition(":")[0] == "virtual" and not replay
+    recording = options.record is not None
     refused = {
-        "a replay is a recording already; leave out --record":
-            replay and options.record is not None,
+        "a replay is a recording already; leave out --record": replay and recording,
         "a recording has its own rate; leave out --rate": replay and options.rate is not None,
-        "--hand-of is the virtual orb's own; leave it out, or add --sensor virtual":
-            options.hand_of != ("", "") and not virtual,
-        "--key and --unprotected are for hosts; name their link with --link":
-            printing and (key is not None or options.unprotected),
-        "an orb with a key is protected; leave out --key or --unprotected":
-            key is not None and options.unprotected,
-        "--label is for recordings; add --record": options.record is None and options.label,
-        "--cues is for recordings; add --record": options.record is None and options.cues,
-    }  # fmt: skip
+        "--key and --unprotected are for hosts; name their link with --link": printing
+        and (key is not None or options.unprotected),
+        "an orb with a key is protected; leave out --key or --unprotected": key is not None
+        and options.unprotected,
+        "--label is for recordings; add --record": not recording and options.label,
+        "--cues is for recordings; add --record": not recording and options.cues,
+    }
     for words, wrong in refused.items():
         if wrong:
             raise UserError(words)

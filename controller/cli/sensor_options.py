@@ -1,40 +1,32 @@
-"""Options that choose and simulate a sensor, alike in all commands that read one."""
+"""Options that choose a sensor, alike in all commands that read one."""
 
 import argparse
 import math
-import re
 from pathlib import Path
 
-from controller.arguments import whole
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import SensorError
 
-PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes longer than a start
 
-
-def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
-    """Add --sensor, whose help begins with `sensor`, --wiring, --seed, --preset and --fault."""
-    # fmt: off
+def add_sensor(grammar: argparse.ArgumentParser, purpose: str) -> None:
+    """Add --sensor, whose help begins with its purpose, and --wiring."""
     add = grammar.add_argument
-    add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual",
-        help=f"{sensor}: {', '.join(sensors.names())}, with options of its own (default: virtual)")
-    add("--wiring", metavar="FILE", type=Path,
-        help="description of the sensor: docs/sensors.md; of a real or emulated orb what hangs on "
-        "which pin (default: as docs/hardware.md draws it)")
-    add("--seed", metavar="N", type=whole(0, 2**32 - 1), default=1,
-        help="which orb and hand are simulated, 0 or more (default: 1)")
-    add("--preset", metavar="NAME", default="nominal",
-        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")
-    add("--fault", metavar="FAULT", action="append", default=[],
-        help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
-        "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md")
-    # fmt: on
+    text = (
+        f"{purpose}: {', '.join(sensors.names())}, with options of its own, such as "
+        "virtual:seed=7,fault=dead:2,3 (default: virtual)"
+    )
+    add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual", help=text)
+    text = (
+        "description of the sensor: docs/sensors.md; of a real or emulated orb what hangs on "
+        "which pin (default: as docs/hardware.md draws it)"
+    )
+    add("--wiring", metavar="FILE", type=Path, help=text)
 
 
-def load_skin(options: argparse.Namespace) -> Sensor:
-    """Return the sensor as `load` does; SensorError if it does not read as the orb's skin does."""
-    sensor = load(options)
+def load_skin(spec: str, wiring: Path | None) -> Sensor:
+    """Return the sensor; SensorError if it does not read as the orb's skin does."""
+    sensor = sensors.load(spec, wiring=wiring)
     if not sensor.signal.ratio:
         sensor.close()
         raise SensorError(
@@ -42,23 +34,6 @@ def load_skin(options: argparse.Namespace) -> Sensor:
             "run: controller sensors"
         )
     return sensor
-
-
-def load(options: argparse.Namespace) -> Sensor:
-    """Return the sensor that `add_sensor`'s options choose, or raise SensorError."""
-    return sensors.load(
-        options.sensor, seed=options.seed, preset=options.preset, fault=tuple(options.fault),
-        wiring=options.wiring,
-    )  # fmt: skip
-
-
-def hand_of(words: str) -> tuple[str, str]:
-    """Return the user and the day, if there is one, of NAME or NAME:DAY."""
-    if not re.fullmatch("[A-Za-z0-9]+(:[A-Za-z0-9]+)?", words):
-        expected = "a NAME of letters and digits, or NAME:DAY"
-        raise argparse.ArgumentTypeError(f"{words!r} must be {expected}")
-    name, _, day = words.partition(":")
-    return name, day
 
 
 def rate(words: str) -> float:

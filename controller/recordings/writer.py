@@ -125,11 +125,6 @@ def _touches(touches: Sequence[Touch | None]) -> NDArray[np.float64]:
 # --- names ----------------------------------------------------------------------------------------
 
 
-def first(user: str, session: str) -> str:
-    """Return the name of a session's first run, without its suffix."""
-    return f"{_stem(user, session)}01"
-
-
 def next_free(folder: Path, user: str, session: str) -> Path:
     """Return the file of the next run; RecordingError if names are not of letters and digits."""
     for what, name in (("user", user), ("session", session)):

@@ -9,10 +9,9 @@ from __future__ import annotations
 import logging
 import os
 import platform
-from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from controller import __version__
 from controller.bundles import bundle as bundles
@@ -30,14 +29,11 @@ from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings import reader
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter
-from controller.runtime.parts import Parts
+from controller.runtime.parts import Parts, RunOptions
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import SensorError
-
-if TYPE_CHECKING:
-    pass
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 
@@ -47,12 +43,12 @@ _log = logging.getLogger("controller")
 # --- before the first frame -----------------------------------------------------------------------
 
 
-def prepare(options: Namespace) -> Parts:
+def prepare(options: RunOptions) -> Parts:
     """Return all parts of a run, or raise UserError."""
     bundle, mapping, recognizer = deployed(options)
     sensor = sensor_of(options, bundle)
     if not same_rate(sensor.rate_hz, bundle.rate_hz):  # it cannot be read as fast
-        bundle, mapping, recognizer, sensor = _slower(options, bundle, sensor)
+        options, bundle, mapping, recognizer, sensor = _slower(options, bundle, sensor)
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
@@ -81,7 +77,7 @@ def prepare(options: Namespace) -> Parts:
     return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
 
 
-def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
+def deployed(options: RunOptions) -> tuple[Bundle, Mapping, Recognizer]:
     """Return the bundle in use, its mapping or an override, and its networks.
 
     If an installed one cannot be used, it is the one that ships, with a warning.
@@ -103,10 +99,10 @@ def deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
     return bundle, mapping, Recognizer(bundle)
 
 
-def bundle_path(options: Namespace) -> Path:
+def bundle_path(options: RunOptions) -> Path:
     """Return the file of the bundle in use."""
     if options.bundle is not None:
-        return Path(options.bundle)
+        return options.bundle
     store = BundleStore()
     try:
         path = store.current()
@@ -116,18 +112,17 @@ def bundle_path(options: Namespace) -> Path:
     return path if path.parent == store.folder else bundles.default_path(_rate(options))
 
 
-def _rate(options: Namespace) -> float | None:
+def _rate(options: RunOptions) -> float | None:
     """Return the frames per second that the options ask for; None: they do not say."""
     if options.replay is None:
-        rate_hz: float | None = options.rate
-        return rate_hz
+        return options.rate
     return reader.survey(options.replay).origin.rate_hz
 
 
 def _slower(
-    options: Namespace, bundle: Bundle, sensor: Sensor
-) -> tuple[Bundle, Mapping, Recognizer, Sensor]:
-    """Return bundle, mapping, networks and sensor for a sensor slower than the bundle needs.
+    options: RunOptions, bundle: Bundle, sensor: Sensor
+) -> tuple[RunOptions, Bundle, Mapping, Recognizer, Sensor]:
+    """Return options, bundle, mapping, networks and sensor for one slower than the bundle needs.
 
     SensorError unless the shipped bundle is in use, and the other one is slow enough.
     """
@@ -140,12 +135,12 @@ def _slower(
             f"{bundle.rate_hz:g}; shorten [times] of its wiring, or choose a slower bundle"
         )
     _log.warning("it is read at %g Hz, with the bundle for that", slow_hz)
-    options.rate = slow_hz
+    options = replace(options, rate=slow_hz)
     bundle, mapping, recognizer = deployed(options)
-    return bundle, mapping, recognizer, sensor_of(options, bundle)
+    return options, bundle, mapping, recognizer, sensor_of(options, bundle)
 
 
-def _check_user(options: Namespace, bundle: Bundle) -> None:
+def _check_user(options: RunOptions, bundle: Bundle) -> None:
     """Raise UserError for a player who is not enrolled, unless this is a recording."""
     if options.user and options.record is None and options.user not in bundle.users.names:
         known = ", ".join(bundle.users.names) or "none (docs/users.md)"
@@ -155,7 +150,7 @@ def _check_user(options: Namespace, bundle: Bundle) -> None:
         )
 
 
-def sensor_of(options: Namespace, bundle: Bundle) -> Sensor:
+def sensor_of(options: RunOptions, bundle: Bundle) -> Sensor:
     """Return the sensor of the options; its grid and rate must be those of the bundle."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
     if not same_rate(wanted_hz, bundle.rate_hz):
@@ -169,10 +164,8 @@ def sensor_of(options: Namespace, bundle: Bundle) -> Sensor:
         seed=options.seed,
         path=options.replay,
         preset=options.preset,
-        fault=tuple(options.fault),
+        fault=options.fault,
         gestures=_gestures(options),
-        user=options.hand_of[0],
-        day=_day(*options.hand_of),
         wiring=options.wiring,
     )
     sensor.refuse_misfit(bundle)
@@ -185,16 +178,7 @@ def sensor_of(options: Namespace, bundle: Bundle) -> Sensor:
     return sensor
 
 
-def _day(name: str, day: str) -> str:
-    """Return the day of a simulated hand, as `controller teach --session DAY` names it."""
-    if not day:
-        return ""
-    from controller.recordings import writer
-
-    return writer.first(name, day)
-
-
-def _gestures(options: Namespace) -> tuple[Path, ...]:
+def _gestures(options: RunOptions) -> tuple[Path, ...]:
     """Return files of gestures for the simulated hand besides the shipped ones."""
     if options.labels is None:
         return ()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.links import Link
+from controller.links import PRINT, Link
 from controller.recognition.mapping import Mapping
 from controller.runtime.process import IdleCollector
 from controller.sensors.base import Sensor
@@ -19,10 +19,34 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
+class RunOptions:
+    """Options of a plain run, as `controller --help` describes them."""
+
+    sensor: str = "virtual"
+    wiring: Path | None = None
+    seed: int = 1
+    preset: str = "nominal"
+    fault: tuple[str, ...] = ()
+    bundle: Path | None = None
+    labels: Path | None = None
+    mapping: Path | None = None
+    link: str = PRINT
+    key: Path | None = None
+    unprotected: bool = False
+    record: Path | None = None
+    user: str = ""
+    session: str = "1"
+    label: str = ""
+    cues: Path | None = None
+    replay: Path | None = None
+    rate: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Parts:
     """Checked parts of a run."""
 
-    options: Namespace  # of the command line
+    options: RunOptions  # of the command line
     bundle: Bundle  # the one in use
     recognizer: Recognizer  # its networks
     mapping: Mapping  # its mapping, or an override of it

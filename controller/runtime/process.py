@@ -1,4 +1,4 @@
-"""The process around the loop: systemd, garbage collection and real-time scheduling."""
+"""The process around the loop: systemd and garbage collection."""
 
 import contextlib
 import gc
@@ -10,12 +10,8 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 BEATS: Final = 3  # heartbeats per watchdog interval; sd_notify(3) requires two
-PRIORITY: Final = 10  # of SCHED_FIFO; kernel threads have 50 and more
 COLLECT_S: Final = 5.0  # between two collections
 _SLACK_S: Final = 0.02  # least idle time; a collection of young objects takes less than 1 ms
-
-Schedule = Callable[[int, int, "os.sched_param"], None]
-_SCHEDULE: Final[Schedule | None] = getattr(os, "sched_setscheduler", None)
 
 _log = logging.getLogger("controller")
 
@@ -109,21 +105,3 @@ class IdleCollector:
         """Switch automatic collection on again."""
         gc.enable()
         gc.unfreeze()
-
-
-def real_time(schedule: Schedule | None = _SCHEDULE) -> bool:
-    """Request real-time scheduling of this thread; return whether it was granted."""
-    if schedule is None:
-        _log.warning("this system has no real-time scheduling; continuing without")
-        return False
-    try:
-        schedule(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-    except OSError as error:
-        _log.warning(
-            "no real-time scheduling (%s): allow it with `ulimit -r %d`, or LimitRTPRIO= in the "
-            "service's unit; continuing without",
-            error.strerror,
-            PRIORITY,
-        )
-        return False
-    return True

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from controller.capture.cue_log import CueLog
 from controller.capture.cues import CuePlan, CueSession, read_plan
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
@@ -15,17 +14,15 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RecordingError
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-
     from controller.recognition.frames import State
     from controller.recognition.pipeline import Pipeline
-    from controller.runtime.parts import Parts
+    from controller.runtime.parts import Parts, RunOptions
     from controller.sensors.base import Sensor
 
 FREE: Final = "free"  # the protocol of a recording without cues
 
 
-def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
+def plan(options: RunOptions, labels: tuple[str, ...]) -> CuePlan | None:
     """Return the cues of a recording, None without cues, or raise RecordingError."""
     if options.label and options.label not in labels[1:]:
         raise RecordingError(
@@ -43,7 +40,7 @@ def recorder(parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline) -
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         on_cue=parts.link.print_record,
-        display=CueLog(partial(print, file=sys.stderr, flush=True)),
+        say=partial(print, file=sys.stderr, flush=True),
     )
 
 

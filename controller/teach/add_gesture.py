@@ -1,6 +1,5 @@
 """`controller teach --add NAME`: a few examples of one gesture, learned here and at once."""
 
-import argparse
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -8,84 +7,59 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
 from controller import adapt
-from controller.adapt import Example
+from controller.adapt import Example, symmetry
 from controller.aliases import Say
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy.store import BundleStore
-from controller.bundles.vocabulary import SELF, Entry, Vocabulary
+from controller.bundles.vocabulary import ROTATIONS, SELF, Entry
 from controller.errors import count
 from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.recording import Recording
 from controller.teach import TeachError
+from controller.teach.session import SessionPlan
 
 LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
 TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
-MOST, USUAL = 20, 5  # examples
+MOST: Final = 20  # examples
 
 
-def source(options: argparse.Namespace) -> Path:
-    """Return the bundle that is to learn: the named one, else that in use."""
-    return Path(options.bundle or BundleStore().current(options.rate))
+def plan(given: SessionPlan, label: str, command: str | None, known: Bundle) -> SessionPlan:
+    """Return the session in which one gesture is taught; TeachError if it cannot be.
 
-
-def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
-    """Return the gesture to be taught as a vocabulary of one; TeachError if it cannot be."""
-    label, given = options.add, None
-    if options.labels is not None:
-        listed = vocabularies.read(options.labels)
-        given = next((one for one in listed.entries if one.label == label), None)
-        if given is None:
-            raise TeachError(
-                f"{options.labels} has no gesture {label!r}; it has {', '.join(listed.labels[1:])}"
-            )
+    A gesture of the vocabulary keeps its command and the symmetries that it declares there.
+    """
+    entry = next((one for one in given.vocabulary.entries if one.label == label), None)
+    entry = entry or vocabularies.parse(f'[[gesture]]\nlabel = "{label}"', label, Path()).entries[0]
     old = label in known.labels
-    if old and not options.user:
+    if old and not given.user:
         raise TeachError(f"{label!r} is known already; --user NAME teaches how somebody does it")
-    if options.user and not old:
+    if given.user and not old:
         raise TeachError(f"{label!r} is new, and a new gesture is everybody's; leave out --user")
-    if old and options.command is not None:
+    if old and command is not None:
         raise TeachError(f"{label!r} asks for something already; --command is for new gestures")
-    if options.repetitions > MOST:
+    if given.repetitions > MOST:
         raise TeachError(f"from more than {MOST} examples, train a bundle (docs/teach.md)")
-    entry = given or Entry(label, label.replace("_", " "), options.rotations, options.mirror)
-    if options.command is not None:
-        entry = replace(entry, command=options.command)
-    if entry.mirror not in (SELF, vocabularies.NO_MIRROR):
-        entry = replace(entry, mirror=vocabularies.NO_MIRROR)  # the other one is not taught here
-    return vocabularies.parse(_text(entry), f"--add {label}", Path())
+    entry = replace(entry, command=command if old else command or entry.command)
+    wanted = replace(given.vocabulary, name=label, entries=(entry,))
+    return replace(given, out=given.out / label, vocabulary=wanted, rate_hz=known.rate_hz)
 
 
-def _text(entry: Entry) -> str:
-    """Return a vocabulary of one gesture as TOML."""
-    file = None if entry.file is None else str(entry.file.resolve())
-    table = {name: getattr(entry, name) for name in ("label", "say", "rotations", "mirror")}
-    given = {"command": entry.command, "file": file}
-    table |= {name: value for name, value in given.items() if value is not None}
-    return tomli_w.dumps({"name": entry.label, "gesture": [table]})
-
-
-def learn(
-    path: Path, recordings: Sequence[Path], entry: Entry, user: str, out: Path, say: Say
-) -> Path:
-    """Let a bundle learn an entry from recordings, and write what it becomes into a folder.
-
-    `user`: whose way of doing an old gesture it is; "": it is new, or everybody's.
+def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, say: Say) -> Path:
+    """Let a bundle learn a gesture from recordings, and write what it becomes into a folder.
 
     Raises:
         TeachError: There is no example.
         AdaptError: They cannot be learned from.
         BundleError, OSError: The bundle cannot be read or written.
     """
-    loaded = bundles.read(path)
+    loaded, (entry,) = bundles.read(path), plan.vocabulary.entries
     examples = [
-        replace(one, user=user)
+        replace(one, user=plan.user)
         for recording in map(reader.load, recordings)
         for one in cut(loaded, recording, entry)
     ]
@@ -93,7 +67,7 @@ def learn(
         raise TeachError("no example was felt, so there is nothing to learn")
     begun = time.monotonic()
     taught = adapt.teach(path.read_bytes(), examples, command=entry.command)
-    made = _free(out, f"{entry.label}-{user}" if user else entry.label)
+    made = _free(out, f"{entry.label}-{plan.user}" if plan.user else entry.label)
     taught.write(made)
     say(
         f"{entry.label} is learned from {count(len(examples), 'example')} in "
@@ -109,16 +83,23 @@ def learn(
     return made
 
 
-def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]:
-    """Yield the examples that a recording's cues asked for and got."""
+def cut(loaded: Bundle, recording: Recording, entry: Entry) -> list[Example]:
+    """Return the examples that a recording's cues asked for and got.
+
+    Symmetries that the entry does not declare are guessed from them, as the window does.
+    """
     own = recording.origin.labels.index(entry.label)
     asked = (recording.cue == own) & ~recording.excluded
-    for images in around(loaded, recording, asked):
-        example = Example(
-            entry.label, images, rotations=entry.rotations, mirrored=entry.mirror == SELF
-        )
-        if example.found(loaded.rate_hz) is not None:
-            yield example
+    found = [Example(entry.label, images) for images in around(loaded, recording, asked)]
+    touches = [touch for one in found if (touch := one.found(loaded.rate_hz)) is not None]
+    rotations, mirrored = entry.rotations, entry.mirror == SELF
+    if rotations == ROTATIONS[0] and not mirrored:
+        rotations, mirrored = symmetry.guess(touches)
+    return [
+        replace(one, rotations=rotations, mirrored=mirrored)
+        for one in found
+        if one.found(loaded.rate_hz) is not None
+    ]
 
 
 def around(

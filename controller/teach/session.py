@@ -1,12 +1,9 @@
-"""One session of teaching: its parts, each checked before anything runs, and the run itself."""
+"""One teaching session: cues, the recording of what they ask for, and counts."""
 
-import argparse
 import logging
-import sys
 import time
 import zlib
-from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -14,11 +11,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle
-from controller.bundles.inference.networks import Recognizer
+from controller.aliases import Say
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cues import CueSession, ExampleRequest
+from controller.capture.cues import MAX_EXAMPLES, NULL_LABEL, CueSession, CueTiming, ExampleRequest
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
@@ -26,7 +21,7 @@ from controller.errors import count
 from controller.links.base import Link
 from controller.protocol.messages import Message
 from controller.recognition.debounce import NULL, DebounceSettings
-from controller.recognition.frames import PreprocessSettings, Window, same_rate
+from controller.recognition.frames import PreprocessSettings, State, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
@@ -36,125 +31,134 @@ from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
-from controller.teach import TeachError, dataset_folder, protocols
-from controller.teach.progress import ExampleCounts, ProgressLog
+from controller.teach import TeachError
 
+GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
+LOCATIONS: Final = "locations"  # gestures whose place counts, on every site and between them
+FEW: Final = "few"  # some examples of one gesture, to be learned at once: `controller teach --add`
+MOST_SITES: Final = 100  # of a session; of a larger grid so many are drawn
+NOTHING: Final = "touch it, but make none of the gestures"  # what the cue says of "null"
+PACES: Final = {
+    # In play gestures follow each other quickly: a network that only ever saw them alone misses
+    # them there. A place is found more slowly than it is pressed.
+    GESTURES: CueTiming(get_ready_s=0.5, go_s=2.5, rest_s=0.4, jitter_s=1.6, still_s=0.4),
+    LOCATIONS: CueTiming(get_ready_s=1.2, go_s=2.0, rest_s=0.5, jitter_s=0.5, still_s=0.4),
+    # Few examples shall be done with care, and what was before each is learned too.
+    FEW: CueTiming(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
+}
 _TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 _log = logging.getLogger("controller")
 
 
-@dataclass(frozen=True)
-class TeachPlan:
-    """Checked settings of all sessions of one run of the program."""
+@dataclass(frozen=True, slots=True)
+class SessionPlan:
+    """One session: the sensor, what is taught, and where the recording goes."""
 
-    options: argparse.Namespace  # as the user gave them
+    sensor: str  # NAME:KEY=VALUE,...
+    wiring: Path | None  # description of the sensor; None: the usual one
+    out: Path  # folder of the recording
+    user: str  # the person who teaches; "" unknown
+    session: str  # name of the session
     vocabulary: Vocabulary  # what is taught
+    protocol: str  # `GESTURES`, `LOCATIONS` or `FEW`
     repetitions: int  # examples of each gesture, or of each place
-    model: Bundle  # the present model
-    recognizer: Recognizer  # its networks
+    rate_hz: float | None = None  # frames per second; None: the sensor's own
 
 
-@dataclass
-class Session:
-    """One session, before its first frame."""
-
-    lesson: TeachPlan  # what it belongs to
-    user: str  # the user who teaches; "" if unknown
-    sensor: Sensor  # at its first frame
-    model: Bundle | None  # the present model, where it fits this sensor
-    runs: RunFiles  # where its recording goes
-    key: int  # a number that no other session of this folder has
-    asks: list[ExampleRequest]  # the examples, in order
-    tally: ExampleCounts  # how many there are
-
-
-def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> TeachPlan:
-    """Check what needs no sensor, and lay the vocabulary (the folder's if None) into the folder.
+def requests(
+    plan: SessionPlan, grid: tuple[int, int], rng: np.random.Generator
+) -> list[ExampleRequest]:
+    """Return the examples of a session on a grid = (rows, columns), in an order that `rng` draws.
 
     Raises:
-        TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
+        TeachError: No gesture has a place, or there are too many examples.
     """
-    vocabulary = vocabulary or dataset_folder.vocabulary(options.out, options.labels)
-    if sensors.options(options.sensor).simulated:
-        for label in vocabulary.labels[1:]:
-            if not knows(vocabulary.files, label):
-                raise TeachError(
-                    f'the virtual orb\'s hand cannot do {label!r}; write file = "{label}.toml" '
-                    "to it (docs/gestures.md)"
-                )
-    elif options.speed != 1.0:
-        raise TeachError("--speed is for --sensor virtual; a real sensor has its own time")
-    model = bundles.read(options.bundle or bundles.default_path(options.rate))
-    lesson = TeachPlan(
-        options,
-        dataset_folder.lay(options.out, vocabulary),
-        options.repetitions or protocols.REPETITIONS[options.protocol],
-        model,
-        Recognizer(model),
-    )
-    _asks(lesson, (2, 2), np.random.default_rng(0))  # what can never be asked is told first
-    return lesson
+    labels = plan.vocabulary.labels[1:]
+    if plan.protocol == LOCATIONS:
+        if not plan.vocabulary.located:
+            raise TeachError(
+                f"no gesture of {plan.vocabulary.name!r} has a place; write located = true to one"
+            )
+        places = sites(*grid, rng)
+        once = [
+            ExampleRequest(label, place) for label in plan.vocabulary.located for place in places
+        ]
+    else:
+        others = () if plan.protocol == FEW else (NULL_LABEL,)
+        once = [ExampleRequest(label) for label in (*labels, *others)]
+    total = len(once) * plan.repetitions
+    if total > MAX_EXAMPLES:
+        raise TeachError(
+            f"{total} examples are more than {MAX_EXAMPLES}; choose fewer --repetitions"
+        )
+    # In rounds: after an early stop each has been asked for as often.
+    return [once[i] for _ in range(plan.repetitions) for i in rng.permutation(len(once))]
 
 
-def begin(lesson: TeachPlan, user: str) -> Session:
-    """Open the sensor for a session of a user.
+def sites(rows: int, columns: int, rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Return where to touch, grid units: on taxels and between four; at most `MOST_SITES`."""
+    places = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
+    places += [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
+    most = min(len(places), MOST_SITES)
+    return [places[i] for i in sorted(rng.choice(len(places), most, replace=False))]
+
+
+def run(plan: SessionPlan, stopped: Callable[[], bool], say: Say) -> list[Path]:
+    """Run a session until its end or `stopped`; return the recordings.
 
     Raises:
-        SensorError: It cannot be used.
-        TeachError: It does not fit the model that was named.
-        RecordingError: Nothing can be recorded there.
+        SensorError, RecordingError: The sensor cannot be used, or nothing can be recorded.
+        TeachError: It cannot be taught like this.
     """
-    options = lesson.options
-    runs = RunFiles(options.out, user, options.session)
+    _check_hand(plan)
+    runs = RunFiles(plan.out, plan.user, plan.session)
     name = runs.next().stem
+    number = name.rpartition("-")[2]
+    day = plan.session if number == "01" else f"{plan.session}-{number}"  # of the simulated hand
     sensor = sensors.load(
-        options.sensor, options.rate or (lesson.model.rate_hz if options.bundle else None),
-        seed=options.seed, preset=options.preset, fault=tuple(options.fault),
-        gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
+        plan.sensor, plan.rate_hz, gestures=plan.vocabulary.files, user=plan.user, day=day,
+        wiring=plan.wiring,
     )  # fmt: skip
-    key = zlib.crc32(name.encode())
-    grid = sensor.geometry
-    asks = _asks(lesson, (grid.rows, grid.columns), np.random.default_rng([options.seed, key]))
-    model = _fitting(lesson, sensor)
-    wanted = Counter(ask.label for ask in asks)
-    labels = lesson.vocabulary.labels
-    ordered = {name: wanted[name] for name in (*labels[1:], labels[NULL]) if name in wanted}
-    before = _before(options.out)
-    tally = ExampleCounts(ordered, before, model.labels if model is not None else ())
-    return Session(lesson, user, sensor, model, runs, key, asks, tally)
+    seeds = [sensor.seed or 0, zlib.crc32(name.encode())]  # another for each recording
+    grid = (sensor.geometry.rows, sensor.geometry.columns)
+    asks = requests(plan, grid, np.random.default_rng(seeds))
+    cues = CueSession(asks, PACES[plan.protocol], np.random.default_rng([*seeds, 1]))
+    made = _record(plan, sensor, cues, runs, seeds[0] * 2**32 + seeds[1], stopped, say)
+    missing = cues.at(0.0).more
+    for label in plan.vocabulary.labels:
+        if wanted := sum(ask.label == label for ask in asks):
+            say(f"  {label}: {count(wanted - missing[label], 'example')}")
+    return made
 
 
-def run(session: Session, stopped: Callable[[], bool]) -> list[Path]:
-    """Run a session; return the recordings. SensorError or RecordingError if it breaks off."""
-    options, sensor, vocabulary = session.lesson.options, session.sensor, session.lesson.vocabulary
-    pipeline = _pipeline(session)
-    pace = protocols.PACES[options.protocol]
-    rng = np.random.default_rng([options.seed, session.key, 1])
-    cues = CueSession(session.asks, pace, rng)
+def _record(
+    plan: SessionPlan, sensor: Sensor, cues: CueSession, runs: RunFiles, hand_seed: int,
+    stopped: Callable[[], bool], say: Say,
+) -> list[Path]:  # fmt: skip
+    """Record a session of cues; return its files."""
+    labels = plan.vocabulary.labels
+    origin = provenance(sensor, labels, "", "", plan.user, plan.session, plan.protocol)
     made: list[Path] = []
 
-    def record(state: dict[str, np.ndarray]) -> Recorder:
-        model, engine = session.model, session.lesson.recognizer.engine
-        origin = provenance(
-            sensor, vocabulary.labels, "" if model is None else model.hash, engine,
-            session.user, options.session, options.protocol,
-        )  # fmt: skip
-        recorder = session.runs.begin(lambda path: Recorder(path, origin, state))
+    def record(state: State) -> Recorder:
+        recorder = runs.begin(lambda path: Recorder(path, origin, state))
         made.append(recorder.path)
         return recorder
 
+    said = {NULL_LABEL: NOTHING, **{one.label: one.say for one in plan.vocabulary.entries}}
+    pipeline = _pipeline(sensor, labels)
     tape = SessionRecorder(
         record,
         pipeline,
-        Labeller(vocabulary.labels, cues=cues),
-        display=ProgressLog(session.tally, say, None if sensor.virtual else vocabulary),
+        Labeller(labels, cues=cues),
+        say=None if sensor.virtual else say,
+        words=said,
     )
     obey = None
     if sensor.virtual:
-        seed = options.seed * 2**32 + session.key
-        obey = CuedHand(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
-    alone = OfflineLink(options.speed)
+        obey = CuedHand(sensor.geometry, hand_seed, plan.vocabulary.files, DISTRACTORS).obey
+    alone = OfflineLink(simulated=sensor.virtual)
     device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(respond=obey))
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
@@ -163,54 +167,26 @@ def run(session: Session, stopped: Callable[[], bool]) -> list[Path]:
     return [path for path in made if path.exists()]
 
 
-def _asks(
-    lesson: TeachPlan, grid: tuple[int, int], rng: np.random.Generator
-) -> list[ExampleRequest]:
-    options = lesson.options
-    return protocols.asks(options.protocol, lesson.vocabulary, grid, lesson.repetitions, rng)
+def _check_hand(plan: SessionPlan) -> None:
+    """Raise TeachError if the sensor's own hand cannot do a gesture."""
+    if not sensors.options(plan.sensor).simulated:
+        return
+    for label in plan.vocabulary.labels[1:]:
+        if not knows(plan.vocabulary.files, label):
+            raise TeachError(
+                f'the virtual orb\'s hand cannot do {label!r}; write file = "{label}.toml" to it '
+                "(docs/gestures.md)"
+            )
 
 
-def _fitting(lesson: TeachPlan, sensor: Sensor) -> Bundle | None:
-    """Return the present model if it is for such a sensor; one that was named must be."""
-    model, grid = lesson.model, sensor.geometry
-    if (model.rows, model.columns) != (grid.rows, grid.columns):
-        why = (
-            f"is for {model.rows}×{model.columns} taxels, the sensor has {grid.rows}×{grid.columns}"
-        )
-    elif not same_rate(sensor.rate_hz, model.rate_hz):
-        why = f"is for {model.rate_hz:g} Hz, the sensor has {sensor.rate_hz:g} Hz"
-    else:
-        return model
-    if lesson.options.bundle is not None:
-        raise TeachError(f"{lesson.options.bundle} {why}; leave out --bundle")
-    return None
-
-
-def _before(out: Path) -> dict[str, int]:
-    """Return how many examples of each label the folder has."""
-    counts: dict[str, int] = {}
-    for one in dataset_folder.taken(out):
-        for label, number in one.examples.items():
-            counts[label] = counts.get(label, 0) + number
-    return counts
-
-
-def _pipeline(session: Session) -> Pipeline:
-    """Return a pipeline before its first frame; without a model it only finds touches."""
-    model = session.model
-    if model is not None:
-        mapping, recognizer = model.mapping, session.lesson.recognizer
-        return Pipeline(model.settings, recognizer, mapping, signal=session.sensor.signal)
-    sensor, labels = session.sensor, session.lesson.vocabulary.labels
+def _pipeline(sensor: Sensor, labels: Sequence[str]) -> Pipeline:
+    """Return a pipeline that only finds touches, before its first frame."""
     preprocess = PreprocessSettings(rate_hz=sensor.rate_hz, window=max(1, round(sensor.rate_hz)))
     grid = sensor.geometry
-    settings = PipelineSettings(labels, grid.rows, grid.columns, preprocess, DebounceSettings())
+    settings = PipelineSettings(
+        tuple(labels), grid.rows, grid.columns, preprocess, DebounceSettings()
+    )
     return Pipeline(settings, _NullModel(len(labels)), Mapping(), signal=sensor.signal)
-
-
-def say(line: str) -> None:
-    """Print a message: to standard error, because results go to standard output."""
-    print(line, file=sys.stderr, flush=True)
 
 
 class OfflineLink(Link):
@@ -219,14 +195,13 @@ class OfflineLink(Link):
     connected = False
     dropped = 0
 
-    def __init__(self, speed: float) -> None:
-        """Begin; `speed` is how many times as fast as real time, 0: only waiting moves time."""
-        self._speed, self._now_s = speed, 0.0
-        self._start_s = time.monotonic()
+    def __init__(self, *, simulated: bool) -> None:
+        """Begin; only waiting moves a `simulated` time."""
+        self._simulated, self._now_s = simulated, 0.0
 
     def now_s(self) -> float:
         """Return the session's time, seconds."""
-        return (time.monotonic() - self._start_s) * self._speed if self._speed else self._now_s
+        return self._now_s if self._simulated else time.monotonic()
 
     def send(self, message: Message, t_ms: int) -> None:
         """Drop the message."""
@@ -236,14 +211,14 @@ class OfflineLink(Link):
 
     def wait(self, timeout_s: float) -> None:
         """Let so much of the session's time pass."""
-        if self._speed:
-            time.sleep(timeout_s / self._speed)
-        else:
+        if self._simulated:
             self._now_s += timeout_s + _TICK_S
+        else:
+            time.sleep(timeout_s)
 
 
 class _NullModel(Networks):
-    """Networks that recognise nothing, for a sensor without a model."""
+    """Networks that recognise nothing."""
 
     def __init__(self, labels: int) -> None:
         self._nothing = np.zeros(labels, dtype=np.float32)

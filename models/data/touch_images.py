@@ -147,7 +147,7 @@ def _sites(found: Touches, count: int) -> tuple[Mask, str]:
     sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
     if len(sites) < 2:
         raise ValueError(
-            "all touches are at one site; record others with: controller teach --protocol locations"
+            "all touches are at one site; record others with: controller teach --places"
         )
     taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
     listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())

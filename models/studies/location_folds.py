@@ -83,7 +83,7 @@ def cross(request: Request, say: Say) -> LocationValidation:
         known = count(len(people), "person has", "people have")
         raise ValueError(
             f"{known} touches whose place is known, too few for {request.folds} folds; record "
-            "places with: controller teach --protocol locations, or ask for fewer folds"
+            "places with: controller teach --places, or ask for fewer folds"
         )
     course = replace(
         recipe.location, epochs=0, steps=PLACE_EPOCHS * request.steps, limits=(1, MOST_EPOCHS),

@@ -156,7 +156,7 @@ def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
     if task in ("both", "location") and not located:
         raise ValueError(
             "no recording has the place of a touch; record some with: controller teach "
-            "--protocol locations, or train --task gesture"
+            "--places, or train --task gesture"
         )
     label = data.examples.label[data.examples.ends]
     if task in ("both", "gesture") and len(np.unique(label[label >= 0])) < 2:

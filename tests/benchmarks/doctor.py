@@ -81,7 +81,7 @@ def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
 def diagnose(sensor: Wired, *, press: bool) -> list[Row]:
     """Return what the doctor finds wrong."""
     if press:
-        rows = doctor.sensor_rows(sensor, doctor.find_hand)
+        rows = doctor.sensor_rows(sensor)
     else:
         rows = iter(wiring_checks.judge(measurements.measure(sensor.board), 10.0))
     return [row for row in rows if row.verdict is Verdict.FAULT]

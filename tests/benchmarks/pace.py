@@ -31,7 +31,7 @@ from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.runtime.latency import LatencyReporter, LatencyStatistics
 from controller.runtime.loop import Loop
-from controller.runtime.process import IdleCollector, real_time
+from controller.runtime.process import IdleCollector
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
 from host.connection.receiver import Receiver
@@ -127,7 +127,7 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
 def main() -> None:
     arguments = command_line(__doc__, minutes=10.0, rate=40.0, realtime=False).parse_args()
     if arguments.realtime:
-        real_time()
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
     stolen = steal_s()
     ledger, missed = measure(arguments.minutes, arguments.rate, print)
     stolen = steal_s() - stolen

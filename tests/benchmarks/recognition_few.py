@@ -37,7 +37,7 @@ from models.results.evaluation import Figure
 
 from .results import Results, command_line, figure_row
 
-KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
+KNOCK: Final = Path(__file__).parents[2] / "examples" / "knock" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")
 EXAMPLES: Final = (1, 3, 5)
 GOALS: Final = {1: 0.70, 3: 0.90, 5: 0.95}

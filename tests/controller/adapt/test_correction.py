@@ -13,7 +13,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.cli.run import parser
+from controller.cli.run import options_of
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,
@@ -196,7 +196,7 @@ def run_of_a_bundle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator
         f"--sensor virtual --rate 10 --link listen://127.0.0.1:0 --record {tmp_path} "
         "--user ab --session 1"
     )
-    parts = prepare(parser().parse_args(words.split()))
+    parts = prepare(options_of(words.split()))
     device = open_device(parts, 1)
     for _ in range(30):
         device.advance(10.0)

@@ -17,7 +17,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
-from controller.cli.run import parser
+from controller.cli.run import options_of
 from controller.leftovers import LOCK
 from controller.runtime.assemble import deployed
 from tests.support.killed import at_each_call
@@ -172,7 +172,7 @@ def test_a_program_killed_between_any_two_calls_leaves_a_store_that_starts(
     tmp_path: Path, shelf: BundleStore, change: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     one, two, three = (variant(tmp_path, number) for number in range(3))
-    options = parser().parse_args(["--sensor", "virtual"])
+    options = options_of(["--sensor", "virtual"])
 
     def prepare() -> None:
         shutil.rmtree(shelf.folder, ignore_errors=True)
@@ -337,7 +337,7 @@ def test_a_run_whose_bundle_cannot_be_used_takes_the_one_that_ships(
         path.unlink()
     else:
         (shelf.folder / RECORD).write_text("nothing")
-    options = parser().parse_args(["--sensor", "virtual"])
+    options = options_of(["--sensor", "virtual"])
     bundle, _, _ = deployed(options)
     assert bundle.hash == bundles.read(SHIPPED).hash
     (warning,) = [record.getMessage() for record in caplog.records]

@@ -2,12 +2,11 @@
 
 import pytest
 
-from controller.capture.cue_log import CueLog, describe
+from controller.capture.cue_log import lines
 from controller.capture.cues import Cue, Phase
-from controller.capture.labels import Exclusion, Labeller
+from controller.capture.labels import Exclusion, FrameLabels, Labeller
 from controller.recordings.recording import UNKNOWN, Mark
 from tests.controller.capture.test_cues import cues as cued
-from tests.controller.teach.test_requests import step
 
 LABELS = ("null", "press", "pinch")
 
@@ -70,15 +69,15 @@ def test_nobody_learns_from_an_example_that_does_not_count() -> None:
     ],
 )  # fmt: skip
 def test_whatever_is_asked_is_said_in_words(cue: Cue, words: str) -> None:
-    assert describe(cue) == words
+    assert [*lines(FrameLabels(asked=cue, fresh=True), 61.0, {})] == [f"1:01  {words}"]
 
 
 def test_each_change_of_the_cues_is_a_line() -> None:
-    said: list[str] = []
-    log, labeller = CueLog(said.append), Labeller(LABELS, cues=cued("pinch"))
-    for k in range(35):
-        log.show(labeller.label(k / 10), step(k / 10))
+    labeller, words = Labeller(LABELS, cues=cued("pinch")), {"pinch": "squeeze it"}
+    said = [line for k in range(35) for line in lines(labeller.label(k / 10), k / 10, words)]
     assert said == [
-        "0:00  get ready: pinch  (1 left)", "0:01  GO: pinch 2 s", "pinch again: nothing was felt",
+        "0:00  get ready: squeeze it  (1 left)",
+        "0:01  GO: squeeze it 2 s",
+        "pinch again: nothing was felt",
         "0:03  rest",
-    ]  # fmt: skip
+    ]

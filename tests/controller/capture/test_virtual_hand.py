@@ -1,5 +1,6 @@
 """The hand of the virtual orb and its label button: gestures, cues, other people and days."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from controller.__main__ import main
 from controller.capture.cues import Cue, Phase
 from controller.capture.simulated_hand import CuedHand
-from controller.cli.run import parser as grammar
+from controller.cli.run import options_of
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
@@ -16,7 +17,7 @@ from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Virtual, knows, show
 from controller.simulator.virtual_orb import VirtualOrb
-from controller.teach import dataset_folder
+from tests.support import ROOT
 from tests.support.recordings import of, origin
 
 GRID = Geometry(5, 5, 10.0)
@@ -26,8 +27,7 @@ MINUTES = 1
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
     """A folder with the example: the paper's gestures and a knock."""
-    dataset_folder.example(tmp_path / "mine")
-    return tmp_path / "mine"
+    return Path(shutil.copytree(ROOT / "examples" / "knock", tmp_path / "mine"))
 
 
 def test_the_virtual_orb_does_a_user_s_gestures(mine: Path) -> None:
@@ -78,7 +78,7 @@ def test_another_day_is_the_same_orb_and_person_with_other_noise_and_mood() -> N
 
 
 def test_the_orb_knows_a_vocabulary(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    options = grammar().parse_args(
+    options = options_of(
         ["--labels", str(mine / "gestures.toml"), "--link", "listen://127.0.0.1:0"]
     )
     parts = prepare(options)

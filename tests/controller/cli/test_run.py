@@ -20,7 +20,7 @@ from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
-from controller.cli.run import parser
+from controller.cli.run import options_of
 from controller.protocol import messages as wire
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
@@ -180,7 +180,7 @@ def test_a_recording_of_other_rate(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_the_bundle_that_ships_is_the_one_for_the_rate(caplog: pytest.LogCaptureFixture) -> None:
     def begun(*words: str) -> tuple[float, float]:
-        parts = assemble.prepare(parser().parse_args([*words, "--link", "-"]))
+        parts = assemble.prepare(options_of([*words, "--link", "-"]))
         return parts.sensor.rate_hz, parts.bundle.rate_hz
 
     assert begun() == (40.0, 40.0)

@@ -58,14 +58,11 @@ ROWS = {
     (" ", "--cues"): Row("--record % --cues @"),
     (" ", "--replay"): Row("--replay @"),
     (" ", "--link hid:"): Row("--link hid:?keys=@"),
-    ("teach", "--labels"): Row("teach --speed 0 --out %/out --labels @"),
-    ("teach", "--out"): Row("teach --speed 0 --out @", fine=NEW),
-    ("teach", "--bundle"): Row("teach --speed 0 --out %/out --bundle @"),
-    ("teach", "--wiring"): Row("teach --speed 0 --out %/out --sensor emulated --wiring @"),
-    ("teach", "--example"): Row("teach --example @", fine=NEW),
+    ("teach", "--out"): Row("teach --out @", fine=NEW),
+    ("teach", "--bundle"): Row("teach --out %/out --add wave --bundle @"),
+    ("teach", "--wiring"): Row("teach --out %/out --sensor emulated --wiring @"),
     ("calibrate", "--wiring"): Row("calibrate --sensor emulated --wiring @"),
-    ("doctor", "--wiring"): Row("doctor --sensor emulated --no-touch --wiring @", kinds=SLOW),
-    ("doctor", "--bundle"): Row("doctor --no-touch --bundle @", prints=True, kinds=SLOW[:2]),
+    ("doctor", "--wiring"): Row("doctor --sensor emulated --wiring @", kinds=SLOW),
     ("sensors", "--wiring"): Row("sensors lines --wiring @"),
     ("sensors", "--out"): Row("sensors virtual --out @"),
     ("install", "bundle"): Row("install @"),
@@ -122,7 +119,7 @@ def test_a_special_file_is_refused_in_one_sentence(
     special = str(make(kind, tmp_path, row.name))
     words = row.words.format(DEMO=DEMO).split()
     words = [word.replace("@", special).replace("%", str(tmp_path)) for word in words]
-    if kind in row.fine and row.words.split("{DEMO}")[0].startswith(("--", "teach --speed")):
+    if kind in row.fine and row.words.split("{DEMO}")[0].startswith(("--", "teach --out @")):
         pytest.skip("it would run")
     told = answer(main, words)
     if kind in row.fine:

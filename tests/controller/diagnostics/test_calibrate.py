@@ -133,14 +133,10 @@ def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
-    assert main(["calibrate", "--sensor", "virtual", "--seed", "5"]) == 0
+    assert main(["calibrate", "--sensor", "virtual:seed=5"]) == 0
     told = capsys.readouterr().out
     assert told.endswith(f"calibration: good, kept in {tmp_path / 'virtual-5.json'}\n")
-    assert main(["calibrate", "--seed", "5", "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)
-    assert (plain["verdict"], Path(plain["kept"])) == ("good", tmp_path / "virtual-5.json")
-    assert [row["verdict"] for row in plain["rows"]] == ["good"]
-    assert main(["calibrate", "--seed", "5", "--forget"]) == 0
+    assert main(["calibrate", "--sensor", "virtual:seed=5", "--forget"]) == 0
     assert not list(tmp_path.iterdir())
 
 
@@ -150,13 +146,13 @@ def test_a_refused_calibration_leaves_the_old_one(
     monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
     kept(tmp_path, "virtual-5")
     before = (tmp_path / "virtual-5.json").read_bytes()
-    assert main(["calibrate", "--seed", "5", "--fault", "air_leak=0.6"]) == 1
+    assert main(["calibrate", "--sensor", "virtual:seed=5,fault=air_leak=0.6"]) == 1
     assert "something moved on it" in capsys.readouterr().out
     assert (tmp_path / "virtual-5.json").read_bytes() == before
 
 
 def test_wrong_usage_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["calibrate", "--preset", "loud"]) == 2
+    assert main(["calibrate", "--sensor", "virtual:preset=loud"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 

@@ -191,22 +191,22 @@ def doctor(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dict[s
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        ("--preset nominal", {}),
-        ("--preset paper-snr", {}),
-        ("--fault open_row:1", {"row 1": "open"}),
-        ("--fault short_column:3", {"columns 3 and 4": "short"}),
-        ("--fault dead:2,3", {"taxel (2,3)": "stiff"}),
-        ("--fault air_leak=0.8", {"air": "air_leak"}),
+        ("virtual:preset=nominal", {}),
+        ("virtual:preset=paper-snr", {}),
+        ("virtual:fault=open_row:1", {"row 1": "open"}),
+        ("virtual:fault=short_column:3", {"columns 3 and 4": "short"}),
+        ("virtual:fault=dead:2,3", {"taxel (2,3)": "stiff"}),
+        ("virtual:fault=air_leak=0.8", {"air": "air_leak"}),
     ],
 )
 def test_what_is_broken_on_a_virtual_orb_is_named(
     capsys: pytest.CaptureFixture[str], words: str, found: dict[str, str]
 ) -> None:
-    assert doctor(capsys, *words.split()) == (bool(found), found)
+    assert doctor(capsys, "--sensor", words) == (bool(found), found)
 
 
 @pytest.mark.usefixtures("quick_doctor")
 def test_wrong_usage_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--sensor", "nose"]) == 2
-    assert main(["doctor", "--fault", "nose"]) == 2
+    assert main(["doctor", "--sensor", "virtual:fault=nose"]) == 2
     assert capsys.readouterr().err.count("\n") == 2

@@ -13,7 +13,7 @@ from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
-from controller.cli.run import parser
+from controller.cli.run import options_of
 from controller.protocol.messages import Command, UserIdentified
 from controller.recognition.frames import Frame, Image, Window
 from controller.recognition.mapping import Mapping, Rule
@@ -38,27 +38,20 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def felt(*words: str) -> list[Frame]:
     """What the virtual orb feels of a twist in the first seconds."""
-    virtual = assemble.prepare(parser().parse_args(words)).sensor
+    virtual = assemble.prepare(options_of(words)).sensor
     assert isinstance(virtual, Virtual)
     virtual.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     return [virtual.read(k / 40) for k in range(1, 97)]
 
 
-def test_the_virtual_orb_has_the_hand_of_user_and_day(capsys: pytest.CaptureFixture[str]) -> None:
-    day = "sub-ada_ses-6_run-01"  # `teach` names it so
-    taught = sensors.load("virtual", 40.0, user="ada", day=day)
+def test_the_virtual_orb_has_the_hand_of_user_and_day() -> None:
+    taught = sensors.load("virtual", 40.0, user="ada", day="6")
     assert isinstance(taught, Virtual)
     taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     frames = [taught.read(k / 40) for k in range(1, 97)]
-    assert np.array_equal(felt("--hand-of", "ada:6"), frames)
-    for other in ((), ("--hand-of", "ben:6"), ("--hand-of", "ada:7")):
-        assert not np.array_equal(felt(*other), frames)
-    for wrong in (
-        ["--sensor", "orb", "--hand-of", "ada"],
-        ["--replay", "x.npz", "--hand-of", "ada"],
-    ):
-        assert main(wrong) == 2
-        assert "--hand-of is the virtual orb's own" in capsys.readouterr().err
+    assert np.array_equal(felt("--sensor", "virtual:user=ada,day=6"), frames)
+    for other in ("virtual", "virtual:user=ben,day=6", "virtual:user=ada,day=7"):
+        assert not np.array_equal(felt("--sensor", other), frames)
 
 
 class Certain(Networks):
@@ -136,7 +129,7 @@ def test_a_mapping_file_has_rules_for_single_people(
 ) -> None:
     file = tmp_path / "home.toml"
     file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
-    options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
+    options = options_of(["--bundle", str(path), "--mapping", str(file)])
     made = assemble.prepare(options)
     users, of_all = made.bundle.users, made.mapping
     asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}

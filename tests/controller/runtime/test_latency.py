@@ -1,13 +1,10 @@
 """The ledger: each hop of each frame, percentiles of the latest ones, and memory that stays."""
 
 import gc
-import os
 from dataclasses import replace
 from types import SimpleNamespace
 
-import pytest
-
-from controller.cli.run import parser
+from controller.cli.run import options_of
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime import process
 from controller.runtime.assemble import open_device, prepare
@@ -49,19 +46,6 @@ def test_garbage_is_swept_between_frames_only() -> None:
     assert gc.isenabled()
 
 
-@pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="this system has no SCHED_FIFO")
-def test_real_time_is_asked_for_but_not_needed(caplog: pytest.LogCaptureFixture) -> None:
-    asked: list[tuple[int, int]] = []
-    assert process.real_time(lambda number, policy, _: asked.append((number, policy)))
-    assert asked == [(0, os.SCHED_FIFO)]
-
-    def refuse(number: int, policy: int, parameter: object) -> None:
-        raise PermissionError(1, "Operation not permitted")
-
-    assert not process.real_time(refuse)
-    assert "allow it with `ulimit -r 10`" in caplog.text
-
-
 def test_frames_count_after_all_hops_and_reports_come_once_a_second() -> None:
     reports: list[LatencyReport] = []
     reporter = LatencyReporter(0.1, reports.append, clock_ns=lambda: 5_000_000)
@@ -81,7 +65,7 @@ def test_a_report_carries_the_time_of_its_frame_as_every_message() -> None:
     link = SimpleNamespace(
         connected=True, touchable=True, send=lambda message, t_ms: sent.append((message, t_ms))
     )
-    parts = prepare(parser().parse_args(["--seed", "3"]))
+    parts = prepare(options_of(["--seed", "3"]))
     device = open_device(replace(parts, link=link), 1)  # type: ignore[arg-type]
     assert device.latency is not None
     for number in range(1, 91):

@@ -12,7 +12,7 @@ from controller import adapt
 from controller.adapt import Example
 from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import BundleStore
-from controller.cli.run import parser
+from controller.cli.run import options_of
 from controller.protocol.messages import Contact, Message
 from controller.protocol.teaching import (
     DONE,
@@ -97,7 +97,7 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[.
     def begin(*options: str, token: str = "secret") -> Orb:
         monkeypatch.setenv(TOKEN, token)
         words = ["--sensor", "virtual", "--rate", "10", "--link", "listen://127.0.0.1:0"]
-        parts = prepare(parser().parse_args([*words, *options]))
+        parts = prepare(options_of([*words, *options]))
         orb = Orb(parts, open_device(parts, 1), *handlers(lambda: parts))
         made.append(orb)
         orb.run(3.0)

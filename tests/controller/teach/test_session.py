@@ -1,23 +1,25 @@
 """Teaching sessions, from the first cue to the recording; a scripted hand does what it is told."""
 
+import shutil
+import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from controller.__main__ import main
-from controller.bundles import bundle, vocabulary
+from controller.bundles import vocabulary
 from controller.recordings import reader
-from controller.teach import dataset_folder
+from controller.simulator import gesture_file
+from tests.support import ROOT
 
-FAST = ("teach", "--sensor", "virtual", "--speed", "0")
+FAST = ("teach", "--sensor", "virtual")
 
 
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
     """A folder with the example: the paper's gestures and a knock."""
-    dataset_folder.example(tmp_path / "mine")
-    return tmp_path / "mine"
+    return Path(shutil.copytree(ROOT / "examples" / "knock", tmp_path / "mine"))
 
 
 def spans(column: np.ndarray, number: int) -> int:
@@ -31,14 +33,14 @@ def test_a_scripted_hand_is_taught_gestures(mine: Path, capsys: pytest.CaptureFi
     printed = capsys.readouterr()
     path = mine / "sub-ada_ses-1_run-01.npz"
     assert printed.out.splitlines() == [str(path)]
-    for line in ("knock: enough (2)", "  knock: 2 examples", "models train"):
-        assert line in printed.err
+    assert "  knock: 2 examples\n" in printed.err
+    assert f"models train {mine} --out mine.orb" in printed.err
     taught = reader.load(path)
     labels = taught.origin.labels
     assert labels == ("null", "press", "pinch", "twist_cw", "twist_ccw", "knock")
     about = taught.origin
     assert (about.user, about.session, about.protocol) == ("ada", "1", "gestures")
-    assert about.bundle == bundle.read(bundle.default_path()).hash
+    assert (about.rate_hz, about.bundle, taught.commands) == (40.0, "", ())
     assert [spans(taught.label, number) for number in range(1, 6)] == [2] * 5
     for number in range(1, 6):
         done = taught.label == number
@@ -70,7 +72,7 @@ def test_no_session_repeats_another_and_no_file_is_replaced(mine: Path) -> None:
 @pytest.mark.slow
 def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
     out = tmp_path / "places"
-    assert main([*FAST, "--out", str(out), "--protocol", "locations", "--repetitions", "1"]) == 0
+    assert main([*FAST, "--out", str(out), "--places", "--repetitions", "1"]) == 0
     (path,) = out.glob("*.npz")
     taught = reader.load(path)
     asked = [m for m in taught.marks if m.text.startswith("go press at ")]
@@ -81,44 +83,25 @@ def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
         inside = (taught.t > mark.t_s) & (taught.t < mark.t_s + 2.0) & (taught.label == 1)
         away.append(np.hypot(*(np.nanmedian(taught.touch[inside], axis=0) - (x, y))))
     assert np.median(away) < 0.35  # the hand aims within 1 to 2 mm of 10
-    assert vocabulary.read(out / "gestures.toml").entries == vocabulary.shipped().entries
 
 
-def test_users_take_turns_with_own_hand(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "all"
-    who = ("--protocol", "users", "--user", "ada,ben", "--session", "1", "--repetitions", "1")
-    assert main([*FAST, "--out", str(out), *who]) == 0
-    names = ["sub-ada_ses-1_run-01.npz", "sub-ben_ses-1_run-01.npz"]
-    printed = capsys.readouterr()
-    assert [Path(line).name for line in printed.out.splitlines()] == names
-    assert "ben: take a seat" in printed.err
-    one, other = (reader.load(out / name) for name in names)
-    assert (one.origin.user, other.origin.user) == ("ada", "ben")
-    assert one.origin.device_id == other.origin.device_id
-
-
-def test_teaching_needs_no_model_of_sensor(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    who = ("--out", str(mine), "--session", "1", "--repetitions", "1", "--rate", "20")
-    assert main([*FAST, *who]) == 0
-    assert "there is no model for this sensor yet" in capsys.readouterr().err
-    taught = reader.load(mine / "sub-unknown_ses-1_run-01.npz")
-    assert (taught.origin.rate_hz, taught.origin.bundle) == (20.0, "")
-    assert not taught.commands
-    assert spans(taught.label, 5) == 1
+def test_any_rate_and_quality_is_taught(mine: Path) -> None:
+    spec = "virtual:preset=paper-snr,seed=4"
+    who = ("--user", "ada", "--session", "1", "--repetitions", "1")
+    assert main(["teach", "--sensor", spec, "--out", str(mine), *who]) == 0
+    about = reader.load(mine / "sub-ada_ses-1_run-01.npz").origin
+    assert (about.device_id, about.preset, about.user) == ("virtual-4", "paper-snr", "ada")
 
 
 @pytest.mark.parametrize(
     ("argv", "complaint"),
     [
         (["--sensor", "knob"], "there is no sensor 'knob'"),
-        (["--labels", "absent.toml"], "cannot read absent.toml"),
-        (["--preset", "best"], "'best'"),
+        (["--sensor", "virtual:preset=best"], "'best'"),
+        (["--sensor", "virtual:fault=rust"], "rust"),
         (["--user", "a/b"], "must be 1 to 64 letters"),
-        (["--user", "ada,ben"], "--protocol users"),
-        (["--protocol", "users"], "say who takes turns: --user ada,ben"),
-        (["--sensor", "replay", "--speed", "0"], "--speed is for --sensor virtual"),
-        (["--bundle", "absent.orb"], "absent.orb"),
-        (["--fault", "rust"], "rust"),
+        (["--add", "wave", "--bundle", "absent.orb"], "absent.orb"),
+        (["--command", "hold"], "--command and --bundle are for the gesture that --add names"),
     ],
 )
 def test_a_mistake_is_one_sentence(
@@ -130,16 +113,37 @@ def test_a_mistake_is_one_sentence(
     assert complaint in line
 
 
-def test_a_named_model_must_fit_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    argv = [*FAST, "--out", str(tmp_path), "--rate", "20", "--bundle", str(bundle.default_path())]
-    assert main(argv) == 2
-    assert "is for 40 Hz, the sensor has 20 Hz; leave out --bundle" in capsys.readouterr().err
-
-
 def test_the_hand_must_know_cues(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    wave = tmp_path / "wave.toml"
+    wave = tmp_path / "gestures.toml"
     wave.write_text('[[gesture]]\nlabel = "wave"\n')
-    assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
+    assert main([*FAST, "--out", str(tmp_path)]) == 2
     assert "hand cannot do 'wave'; write file = \"wave.toml\"" in capsys.readouterr().err
     wave.write_text('[[gesture]]\nlabel = "brush"\n')  # which ships, but is no gesture
-    assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
+    assert main([*FAST, "--out", str(tmp_path)]) == 2
+
+
+def test_a_folder_that_cannot_be_made_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert main([*FAST, "--out", str(tmp_path / "file" / "data")]) in (1, 2)
+    assert "cannot teach into" in capsys.readouterr().err
+
+
+def test_the_example_is_a_vocabulary_whose_new_gesture_the_hand_can_do() -> None:
+    words = vocabulary.read(ROOT / "examples" / "knock" / "gestures.toml")
+    assert words.labels == (*vocabulary.shipped().labels, "knock")
+    assert words.mapping.command("knock", None) == "hold"
+    assert gesture_file.load(words.files)["knock"].rotations == words.entries[4].rotations
+    knock = (ROOT / "examples" / "knock" / "knock.toml").read_text(encoding="utf-8")
+    body = knock.partition("\n\n")[2]
+    whole = (ROOT / "docs" / "gestures.md").read_text(encoding="utf-8")
+    assert textwrap.indent(f"```toml\n{body}```", "    ") in whole
+
+
+def test_the_vocabulary_in_the_documentation_is_one() -> None:
+    whole = (ROOT / "docs" / "teach.md").read_text(encoding="utf-8")
+    text = whole.partition("```toml\n")[2].partition("```")[0]
+    words = vocabulary.parse(text, "docs/teach.md", Path())
+    assert (words.labels, words.located) == (("null", "press", "knock"), ("press",))
+    assert words.mapping.command("knock", None) == "hold"

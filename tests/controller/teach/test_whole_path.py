@@ -1,5 +1,6 @@
 """The whole way of a new gesture: taught, trained, played, and it does what it was taught for."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from controller.__main__ import main
 from controller.bundles import bundle
 from controller.recognition.mapping import ALWAYS
+from tests.support import ROOT
 
 pytestmark = pytest.mark.train
 
@@ -15,10 +17,10 @@ def test_a_gesture_that_was_taught_is_in_the_bundle_with_its_command(tmp_path: P
     from models.__main__ import main as models
 
     mine, made = tmp_path / "mine", tmp_path / "mine.orb"
-    assert main(["teach", "--example", str(mine)]) == 0
+    shutil.copytree(ROOT / "examples" / "knock", mine)
     for number in ("1", "2"):
         taught = ("--out", str(mine), "--session", number, "--repetitions", "2")
-        assert main(["teach", "--speed", "0", *taught]) == 0
+        assert main(["teach", *taught]) == 0
     assert models(["train", str(mine), "--out", str(made), "--epochs", "1"]) == 0
     loaded = bundle.read(made)
     assert loaded.labels == ("null", "press", "pinch", "twist_cw", "twist_ccw", "knock")
