@@ -16,4 +16,5 @@ Windows = NDArray[np.float32]  # (windows, images, rows, columns), z
 Reading = NDArray[np.float64]  # (rows, columns), picofarads, or relative to rest
 Change = NDArray[np.float64]  # (rows, columns), z - 1
 
+State = dict[str, NDArray[np.float64]]  # state of a stage, by name
 Say = Callable[[str], None]  # takes a line for the user

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from controller import adapt
 from controller.adapt import symmetry
 from controller.bundles import bundle as bundles
+from controller.bundles import container
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError, count
 from controller.files import atomic_write
@@ -223,7 +224,7 @@ class Network:
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         written = []
-        for name, data in bundles.unpack(self._data).items():
+        for name, data in container.unpack(self._data).items():
             atomic_write(folder / name, data)
             written.append(folder / name)
         return written

@@ -2,7 +2,7 @@
 
     example = Example("double_tap", images)         # z images, (frames, rows, columns)
     taught = adapt.teach(path.read_bytes(), [example], command="hold")
-    taught.write(Path("mine.orb"))                  # a bundle like any other
+    bundle.write(Path("mine.orb"), manifest=taught.manifest, parts=taught.parts)
 
 The embedding network stays as it was trained, and rows of the head are fitted to the examples;
 `forget` removes them again. Against forgetting of the older gestures, a bundle carries embeddings

@@ -8,7 +8,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -16,18 +15,18 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller import errors
-from controller.adapt import lessons, patience
+from controller.adapt import lessons
 from controller.adapt.examples import NULL_LABEL, Example, varied, vary
 from controller.adapt.fit import TrainingSet, fit
 from controller.adapt.lessons import Lessons, Rehearsal
 from controller.aliases import Windows
-from controller.bundles import bundle as bundles
+from controller.bundles import container
 from controller.bundles.head import EVERYBODY, Head, Matrix, softmax
-from controller.bundles.inference.networks import embedding_of
-from controller.bundles.inference.onnxruntime_engine import Network
+from controller.bundles.inference import onnxruntime_engine
+from controller.bundles.inference.onnxruntime_engine import EngineError, Network
 from controller.errors import TroubleError
-from controller.recognition.debounce import DebounceSettings
-from controller.recognition.mapping import NONE
+from controller.recognition import debounce
+from controller.recognition.debounce import DebounceSettings, Probabilities
 
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
@@ -37,7 +36,6 @@ NOISY: Final = 0.03  # noise that halves this weight at 10 Hz, z: it makes gestu
 AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
 LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
 CORRECTED: Final = "corrected in play: "  # begins the note of a correction
-CHANGES: Final = "changes"  # entry of the card: number of changes since the training
 _SEED: Final = 0  # the same examples give the same bundle
 _EMBEDDED: Final = 64  # windows that are embedded at once
 _PREPARED, _READY = 0.1, 0.5  # progress when windows are cut, and when they are embedded
@@ -59,10 +57,6 @@ class AdaptedBundle:
     # when its gestures fire; older ones may wait for a taught one
     debounce: DebounceSettings = field(default_factory=DebounceSettings)
     recognised: Mapping[str, float] = field(default_factory=dict)  # the same by label
-
-    def write(self, path: Path) -> None:
-        """Write the bundle atomically; BundleError if it could not be read, OSError."""
-        bundles.write(path, manifest=self.manifest, parts=self.parts)
 
 
 def teach(
@@ -112,36 +106,6 @@ def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> 
     return _relearned(before, rest, {}, _notes(before, rest), progress)
 
 
-def set_command(data: bytes, label: str, command: str, user: str = "") -> AdaptedBundle:
-    """Return a bundle with another command of a gesture, "" nothing.
-
-    With a user, only that user's mapping changes; with "" as the label it is removed.
-
-    Raises:
-        AdaptError, BundleError: It is not possible.
-    """
-    loaded, parts = bundles.parse(data), bundles.unpack(data)
-    if user and user not in loaded.users.names:
-        raise AdaptError(f"there is no user {user!r}")
-    if label not in loaded.labels[1:] and (label or not user):
-        raise AdaptError(f"there is no gesture {label!r}")
-    table = bundles.manifest(parts[bundles.MANIFEST])
-    mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
-    if label:
-        mappings.setdefault(user, {})[label] = command or NONE
-    else:
-        mappings.pop(user, None)
-    return AdaptedBundle(_text(table), bundles.content(parts), debounce=loaded.debounce)
-
-
-def counted(adapted: AdaptedBundle) -> AdaptedBundle:
-    """Return a bundle whose card counts one more change, so that no two in a row are equal."""
-    table = bundles.manifest(adapted.manifest)
-    before = table["card"].get(CHANGES, 0)
-    table["card"][CHANGES] = before + 1 if isinstance(before, int) else 1
-    return replace(adapted, manifest=_text(table))
-
-
 # --- a lesson -------------------------------------------------------------------------------------
 
 
@@ -154,31 +118,31 @@ def _relearned(
 ) -> AdaptedBundle:
     """Return the bundle that examples make of the head as it was trained."""
     table = _manifest(before, examples, rules, notes)
-    content = bundles.content(before.parts)
-    content.pop(bundles.TAUGHT, None)
+    content = container.content(before.parts)
+    content.pop(container.TAUGHT, None)
     if not examples:
         return AdaptedBundle(_text(table), content)
-    lesson = _Lesson.of(before, table["labels"])
+    lesson = _Lesson.of(before, table)
     fitted = {
         user: lesson.fit([one for one in examples if one.user in (EVERYBODY, user)], progress)
         for user in sorted({one.user for one in examples})
     }
-    debounce = before.debounce
+    settings = before.debounce
     if new := [o for o in examples if o.label not in before.trained and o.user == EVERYBODY]:
-        debounce = lesson.patient(debounce, fitted[EVERYBODY].rows, new)
-    table["debounce"] = asdict(debounce)
+        settings = lesson.patient(settings, fitted[EVERYBODY].rows, new)
+    table["debounce"] = asdict(settings)
     rows = {user: one.rows for user, one in fitted.items()}
-    content[bundles.TAUGHT] = lessons.pack_taught(examples, before.debounce, rows)
+    content[container.TAUGHT] = lessons.pack_taught(examples, before.debounce, rows)
     kept = min(one.kept for one in fitted.values())
     recognised = next(iter(fitted.values())).recognised
-    return AdaptedBundle(_text(table), content, kept, debounce, recognised)
+    return AdaptedBundle(_text(table), content, kept, settings, recognised)
 
 
 def _manifest(
     before: Lessons, examples: Sequence[Example], rules: Mapping[str, Any], notes: Sequence[str]
 ) -> dict[str, Any]:
     """Return the manifest with the labels, users and notes of examples, and rules of new labels."""
-    table = bundles.manifest(before.parts[bundles.MANIFEST])
+    table = {**before.table, "card": {**before.table["card"]}}
     labels = list(dict.fromkeys((*before.trained, *(one.label for one in examples))))
     own = {label: rule for label, rule in rules.items() if label not in before.trained}
     mapping = {**table["mapping"], **own}
@@ -218,19 +182,18 @@ class _Lesson:
     rate_hz: float
 
     @classmethod
-    def of(cls, before: Lessons, labels: Sequence[str]) -> "_Lesson":
-        """Return the lesson of a bundle; AdaptError if it has nothing to rehearse."""
-        loaded = before.bundle
+    def of(cls, before: Lessons, table: Mapping[str, Any]) -> "_Lesson":
+        """Return the lesson of a bundle and its new manifest; AdaptError if it cannot learn."""
         if before.rehearsal is None:
             raise AdaptError("this bundle has nothing to rehearse; install one that has")
-        return cls(
-            embedding_of(loaded),
-            loaded.head,
-            before.rehearsal,
-            tuple(labels),
-            loaded.window,
-            loaded.rate_hz,
-        )
+        window, rate_hz = table["window"], table["rate_hz"]
+        model, width = before.parts[container.EMBEDDING], before.head.hidden.shape[1]
+        try:
+            embedding = onnxruntime_engine.checked(model, (window, *before.grid), width)
+        except EngineError as error:
+            raise AdaptError(f"the embedding network {error}") from None
+        labels = tuple(table["labels"])
+        return cls(embedding, before.head, before.rehearsal, labels, window, rate_hz)
 
     def fit(self, examples: Sequence[Example], progress: Progress) -> _Fitted:
         """Return rows fitted to examples; AdaptError if the old gestures would suffer."""
@@ -268,18 +231,18 @@ class _Lesson:
         return _Fitted(rows, kept, recognised)
 
     def patient(
-        self, debounce: DebounceSettings, rows: Head, examples: Sequence[Example]
+        self, settings: DebounceSettings, rows: Head, examples: Sequence[Example]
     ) -> DebounceSettings:
         """Return debounce settings with which older gestures wait for those of examples."""
         head = self.head.extended(rows)
         for label in dict.fromkeys(one.label for one in examples):
             own = [one for one in examples if one.label == label]
             idle = float(np.mean([one.noise() for one in own])) / math.sqrt(2.0)  # of two frames
-            seen = {label: self._streams(head, own)}
-            debounce = patience.patient(debounce, self.labels, seen, self.rate_hz, idle)
-        return debounce
+            streams = self._streams(head, own)
+            settings = debounce.patient(settings, self.labels, label, streams, self.rate_hz, idle)
+        return settings
 
-    def _streams(self, head: Head, examples: Sequence[Example]) -> list[patience.Stream]:
+    def _streams(self, head: Head, examples: Sequence[Example]) -> list[Probabilities]:
         """Return probabilities, (frames, classes), of each example and of its variations.
 
         What was learned is answered better than what will come: the variations are new to the head.
@@ -323,7 +286,7 @@ def weight_of(example: Example, rate_hz: float = 10.0) -> float:
 
 def _checked(before: Lessons, examples: Sequence[Example]) -> tuple[Example, ...]:
     """Return the examples with the spans of their touches, quantised as they are stored."""
-    loaded = before.bundle
+    table = before.table
     if not examples:
         raise AdaptError("there are no examples; give one at least")
     if len(before.examples) + len(examples) > MOST_EXAMPLES:
@@ -331,28 +294,29 @@ def _checked(before: Lessons, examples: Sequence[Example]) -> tuple[Example, ...
             f"this bundle was taught {len(before.examples)} examples already, and keeps at most "
             f"{MOST_EXAMPLES}; train one from recordings instead (docs/training.md)"
         )
+    names = table.get("users", {}).get("names", ())
     fresh = []
     for number, one in enumerate(examples, 1):
-        if one.images.shape[1:] != (loaded.rows, loaded.columns) or len(one.images) < 2:
+        if one.images.shape[1:] != before.grid or len(one.images) < 2:
             raise AdaptError(
                 f"example {number} has images {one.images.shape}; expected are some of "
-                f"{loaded.rows}×{loaded.columns} taxels"
+                f"{before.grid[0]}×{before.grid[1]} taxels"
             )
         if one.label == NULL_LABEL:
             found: Example | None = replace(one, span=(0.0, float(len(one.images))))
         else:
-            found = one.found(loaded.rate_hz)
+            found = one.found(table["rate_hz"])
         if found is None:
             raise AdaptError(f"example {number} of {one.label} shows no touch; make it again")
         # A gesture that the bundle was not trained with is for all users.
-        user = one.user if one.label in loaded.labels else EVERYBODY
-        if user != EVERYBODY and loaded.identifies and user not in loaded.users.names:
+        user = one.user if one.label in table["labels"] else EVERYBODY
+        if user != EVERYBODY and before.parts.get(container.USER) and user not in names:
             raise AdaptError(
                 "this bundle identifies its users by their touch, and does not know this one; use "
                 "a name that it knows, or enrol them: models train --task user (docs/users.md)"
             )
         fresh.append(replace(found, user=user))
-    return lessons.unpack(lessons.pack(fresh, (loaded.rows, loaded.columns)))
+    return lessons.unpack(lessons.pack(fresh, before.grid))
 
 
 def _classes(logits: Matrix, touch: NDArray[np.int32]) -> NDArray[np.int64]:
@@ -378,7 +342,7 @@ def _described(fresh: Sequence[Example]) -> list[str]:
 def _notes(before: Lessons, rest: Sequence[Example]) -> list[str]:
     """Return the notes of the card on the lessons whose examples remain."""
     kept = {"nothing" if one.label == NULL_LABEL else one.label for one in rest}
-    notes = before.bundle.card.get("added", [])
+    notes = before.table["card"].get("added", [])
     return [n for n in map(str, notes) if n.removeprefix(CORRECTED).partition(" ")[0] in kept]
 
 

@@ -22,10 +22,9 @@ from numpy.typing import NDArray
 from controller import config, npz
 from controller.adapt.examples import TURNS, Example
 from controller.aliases import Images
-from controller.bundles import bundle as bundles
-from controller.bundles import head
-from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.head import Head, Matrix
+from controller.bundles import container, head
+from controller.bundles.container import BundleError
+from controller.bundles.head import Head, HeadError, Matrix
 from controller.config import ConfigError
 from controller.recognition.debounce import DebounceSettings
 
@@ -55,10 +54,11 @@ class Rehearsal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lessons:
-    """A bundle with what it learns from."""
+    """A bundle's parts with what it learns from."""
 
-    bundle: Bundle
     parts: Mapping[str, bytes]  # of its file
+    table: dict[str, Any]  # its manifest
+    head: Head  # as it was trained
     rehearsal: Rehearsal | None  # None: nothing can be taught
     examples: tuple[Example, ...]  # of all lessons
     debounce: DebounceSettings  # before the first of them
@@ -66,30 +66,39 @@ class Lessons:
     @property
     def trained(self) -> tuple[str, ...]:
         """The labels that it was trained with."""
-        return self.bundle.labels[: len(self.bundle.head.out)]
+        return tuple(self.table["labels"][: len(self.head.out)])
 
     @property
     def taught(self) -> tuple[str, ...]:
         """The gestures that it was not trained with."""
-        return self.bundle.labels[len(self.bundle.head.out) :]
+        return tuple(self.table["labels"][len(self.head.out) :])
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Rows and columns of the sensor."""
+        return self.table["rows"], self.table["columns"]
 
 
 def read(data: bytes) -> Lessons:
-    """Return the lessons of a bundle's file; BundleError if it is damaged."""
+    """Return the lessons of a file that `bundle.parse` accepts; BundleError if it is damaged."""
     try:
-        loaded, parts = bundles.parse(data), bundles.unpack(data)
-        part = parts.get(bundles.REHEARSAL)
-        material = None if part is None else _rehearsal(part, loaded)
-        if bundles.TAUGHT not in parts:
-            return Lessons(loaded, parts, material, (), loaded.debounce)
-        arrays = npz.unpack(parts[bundles.TAUGHT], MAX_BYTES)
-        if not fits(arrays, (loaded.rows, loaded.columns)):
+        parts = container.unpack(data)
+        table = container.manifest(parts[container.MANIFEST])
+        grid = table["rows"], table["columns"]
+        own = head.read(parts[container.HEAD], container.MAX_BYTES)
+        part = parts.get(container.REHEARSAL)
+        known = None if part is None else _rehearsal(part, own, grid)
+        if container.TAUGHT not in parts:
+            settings = config.settings(DebounceSettings, table["debounce"])
+            return Lessons(parts, table, own, known, (), settings)
+        arrays = npz.unpack(parts[container.TAUGHT], MAX_BYTES)
+        if not fits(arrays, grid):
             raise BundleError("has examples of another sensor or version; install a newer bundle")
-        debounce = config.settings(
+        settings = config.settings(
             DebounceSettings, config.parse_toml(arrays["debounce"].tobytes())
         )
-        return Lessons(loaded, parts, material, unpack(arrays), debounce)
-    except (npz.NpzError, BundleError, ConfigError, KeyError) as error:
+        return Lessons(parts, table, own, known, unpack(arrays), settings)
+    except (npz.NpzError, HeadError, BundleError, ConfigError, KeyError) as error:
         raise BundleError(f"the bundle {error}") from None
 
 
@@ -102,15 +111,15 @@ def pack_taught(
     return npz.pack({**packed, "debounce": text, **head.row_arrays(rows)})
 
 
-def _rehearsal(data: bytes, loaded: Bundle) -> Rehearsal:
+def _rehearsal(data: bytes, own: Head, grid: tuple[int, int]) -> Rehearsal:
     """Return the material in a part; BundleError if it is not of the bundle's head and sensor."""
     a = npz.unpack(data, MAX_BYTES)
-    windows, (classes, width) = len(a["touch"]), (len(loaded.head.out), loaded.head.hidden.shape[1])
+    windows, classes, width = len(a["touch"]), len(own.out), own.hidden.shape[1]
     forms = {
         "embedding": ("u1", (windows, width)),
         "scale": ("f4", (width,)),
         "touch": ("i4", (windows,)),
-        "firmest": ("u1", (classes, loaded.rows, loaded.columns)),
+        "firmest": ("u1", (classes, *grid)),
     }
     if not _formed(a, forms) or not windows or not np.isfinite(a["scale"]).all():
         raise BundleError("has a rehearsal of another sensor or version; install a newer bundle")

@@ -1,17 +1,10 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
 An embedding network and a head (`head`) make probabilities of a window. A bundle with enrolled
-users (`users_table`) may also have the user network. It is a canonical zip: parts are stored
-uncompressed, one after the other, without dates and comments. The reader packs them again and
-compares the bytes, so any changed bit is detected. The hash shows integrity; authenticity comes
-from the channel that carried the file.
+users (`users_table`) may also have the user network. The form of the file is `container`'s.
 """
 
 import hashlib
-import io
-import stat
-import zipfile
-from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
 from dataclasses import dataclass, field, fields
 from importlib.util import find_spec
@@ -19,15 +12,27 @@ from pathlib import Path
 from typing import Any
 
 from controller import config
+from controller.bundles import container, users_table
 from controller.bundles import golden as goldens
 from controller.bundles import head as heads
-from controller.bundles import users_table
+from controller.bundles.container import (
+    CONTENT,
+    EMBEDDING,
+    GOLDEN,
+    HEAD,
+    LOCATION,
+    MANIFEST,
+    MAX_BYTES,
+    REHEARSAL,
+    TAUGHT,
+    USER,
+    BundleError,
+)
 from controller.bundles.golden import Golden, GoldenError
 from controller.bundles.head import EVERYBODY, Head, HeadError
 from controller.config import ConfigError
-from controller.errors import UserError, one_line, reason
+from controller.errors import one_line, reason
 from controller.files import atomic_write, read_bytes
-from controller.npz import DAMAGE, ZipError, open_zip
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.frames import PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
@@ -37,32 +42,11 @@ from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 from controller.recognition.user_id import NO_USERS, Users
 
-FORMAT = 5  # of bundle.toml and of the list of parts
 USUAL, SLOW = "orbtouch.orb", "orbtouch-10hz.orb"  # those that ship, in the package `models`
 SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
-MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
-MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
-EMBEDDING, HEAD, LOCATION = "embedding.onnx", "head.npz", "location.onnx"
-# optional: embeddings of the training, for few-shot learning, and what was learned
-REHEARSAL, TAUGHT = "rehearsal.npz", "taught.npz"
-CONTENT = (EMBEDDING, HEAD, LOCATION, GOLDEN)
-PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; optional ones before SUMS
-
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
-_OLD_PART = "gesture.onnx"  # of formats 1 to 4
-_OLD = (
-    "is of an older version, in another form; train it again from its recordings, or teach its "
-    "gestures to the bundle that ships (docs/teach.md)"
-)
-_MAX_PARTS = 64
-_UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2
-_FILE = (stat.S_IFREG | 0o644) << 16
 LABEL = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
-
-
-class BundleError(UserError, ValueError):
-    """The bundle cannot be used; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,54 +140,7 @@ def read(path: Path) -> Bundle:
 
 def parse(data: bytes) -> Bundle:
     """Return the bundle in a file's bytes; BundleError, without a subject, if it cannot be used."""
-    return _parse(unpack(data), hashlib.sha256(data).hexdigest())
-
-
-def unpack(data: bytes) -> dict[str, bytes]:
-    """Return the parts of a bundle's file by name; BundleError if it is damaged."""
-    try:
-        with open_zip(io.BytesIO(data), len(data), _MAX_PARTS) as file:
-            parts = {name: file.read(name) for name in file.namelist()}
-        intact = pack(parts) == data
-    except (*DAMAGE, ZipError, UnicodeError):  # the last: in a name
-        intact = False
-    if not intact:
-        raise BundleError("is damaged, or something else; copy it again from where it came")
-    if _OLD_PART in parts:
-        raise BundleError(_OLD)
-    if tuple(parts) != _in_order(parts):
-        raise BundleError("is damaged: its parts are not those of a bundle")
-    if _sums(parts) != parts[SUMS]:
-        raise BundleError("is damaged: a part has not the hash in SHA256SUMS")
-    return parts
-
-
-def pack(parts: AbstractMapping[str, bytes]) -> bytes:
-    """Return the canonical zip file of these parts, in this order."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as file:
-        for name, data in parts.items():
-            info = zipfile.ZipInfo(name)  # dated 1980, the first date of the format
-            info.create_system, info.external_attr = _UNIX, _FILE
-            file.writestr(info, data)
-    return buffer.getvalue()
-
-
-def content(parts: AbstractMapping[str, bytes]) -> dict[str, bytes]:
-    """Return the parts for `write`, of those that `unpack` returned."""
-    return {name: data for name, data in parts.items() if name not in (MANIFEST, SUMS)}
-
-
-def manifest(text: bytes) -> dict[str, Any]:
-    """Return the table of bundle.toml in the newest format; BundleError if it is none."""
-    try:
-        table = config.parse_toml(text)
-    except ConfigError as error:
-        raise BundleError(f"has a manifest that cannot be used: {error}") from None
-    form = table.get("format")
-    if type(form) is not int or form != FORMAT:
-        raise BundleError(f"has format {form!r}, this program reads {FORMAT}; update the older one")
-    return table
+    return _parse(container.unpack(data), hashlib.sha256(data).hexdigest())
 
 
 def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
@@ -222,12 +159,8 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
 
 def assembled(manifest: bytes, parts: AbstractMapping[str, bytes]) -> bytes:
     """Return the file of a bundle; BundleError, without a subject, if `parse` would refuse it."""
-    if not set(CONTENT) <= set(parts):
-        raise BundleError(f"has not the parts {', '.join(CONTENT)}, but {', '.join(parts)}")
-    given = {MANIFEST: manifest, SUMS: b"", **parts}
-    complete = {name: given[name] for name in _in_order(given)}
-    complete[SUMS] = _sums(complete)
-    data = pack(complete)
+    complete = container.complete(manifest, parts)
+    data = container.pack(complete)
     if len(data) > MAX_BYTES:
         raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
     _parse(complete, hashlib.sha256(data).hexdigest())
@@ -244,8 +177,8 @@ def _cut(problem: str) -> str:
 
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     """Return the bundle in checked parts, with every field checked."""
-    table = manifest(parts[MANIFEST])
-    located, identified = bool(parts[LOCATION]), bool(parts.get(users_table.NETWORK))
+    table = container.manifest(parts[MANIFEST])
+    located, identified = bool(parts[LOCATION]), bool(parts.get(USER))
     try:
         plain = _settings(table)
         waiting = (*plain.debounce.patient, *plain.debounce.awaited)
@@ -255,7 +188,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
             raise BundleError("has no table [mapping] in its manifest")
         mapping = parse_mapping(rules, plain.labels)
         known = users_table.parse(table.get("users"), plain.labels)
-        _check_parts(set(content(parts)), known)
+        _check_parts(set(container.content(parts)), known)
         head = heads.read(parts[HEAD], MAX_BYTES)
         taught = heads.read_rows(parts[TAUGHT], MAX_BYTES) if TAUGHT in parts else {}
         _check_head(head, taught, plain.labels, known)
@@ -282,7 +215,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         golden=golden,
         hash=digest,
         users=known,
-        user_onnx=parts.get(users_table.NETWORK, b""),
+        user_onnx=parts.get(USER, b""),
         taught=taught,
     )
 
@@ -308,7 +241,7 @@ def _everywhere(mapping: Mapping) -> bool:
 
 def _check_parts(given: set[str], known: Users) -> None:
     """Refuse parts that no bundle has, missing ones, and a user network of no users."""
-    optional = {REHEARSAL, TAUGHT, *([users_table.NETWORK] if known.names else [])}
+    optional = {REHEARSAL, TAUGHT, *([USER] if known.names else [])}
     if odd := ", ".join(sorted((given ^ set(CONTENT)) - optional)):
         raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
 
@@ -325,16 +258,3 @@ def _check_head(
             raise BundleError("has rows in its head for another embedding, or for other labels")
     if trained > len(labels) or (trained < len(labels) and EVERYBODY not in taught):
         raise BundleError(f"has {len(labels)} labels, and a head that knows {trained}")
-
-
-def _sums(parts: AbstractMapping[str, bytes]) -> bytes:
-    """Return the SHA-256 of every part but `SUMS`, in the format of the sha256sum tool."""
-    digests = {name: hashlib.sha256(data).hexdigest() for name, data in parts.items()}
-    lines = (f"{digest}  {name}\n" for name, digest in digests.items() if name != SUMS)
-    return "".join(lines).encode()
-
-
-def _in_order(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the names of parts in the order of the file."""
-    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users_table.NETWORK, name))
-    return (MANIFEST, *CONTENT, *own, SUMS)

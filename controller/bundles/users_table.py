@@ -18,15 +18,13 @@ names them. Identification is a convenience, not authentication: docs/users.md.
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from controller import config, files
 from controller.config import ConfigError
 from controller.recognition.mapping import USERS, Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.user_id import NO_USERS, Users
-
-NETWORK: Final = "user.onnx"  # a part of the bundle
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:

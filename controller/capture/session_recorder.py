@@ -7,10 +7,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from controller.aliases import Say
+from controller.aliases import Say, State
 from controller.capture import cue_log
 from controller.capture.labels import FrameLabels, Labeller
-from controller.recognition.frames import Frame, State
+from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings import journal_file, writer
 from controller.recordings.journal_file import LockedError

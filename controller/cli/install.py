@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from controller.arguments import Parser
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import BundleError
+from controller.bundles.container import BundleError
 from controller.bundles.deploy import install as installer
 from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
 from controller.errors import TroubleError, one_line, printable, reason

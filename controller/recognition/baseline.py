@@ -14,10 +14,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Reading
+from controller.aliases import Reading, State
 from controller.recognition import drift
 from controller.recognition.dead_taxels import NO_LEAD
-from controller.recognition.frames import Frame, Image, PreprocessSettings, State, z_image
+from controller.recognition.frames import Frame, Image, PreprocessSettings, z_image
 from controller.recognition.local_touch import LocalGate
 from controller.recognition.rebaseline import Rebaseline, difference, still_frames
 from controller.recognition.scale import FIRM

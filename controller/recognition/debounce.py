@@ -23,17 +23,23 @@ whole recording, so that many settings can be compared; a test compares both.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.frames import State
+from controller.aliases import State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
 Values = TypeVar("Values", float, NDArray[np.float64])
+
+# What makes an older gesture wait for a taught one
+_ENOUGH = 0.2  # share of a gesture's streams in which the older one fires first
+_NEAR = 0.97  # of the bounds: what comes so near fires on another day or orb
+_MARGIN = 1.2  # of the longest time in the streams: people vary
+LONGEST_S = 0.6  # a command that comes later feels lost
 
 NULL = 0  # the class "null" comes first in every bundle
 
@@ -292,3 +298,47 @@ def fire(
         )
         fired += [(int(ends[i]), NULL + 1 + int(most[i])) for i in np.flatnonzero(enough)]
     return sorted(fired)
+
+
+def patient(
+    settings: DebounceSettings,
+    labels: Sequence[str],
+    label: str,
+    streams: Sequence[Probabilities],
+    rate_hz: float,
+    idle: float = 0.0,
+) -> DebounceSettings:
+    """Return settings with which older gestures wait for a taught one that begins like them.
+
+    A double tap begins like a press, and a network that answers early would answer its first tap.
+
+    Args:
+        settings: As they are; what waits already goes on waiting.
+        labels: All labels, "null" first; those before `label` may wait for it.
+        label: The taught gesture.
+        streams: Probabilities of each frame of its examples, and of variations that the network has
+            not learned, (frames, classes) each.
+        rate_hz: Frames per second.
+        idle: Mean of |z - 1| of the examples where nothing touches.
+    """
+    weight, own = settings.weight(idle), labels.index(label)
+    on, late = _NEAR * settings.on, _NEAR * settings.late
+    eager = replace(settings, on=on, late=late, patient=(), awaited=(), patience_s=0.0)
+    delays: dict[int, list[float]] = {}
+    for stream in streams:
+        means = smooth(stream, weight)
+        first = next(iter(fire(means, eager, rate_hz)), None)
+        sure = np.flatnonzero(means[:, own] >= min(on, late))
+        if first is not None and first[1] < own and len(sure) and sure[0] > first[0]:
+            delays.setdefault(first[1], []).append(float(sure[0] - first[0]) / rate_hz)
+    early = {kind: max(s) for kind, s in delays.items() if len(s) >= _ENOUGH * len(streams)}
+    if not early:
+        return settings
+    longest_s = min(LONGEST_S, _MARGIN * max(early.values()))
+    waiting = (*settings.patient, *(labels[kind] for kind in sorted(early)))
+    return replace(
+        settings,
+        patient=tuple(dict.fromkeys(waiting)),
+        awaited=tuple(dict.fromkeys((*settings.awaited, label))),
+        patience_s=round(max(settings.patience_s, longest_s), 3),
+    )

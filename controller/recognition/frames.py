@@ -11,7 +11,6 @@ from controller.recognition.dead_taxels import leadless
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
 Window = NDArray[np.float32]  # (images, rows, columns), oldest first
-State = dict[str, NDArray[np.float64]]  # state of a stage, by name
 Normalise = Literal["ratio", "difference"]
 
 _RATE_TOLERANCE: Final = 0.02  # greatest relative difference between the rates of data and network

@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import State
 from controller.recognition.drift import mean_of
-from controller.recognition.frames import State
 from controller.recognition.scale import FIRM
 
 Change = NDArray[np.floating]  # z, or z - 1, (rows, columns)

@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.aliases import State
 from controller.recognition.baseline import StoredBaseline
 from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
-from controller.recognition.frames import Frame, Image, PreprocessSettings, State, Window
+from controller.recognition.frames import Frame, Image, PreprocessSettings, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.scale import SKIN, Signal

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.aliases import Mask, Reading
+from controller.aliases import Mask, Reading, State
 from controller.recognition.baseline import BaselineTracker, StoredBaseline
 from controller.recognition.dead_taxels import ResponseMonitor, TaxelInterpolator, leadless
 from controller.recognition.drift import mean_of
@@ -18,7 +18,6 @@ from controller.recognition.frames import (
     Frame,
     Image,
     PreprocessSettings,
-    State,
     Window,
     z_image,
 )

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.frames import PreprocessSettings, State
+from controller.aliases import State
+from controller.recognition.frames import PreprocessSettings
 
 PICOFARAD: Final = "pF"
 SIGNS: Final = {"falls": -1, "rises": 1}  # what a touch does to the readings

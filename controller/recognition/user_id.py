@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.frames import State
+from controller.aliases import State
 from controller.recognition.mapping import Mapping, MappingError
 
 NOT_ENROLLED: Final = 0  # the network's output for users who are not enrolled

@@ -22,7 +22,8 @@ from typing import Any, Final
 import numpy as np
 
 from controller import npz
-from controller.recognition.frames import Frame, State
+from controller.aliases import State
+from controller.recognition.frames import Frame
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings import reader, writer
 from controller.recordings.reader import COLUMNS, LARGEST, LATEST_S, STATE

@@ -17,8 +17,9 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
+from controller.aliases import State
 from controller.errors import reason
-from controller.recognition.frames import Frame, State
+from controller.recognition.frames import Frame
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings import journal, writer
 from controller.recordings.journal import Journal

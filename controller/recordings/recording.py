@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import __version__
+from controller.aliases import State
 from controller.errors import UserError
 from controller.recognition.event_metric import Event
-from controller.recognition.frames import State, same_rate
+from controller.recognition.frames import same_rate
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
 from controller.recognition.scale import PICOFARAD as PICOFARAD
 from controller.recognition.scale import Signal

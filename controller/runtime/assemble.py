@@ -17,6 +17,7 @@ from controller import __version__
 from controller.bundles import bundle as bundles
 from controller.bundles import users_table
 from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
@@ -86,7 +87,7 @@ def deployed(options: RunOptions) -> tuple[Bundle, Mapping, Recognizer]:
     installed = options.bundle is None and path.parent == store.folder
     try:
         bundle = bundles.read(path)
-    except bundles.BundleError as error:
+    except BundleError as error:
         if not installed:
             raise
         _log.warning("%s; the bundle that ships is used, until `controller install BUNDLE`", error)
@@ -106,7 +107,7 @@ def bundle_path(options: RunOptions) -> Path:
     store = BundleStore()
     try:
         path = store.current()
-    except bundles.BundleError as error:
+    except BundleError as error:
         _log.warning("%s; until then the bundle that ships is used", error)
         return bundles.default_path(_rate(options))
     return path if path.parent == store.folder else bundles.default_path(_rate(options))

@@ -40,8 +40,9 @@ def reports(
     `folder` is that of the player's data, `objection` the reason that nothing can be changed.
     BundleError, OSError: The bundle cannot be read.
     """
-    known = lessons.read(path.read_bytes())
-    loaded, taught = known.bundle, known.taught
+    data = path.read_bytes()
+    loaded, known = bundles.parse(data), lessons.read(data)
+    taught = known.taught
     store = BundleStore()
     record = store.record()
     installed = path == store.path(record.current)

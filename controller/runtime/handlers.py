@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.adapt import correction
-from controller.bundles.bundle import BundleError
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.install import install
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.deploy.upload import UploadReceiver

@@ -14,7 +14,7 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RecordingError
 
 if TYPE_CHECKING:
-    from controller.recognition.frames import State
+    from controller.aliases import State
     from controller.recognition.pipeline import Pipeline
     from controller.runtime.parts import Parts, RunOptions
     from controller.sensors.base import Sensor

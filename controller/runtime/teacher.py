@@ -18,7 +18,7 @@ from controller import files
 from controller.adapt import AdaptError, process
 from controller.adapt.examples import TURNS
 from controller.adapt.process import Job
-from controller.bundles.bundle import BundleError
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import INCOMING, BundleStore
 from controller.errors import count, reason
 from controller.protocol.codec import fitted

@@ -68,7 +68,7 @@ def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, 
     begun = time.monotonic()
     taught = adapt.teach(path.read_bytes(), examples, command=entry.command)
     made = _free(out, f"{entry.label}-{plan.user}" if plan.user else entry.label)
-    taught.write(made)
+    bundles.write(made, manifest=taught.manifest, parts=taught.parts)
     say(
         f"{entry.label} is learned from {count(len(examples), 'example')} in "
         f"{time.monotonic() - begun:.1f} s; of the gestures that were rehearsed "

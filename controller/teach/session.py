@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Say
+from controller.aliases import Say, State
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cues import MAX_EXAMPLES, NULL_LABEL, CueSession, CueTiming, ExampleRequest
 from controller.capture.labels import Labeller
@@ -21,7 +21,7 @@ from controller.errors import count
 from controller.links.base import Link
 from controller.protocol.messages import Message
 from controller.recognition.debounce import NULL, DebounceSettings
-from controller.recognition.frames import PreprocessSettings, State, Window
+from controller.recognition.frames import PreprocessSettings, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder

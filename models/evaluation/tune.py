@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import files
-from controller.bundles import bundle
-from controller.bundles.bundle import MANIFEST, Bundle
+from controller.bundles import bundle, container
+from controller.bundles.bundle import Bundle
 from controller.recognition.debounce import DebounceSettings, Means, fire, smooth
 from controller.recognition.event_metric import Answer, Score, judge
 from controller.recognition.touch_position import PositionSpread
@@ -185,14 +185,14 @@ def write(
     import tomli_w
 
     bundle.read(loaded)  # every byte of it is checked
-    parts = bundle.unpack(files.read_bytes(loaded, bundle.MAX_BYTES))
-    table = bundle.manifest(parts[MANIFEST])
+    parts = container.unpack(files.read_bytes(loaded, container.MAX_BYTES))
+    table = container.manifest(parts[container.MANIFEST])
     table["debounce"] = dataclasses.asdict(settings)
     card = table.pop("card")  # it stands last
     if far is not None:
         table["location"] = dataclasses.asdict(far)
     table["card"] = {**card, "tuned": entry}
-    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
+    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=container.content(parts))
     return bundle.read(path)
 
 

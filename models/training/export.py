@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from controller import files, npz
-from controller.bundles import bundle, users_table
+from controller.bundles import bundle, container
 from controller.bundles.golden import Golden
 from controller.bundles.head import Head
 from controller.bundles.inference import onnxruntime_engine
@@ -65,14 +65,14 @@ def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, flo
     with torch.no_grad():
         outputs = _array(torch.softmax(net(torch.from_numpy(windows)), dim=1))
     worst = _compared(head.probabilities(run(model, windows)), outputs)
-    parts = {bundle.EMBEDDING: model, bundle.HEAD: npz.pack(head.arrays())}
+    parts = {container.EMBEDDING: model, container.HEAD: npz.pack(head.arrays())}
     return ExportedNetwork(parts, windows[:GOLDEN], outputs[:GOLDEN]), worst
 
 
 def export_users(net: Network, windows: Values) -> ExportedNetwork:
     """Return the user network for a bundle; ExportError if the engines differ."""
     layers = OrderedDict(net.named_children(), softmax=nn.Softmax(dim=1))
-    return _export(Network(layers), windows, users_table.NETWORK)[0]
+    return _export(Network(layers), windows, container.USER)[0]
 
 
 def export_location(
@@ -83,26 +83,27 @@ def export_location(
     Golden vectors are whole images and places on the grid.
     """
     inputs, corners = settings.of(images)
-    made, worst = _export(net, inputs, bundle.LOCATION)
+    made, worst = _export(net, inputs, container.LOCATION)
     return replace(made, inputs=images[:GOLDEN], outputs=made.outputs + corners[:GOLDEN]), worst
 
 
 def networks_of(path: Path) -> tuple[ExportedNetwork, ExportedNetwork]:
     """Return the gesture and the location network of another bundle, unchanged."""
-    data = files.read_bytes(path, bundle.MAX_BYTES)
-    golden, parts = bundle.parse(data).golden, bundle.unpack(data)
-    own = (bundle.EMBEDDING, bundle.HEAD, bundle.TAUGHT, bundle.REHEARSAL)
+    data = files.read_bytes(path, container.MAX_BYTES)
+    golden, parts = bundle.parse(data).golden, container.unpack(data)
+    own = (container.EMBEDDING, container.HEAD, container.TAUGHT, container.REHEARSAL)
     gesture = {name: parts[name] for name in own if name in parts}
+    location = {container.LOCATION: parts[container.LOCATION]}
     return (
         ExportedNetwork(gesture, golden.windows, golden.probabilities),
-        ExportedNetwork({bundle.LOCATION: parts[bundle.LOCATION]}, golden.images, golden.touches),
+        ExportedNetwork(location, golden.images, golden.touches),
     )
 
 
 def no_location(rows: int, columns: int) -> ExportedNetwork:
     """Return the location network of a bundle that lacks one."""
     images = np.empty((0, rows, columns), dtype=np.float32)
-    return ExportedNetwork({bundle.LOCATION: b""}, images, np.empty((0, 2), dtype=np.float32))
+    return ExportedNetwork({container.LOCATION: b""}, images, np.empty((0, 2), dtype=np.float32))
 
 
 def write_bundle(
@@ -110,7 +111,7 @@ def write_bundle(
 ) -> None:
     """Write a bundle; BundleError if it would be refused when it is read."""
     golden = Golden(gesture.inputs, gesture.outputs, location.inputs, location.outputs)
-    parts = {**gesture.parts, **location.parts, bundle.GOLDEN: golden.pack()}
+    parts = {**gesture.parts, **location.parts, container.GOLDEN: golden.pack()}
     bundle.write(path, manifest=tomli_w.dumps(manifest).encode(), parts=parts)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller import files
 from controller.aliases import Say
-from controller.bundles import bundle
+from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import Vocabulary
 from controller.errors import count
@@ -119,8 +119,8 @@ class NetworkPlan:
             scored, net = train_gestures(job)
             result = replace(result, gesture=scored)
             gesture, worst = export.export_gestures(net, _windows(data, split, request.seed))
-            gesture.parts[bundle.REHEARSAL] = rehearsal.of(
-                gesture.parts[bundle.EMBEDDING],
+            gesture.parts[container.REHEARSAL] = rehearsal.of(
+                gesture.parts[container.EMBEDDING],
                 data.examples,
                 data.examples.ends[split.windows.train],
                 self.answers,
@@ -135,7 +135,7 @@ class NetworkPlan:
             )
             say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
         assert gesture is not None
-        manifest = _manifest(self, result, located=bool(location.parts[bundle.LOCATION]))
+        manifest = _manifest(self, result, located=bool(location.parts[container.LOCATION]))
         if result.gesture is not None:
             tried = folder / "tried.orb"
             export.write_bundle(tried, manifest, gesture, location)
@@ -223,8 +223,8 @@ def _mapping(vocabulary: Vocabulary, lent: dict[str, Any], *, located: bool) -> 
 
 def _lent_mapping(base: Path | None) -> dict[str, Any]:
     """Return a bundle's mapping as its manifest has it; None is the bundle that ships."""
-    parts = bundle.unpack(files.read_bytes(base or bundle.default_path(), bundle.MAX_BYTES))
-    return dict(bundle.manifest(parts[bundle.MANIFEST])["mapping"])
+    parts = container.unpack(files.read_bytes(base or bundle.default_path(), container.MAX_BYTES))
+    return dict(container.manifest(parts[container.MANIFEST])["mapping"])
 
 
 def _answers(request: Request, data: Data) -> int:
@@ -346,7 +346,7 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
     if touch not in (None, TouchInput()):
         accuracy["touch"] = asdict(touch)
     return {
-        "format": bundle.FORMAT,
+        "format": container.FORMAT,
         "labels": list(labels),
         "rows": result.rows,
         "columns": result.columns,

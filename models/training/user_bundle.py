@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller import config, files
 from controller.aliases import Say
-from controller.bundles import bundle, users_table
+from controller.bundles import bundle, container, users_table
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import EVERYBODY
 from controller.errors import count
@@ -106,9 +106,9 @@ class UserPlan:
 
 def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
     """Write the base bundle with its users; mappings and rows that it has for them stay."""
-    data = files.read_bytes(request.base or bundle.default_path(), bundle.MAX_BYTES)
-    base, parts = bundle.parse(data), bundle.unpack(data)
-    table, content = bundle.manifest(parts[bundle.MANIFEST]), bundle.content(parts)
+    data = files.read_bytes(request.base or bundle.default_path(), container.MAX_BYTES)
+    base, parts = bundle.parse(data), container.unpack(data)
+    table, content = container.manifest(parts[container.MANIFEST]), container.content(parts)
     exported = export.export_users(net, base.golden.windows)
     rules = table.get("users", {}).get("mapping", {})
     if request.mapping is not None:
@@ -125,7 +125,7 @@ def write_users(request: Request, net: Network, known: Users, entry: str) -> Non
     }
     table["card"]["users"] = entry
     golden = replace(base.golden, people=exported.outputs)
-    content |= {**exported.parts, bundle.GOLDEN: golden.pack()}
+    content |= {**exported.parts, container.GOLDEN: golden.pack()}
     bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=content)
 
 

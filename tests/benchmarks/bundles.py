@@ -20,8 +20,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from controller.bundles import bundle
-from controller.bundles.bundle import BundleError
+from controller.bundles import bundle, container
+from controller.bundles.container import BundleError
 from controller.bundles.inference import onnx_reader, onnx_shapes
 from controller.bundles.inference.networks import Recognizer
 from tests.support import user_bundles
@@ -92,8 +92,8 @@ def mutation(draw: random.Random) -> tuple[str, bytes]:
     if draw.random() < 0.5:
         name = draw.choice(list(WHOLE))
         return name, WHOLE[name](draw, whole)
-    parts = bundle.unpack(whole)
-    named = [name for name in parts if name != bundle.SUMS]
+    parts = container.unpack(whole)
+    named = [name for name in parts if name != container.SUMS]
     if draw.random() < 0.1:
         one, other = draw.sample(named[1:], 2)
         parts[one], parts[other] = parts[other], parts[one]
@@ -102,14 +102,14 @@ def mutation(draw: random.Random) -> tuple[str, bytes]:
         name = draw.choice(list(PART))
         part = draw.choice(named)
         parts[part] = PART[name](draw, parts[part])
-    parts[bundle.SUMS] = bundle._sums(parts)
-    return f"{name}, hashed anew", bundle.pack(parts)
+    parts[container.SUMS] = container._sums(parts)
+    return f"{name}, hashed anew", container.pack(parts)
 
 
 def judge(data: bytes) -> str:
     """Return which of our checks stopped a bundle; "accepted" if none did."""
     try:
-        bundle.unpack(data)
+        container.unpack(data)
     except BundleError:
         return "container or hash"
     try:

@@ -12,7 +12,6 @@ answered as a press by its first tap; that is why F1 is below event accuracy.
 """
 
 import dataclasses
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -150,10 +149,8 @@ def examples(
 
 def taught_bundle(path: Path, examples: list[adapt.Example]) -> Bundle:
     """Return the bundle that a lesson makes."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "taught.orb"
-        adapt.teach(path.read_bytes(), examples).write(out)
-        return bundles.read(out)
+    made = adapt.teach(path.read_bytes(), examples)
+    return bundles.parse(bundles.assembled(made.manifest, made.parts))
 
 
 def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:

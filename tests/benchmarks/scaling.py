@@ -17,7 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from controller.bundles import bundle as bundles
-from controller.bundles import head
+from controller.bundles import container, head
 from controller.bundles.bundle import Bundle
 from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
@@ -57,10 +57,10 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
         rate_hz=rate_hz,
         window=window,
         preprocess=dataclasses.replace(shipped.preprocess, rate_hz=rate_hz, window=window),
-        embedding_onnx=exported[bundles.EMBEDDING],
-        head=head.read(exported[bundles.HEAD], bundles.MAX_BYTES),
+        embedding_onnx=exported[container.EMBEDDING],
+        head=head.read(exported[container.HEAD], container.MAX_BYTES),
         location_onnx=export_location(location.eval(), one[:, 0], TouchInput())[0].parts[
-            bundles.LOCATION
+            container.LOCATION
         ],
         golden=nothing,
     )

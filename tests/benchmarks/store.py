@@ -22,7 +22,8 @@ from pathlib import Path
 
 from controller import leftovers
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import BundleError
+from controller.bundles import container
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import RECORD, BundleStore, StoredBundle, name_of
 from controller.recordings import journal_file
 from controller.recordings.recording import RecordingError
@@ -38,12 +39,12 @@ VARIANTS = 6
 
 def variants(folder: Path) -> list[tuple[str, bytes]]:
     """Return the names and files of bundles that differ in their cards."""
-    parts = bundles.unpack(bundles.default_path().read_bytes())
+    parts = container.unpack(bundles.default_path().read_bytes())
     found = []
     for number in range(VARIANTS):
         path, card = folder / f"{number}.orb", f'[card]\nvariant = "{number}"\n'
-        text = parts[bundles.MANIFEST].replace(b"[card]\n", card.encode())
-        content = {name: parts[name] for name in bundles.CONTENT}
+        text = parts[container.MANIFEST].replace(b"[card]\n", card.encode())
+        content = {name: parts[name] for name in container.CONTENT}
         bundles.write(path, manifest=text, parts=content)
         found.append((name_of(bundles.read(path)), path.read_bytes()))
     return found

@@ -12,7 +12,7 @@ from functools import cache
 import pytest
 
 import orbtouch
-from controller.bundles import bundle
+from controller.bundles import bundle, container
 from host.app.screens.teach import examples, trial
 from host.connection.virtual_orb import VirtualOrbProcess
 from tests.support import ROOT
@@ -103,7 +103,7 @@ def test_the_sensor_is_a_grid_of_5_by_5_and_its_networks_are_two_and_small() -> 
     assert "a 5×5 grid of stretchable capacitors. Two small neural networks" in TEXT
     shipped = bundle.default_path().read_bytes()
     assert orbtouch.network().shape == (5, 5)
-    assert sorted(name for name in bundle.unpack(shipped) if name.endswith(".onnx")) == [
+    assert sorted(name for name in container.unpack(shipped) if name.endswith(".onnx")) == [
         "embedding.onnx", "location.onnx",
     ]  # fmt: skip
     assert len(shipped) < 1_000_000

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from controller import npz
-from controller.bundles import bundle
+from controller.bundles import container
 from controller.bundles.head import Head
 from tests.support import user_bundles as enrolled
 
@@ -71,13 +71,13 @@ def parts() -> dict[str, bytes]:
     golden = {name: np.zeros((1, *shape), np.float32) for name, shape in one.items()}
     golden["people"] = np.zeros((1, 3), np.float32)
     head = Head(*(np.zeros(shape, np.float32) for shape in ((1, 1), 1, (5, 1), 5)))
-    networks = {bundle.EMBEDDING: b"1", bundle.LOCATION: b"2", "user.onnx": b"3"}
-    return networks | {bundle.GOLDEN: npz.pack(golden), bundle.HEAD: npz.pack(head.arrays())}
+    networks = {container.EMBEDDING: b"1", container.LOCATION: b"2", "user.onnx": b"3"}
+    return networks | {container.GOLDEN: npz.pack(golden), container.HEAD: npz.pack(head.arrays())}
 
 
 def packed(manifest: bytes, content: dict[str, bytes]) -> bytes:
     """Return the bundle's file that these make, whatever the manifest says."""
-    given = {bundle.MANIFEST: manifest, bundle.SUMS: b"", **content}
-    whole = {name: given[name] for name in bundle._in_order(given)}
-    whole[bundle.SUMS] = bundle._sums(whole)
-    return bundle.pack(whole)
+    given = {container.MANIFEST: manifest, container.SUMS: b"", **content}
+    whole = {name: given[name] for name in container._in_order(given)}
+    whole[container.SUMS] = container._sums(whole)
+    return container.pack(whole)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller import npz
 from controller.adapt import lessons
 from controller.adapt.examples import Example
-from controller.bundles import bundle, users_table
+from controller.bundles import bundle, container
 from controller.bundles.head import Head
 from controller.bundles.inference.onnx_reader import Graph, Node
 from models.training import onnx_writer
@@ -73,20 +73,20 @@ def pinches() -> Head:
 
 def manifest(table: str = TABLE) -> bytes:
     """The shipped manifest, with users."""
-    text = bundle.unpack(SHIPPED.read_bytes())[bundle.MANIFEST].decode()
+    text = container.unpack(SHIPPED.read_bytes())[container.MANIFEST].decode()
     return (text + table).encode()
 
 
 def parts() -> dict[str, bytes]:
     """The shipped parts, and those of Ann and Bob."""
-    own = bundle.content(bundle.unpack(SHIPPED.read_bytes()))
-    golden = npz.unpack(own[bundle.GOLDEN], bundle.MAX_BYTES)
+    own = container.content(container.unpack(SHIPPED.read_bytes()))
+    golden = npz.unpack(own[container.GOLDEN], container.MAX_BYTES)
     who = left_or_right()
     golden["people"] = answers(*who, golden["windows"])
     example = Example("pinch", np.ones((3, 5, 5), np.float32), "ann", span=(0.0, 3.0))
     taught = lessons.pack_taught([example], bundle.read(SHIPPED).debounce, {"ann": pinches()})
-    own |= {users_table.NETWORK: dense(*who), bundle.TAUGHT: taught}
-    return own | {bundle.GOLDEN: npz.pack(golden)}
+    own |= {container.USER: dense(*who), container.TAUGHT: taught}
+    return own | {container.GOLDEN: npz.pack(golden)}
 
 
 def write(path: Path, table: str = TABLE) -> Path:

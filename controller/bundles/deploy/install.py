@@ -6,7 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.deploy import selftest
 from controller.bundles.deploy.store import (
     BundleStore,

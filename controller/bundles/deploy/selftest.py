@@ -17,7 +17,8 @@ from typing import Final
 import numpy as np
 
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import one_line
 from controller.recognition.pipeline import Pipeline

@@ -18,7 +18,8 @@ import tomli_w
 
 from controller import config, files, leftovers
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.errors import reason
 
 RECORD: Final = "installed.toml"

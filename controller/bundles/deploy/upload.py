@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 from pathlib import Path
 
-from controller.bundles.bundle import MAX_BYTES
+from controller.bundles.container import MAX_BYTES
 from controller.bundles.deploy.store import INCOMING
 from controller.protocol.messages import (
     DECLINED,

@@ -8,10 +8,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.head import EVERYBODY, Head
-from controller.bundles.inference import onnx_reader, onnx_shapes, onnxruntime_engine
-from controller.bundles.inference.onnx_reader import GraphError
+from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
 from controller.recognition.frames import Image, Window
 from controller.recognition.pipeline import Networks
@@ -39,10 +39,9 @@ class Recognizer(Networks):
             raise BundleError(f"a bundle {error}") from None
         golden = bundle.golden
         grid = golden.windows.shape[1:]
-        embedding = embedding_of(bundle)
-        _check_golden(
-            "gesture", _chain(embedding, bundle.head), golden.windows, golden.probabilities
-        )
+        embedding = _embedding(bundle)
+        trained = _chain(embedding, bundle.head)
+        _check_golden("gesture", trained, golden.windows, golden.probabilities)
         self._networks = {
             _GESTURE + user: _chain(embedding, bundle.head_of(user))
             for user in (EVERYBODY, *bundle.taught)
@@ -53,7 +52,8 @@ class Recognizer(Networks):
             _check_golden("location", located, golden.images, golden.touches)
             self._networks["location"] = located
         if bundle.identifies:
-            people = _network("user", bundle.user_onnx, grid, golden.people.shape[1])
+            outputs = golden.people.shape[1]
+            people = _network("user", bundle.user_onnx, grid, outputs, "Softmax")
             _check_golden("user", people, golden.windows, golden.people)
             self._networks["user"] = people
 
@@ -79,15 +79,15 @@ class Recognizer(Networks):
         return (x, y) if math.isfinite(x + y) else None
 
 
-def embedding_of(bundle: Bundle) -> Network:
-    """Return the network from windows to embeddings, checked; BundleError if it cannot be used."""
-    grid = bundle.golden.windows.shape[1:]
-    return _network("embedding", bundle.embedding_onnx, grid, bundle.head.hidden.shape[1])
-
-
 def gestures_of(bundle: Bundle, user: str = EVERYBODY) -> Network:
     """Return the network from windows to probabilities, for all users or a single one."""
-    return _chain(embedding_of(bundle), bundle.head_of(user))
+    return _chain(_embedding(bundle), bundle.head_of(user))
+
+
+def _embedding(bundle: Bundle) -> Network:
+    """Return the network from windows to embeddings; BundleError if it cannot be used."""
+    grid, width = bundle.golden.windows.shape[1:], bundle.head.hidden.shape[1]
+    return _network("embedding", bundle.embedding_onnx, grid, width)
 
 
 def _chain(embedding: Network, head: Head) -> Network:
@@ -113,19 +113,13 @@ def _located(network: Network, settings: TouchInput) -> Network:
     return places
 
 
-def _network(name: str, model: bytes, shape: tuple[int, ...], outputs: int) -> Network:
-    """Return a network for inputs of a shape; its operators are checked before it is loaded."""
+def _network(
+    name: str, model: bytes, shape: tuple[int, ...], outputs: int, last: str = ""
+) -> Network:
+    """Return a network of so many outputs for inputs of a shape; BundleError if it is another."""
     try:
-        read = onnx_reader.read(model)
-        given = onnx_shapes.sizes(read).shapes[read.output]
-        if (read.shape, given) != ((1, *shape), (1, outputs)):
-            raise GraphError(
-                f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(outputs,)} of {shape}"
-            )
-        if name == "user" and read.nodes[-1].op != "Softmax":
-            raise GraphError("does not end in Softmax, so its answers are no probabilities")
-        return onnxruntime_engine.network(model)
-    except (GraphError, EngineError) as error:
+        return onnxruntime_engine.checked(model, shape, outputs, last)
+    except EngineError as error:
         raise BundleError(f"the {name} network {error}") from None
 
 

@@ -1,7 +1,9 @@
 """ONNX Runtime, which runs the networks. The one module that imports it, for training too.
 
-    network = onnxruntime_engine.network(model)  # the file's graph was checked by `onnx_reader`
+    network = onnxruntime_engine.network(model)
     outputs = network(inputs)  # (n, ...) float32 to (n, ...) float32
+
+`checked` refuses a graph that is not what a bundle's manifest says, before it is loaded.
 
 The library is imported with the first network, because it takes a fifth of a second.
 
@@ -20,6 +22,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from controller.bundles.inference import onnx_reader, onnx_shapes
+from controller.bundles.inference.onnx_reader import GraphError
 
 os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 
@@ -54,6 +59,25 @@ def network(model: bytes) -> Network:
         return output
 
     return run
+
+
+def checked(model: bytes, shape: tuple[int, ...], outputs: int, last: str = "") -> Network:
+    """Return a network of so many outputs for inputs of a shape, whose operators were checked.
+
+    `last` is the operator that it must end in, if any. EngineError if it is another network.
+    """
+    try:
+        read = onnx_reader.read(model)
+        given = onnx_shapes.sizes(read).shapes[read.output]
+    except GraphError as error:
+        raise EngineError(str(error)) from None
+    if (read.shape, given) != ((1, *shape), (1, outputs)):
+        raise EngineError(
+            f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(outputs,)} of {shape}"
+        )
+    if last and read.nodes[-1].op != last:
+        raise EngineError(f"does not end in {last}, so its answers are no probabilities")
+    return network(model)
 
 
 def first_line(error: Exception) -> str:

@@ -10,7 +10,7 @@ import pytest
 
 from controller.adapt import AdaptError, correction
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import BundleError
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.cli.run import options_of

@@ -10,7 +10,9 @@ from controller import adapt, npz
 from controller.adapt import AdaptError, Example, few_shot, lessons
 from controller.adapt.examples import paced, touched, vary
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles import container
+from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.head import EVERYBODY
 from controller.bundles.inference.networks import Recognizer, gestures_of
 from controller.recognition.preprocess import Preprocessor
@@ -101,9 +103,9 @@ def test_the_same_lesson_makes_the_same_bundle() -> None:
 
 
 def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
-    before, after = bundles.unpack(DATA), bundles.unpack(taught())
+    before, after = container.unpack(DATA), container.unpack(taught())
     changed = {name for name in after if after[name] != before.get(name)}
-    assert changed == {bundles.MANIFEST, bundles.TAUGHT, bundles.SUMS}
+    assert changed == {container.MANIFEST, container.TAUGHT, container.SUMS}
     learned = bundles.parse(taught())
     whole, rows = learned.head_of(), learned.taught[EVERYBODY]
     assert np.array_equal(whole.hidden, np.concatenate([LOADED.head.hidden, rows.hidden]))
@@ -143,9 +145,9 @@ def test_a_person_s_own_gesture_goes_into_rows_of_their_own() -> None:
 
 
 def test_a_bundle_without_a_rehearsal_cannot_be_taught() -> None:
-    parts = bundles.content(bundles.unpack(DATA))
-    del parts[bundles.REHEARSAL]
-    bare = bundles.assembled(bundles.unpack(DATA)[bundles.MANIFEST], parts)
+    parts = container.content(container.unpack(DATA))
+    del parts[container.REHEARSAL]
+    bare = bundles.assembled(container.unpack(DATA)[container.MANIFEST], parts)
     with pytest.raises(AdaptError, match="this bundle has nothing to rehearse"):
         adapt.teach(bare, examples("squeeze", 1))
 
@@ -181,21 +183,21 @@ def test_a_lesson_that_costs_the_old_gestures_is_refused(monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("name", ["embedding", "scale", "touch", "firmest"])
 def test_a_rehearsal_of_another_bundle_is_refused(name: str) -> None:
-    parts = bundles.content(bundles.unpack(DATA))
-    arrays = npz.unpack(parts[bundles.REHEARSAL], bundles.MAX_BYTES)
+    parts = container.content(container.unpack(DATA))
+    arrays = npz.unpack(parts[container.REHEARSAL], container.MAX_BYTES)
     for other in (arrays[name][..., :-1], arrays[name].astype(np.float64)):
-        parts[bundles.REHEARSAL] = npz.pack({**arrays, name: other})
-        odd = bundles.assembled(bundles.unpack(DATA)[bundles.MANIFEST], parts)
+        parts[container.REHEARSAL] = npz.pack({**arrays, name: other})
+        odd = bundles.assembled(container.unpack(DATA)[container.MANIFEST], parts)
         with pytest.raises(BundleError, match="rehearsal of another sensor"):
             adapt.teach(odd, examples("squeeze", 1))
 
 
 def test_examples_of_another_sensor_are_refused() -> None:
-    parts = bundles.unpack(taught())
-    arrays = npz.unpack(parts[bundles.TAUGHT], bundles.MAX_BYTES)
+    parts = container.unpack(taught())
+    arrays = npz.unpack(parts[container.TAUGHT], container.MAX_BYTES)
     odd = {**arrays, "taught": arrays["taught"][:, :4]}
-    content = {**bundles.content(parts), bundles.TAUGHT: npz.pack(odd)}
-    data = bundles.assembled(parts[bundles.MANIFEST], content)
+    content = {**container.content(parts), container.TAUGHT: npz.pack(odd)}
+    data = bundles.assembled(parts[container.MANIFEST], content)
     with pytest.raises(BundleError, match="has examples of another sensor"):
         lessons.read(data)
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from controller import adapt
-from controller.adapt import AdaptedBundle, AdaptError, Example, few_shot, lessons
+from controller.adapt import AdaptedBundle, AdaptError, Example, commands, lessons, process
 from controller.bundles import bundle as bundles
+from controller.bundles import container
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import gestures_of
 from controller.recognition.mapping import Rule
@@ -58,13 +59,13 @@ def test_when_the_last_one_is_forgotten_the_bundle_is_as_it_was_trained() -> Non
     assert bundle.settings == shipped.settings
     assert bundle.mapping == shipped.mapping
     assert bundle.card == shipped.card
-    assert bundles.TAUGHT not in bundles.unpack(data)
+    assert container.TAUGHT not in container.unpack(data)
 
 
 def test_a_gesture_that_is_taught_again_forgets_its_old_examples() -> None:
     again = relearn(taught(), examples("swipe", (10, 20)), "pause")
     known = lessons.read(file_of(again))
-    bundle = known.bundle
+    bundle = bundles.parse(file_of(again))
     assert [one.label for one in known.examples] == ["tap", "tap", "swipe", "swipe"]
     assert bundle.labels[-2:] == ("tap", "swipe")
     assert bundle.mapping.rules["swipe"] == (Rule("pause"),)
@@ -73,18 +74,17 @@ def test_a_gesture_that_is_taught_again_forgets_its_old_examples() -> None:
 
 
 def test_a_gesture_of_the_training_keeps_its_command_when_it_is_taught_again() -> None:
-    data = file_of(few_shot.set_command(DATA, "pinch", "hold"))
+    data = file_of(commands.set_command(DATA, "pinch", "hold"))
     for _ in range(2):
         data = file_of(relearn(data, examples("pinch", (10, 16)), "pause"))
-    known = lessons.read(data)
-    assert known.bundle.mapping.command("pinch", None) == "hold"
-    assert len(known.examples) == 2
+    assert bundles.parse(data).mapping.command("pinch", None) == "hold"
+    assert len(lessons.read(data).examples) == 2
 
 
 def test_a_new_gesture_is_learned_beside_the_others() -> None:
-    known = lessons.read(file_of(relearn(DATA, examples("swipe", (10, 16)), "hold")))
-    assert known.taught == ("swipe",)
-    assert known.bundle.mapping.command("swipe", None) == "hold"
+    data = file_of(relearn(DATA, examples("swipe", (10, 16)), "hold"))
+    assert lessons.read(data).taught == ("swipe",)
+    assert bundles.parse(data).mapping.command("swipe", None) == "hold"
 
 
 def test_progress_rises_to_the_end() -> None:
@@ -95,18 +95,18 @@ def test_progress_rises_to_the_end() -> None:
 
 
 def test_a_command_is_changed_and_nothing_else() -> None:
-    made = few_shot.set_command(DATA, "pinch", "hold")
+    made = commands.set_command(DATA, "pinch", "hold")
     bundle, before = bundles.parse(file_of(made)), bundles.parse(DATA)
     assert bundle.mapping.rules == {**before.mapping.rules, "pinch": (Rule("hold"),)}
     assert bundle.settings == before.settings
-    silent = bundles.parse(file_of(few_shot.set_command(DATA, "pinch", "")))
+    silent = bundles.parse(file_of(commands.set_command(DATA, "pinch", "")))
     assert silent.mapping.command("pinch", None) is None
 
 
 def test_two_changes_in_a_row_are_never_the_same_file() -> None:
-    there = file_of(few_shot.counted(few_shot.set_command(DATA, "pinch", "hold")))
-    back = few_shot.counted(few_shot.set_command(there, "pinch", "drop"))
-    assert bundles.parse(file_of(back)).card["changes"] == 2
+    manifest = container.unpack(DATA)[container.MANIFEST]
+    twice = process.counted(process.counted(manifest))
+    assert container.manifest(twice)["card"]["changes"] == 2
 
 
 @pytest.mark.parametrize("label", ["press", "null", "jump"])
@@ -117,25 +117,25 @@ def test_only_what_was_taught_can_be_forgotten(label: str) -> None:
 
 def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
     data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
-    made = file_of(few_shot.set_command(data, "twist_cw", "drop", "bob"))
+    made = file_of(commands.set_command(data, "twist_cw", "drop", "bob"))
     before, after = bundles.parse(data), bundles.parse(made)
     assert after.mapping == before.mapping
     own = {"pinch": (Rule("hold"),), "twist_cw": (Rule("drop"),)}
     assert {name: mapping.rules for name, mapping in after.users.mappings.items()} == {"bob": own}
-    first = bundles.parse(file_of(few_shot.set_command(made, "press", "", "ann")))
+    first = bundles.parse(file_of(commands.set_command(made, "press", "", "ann")))
     assert first.users.mapping("ann", first.mapping).command("press", None) is None
-    back = bundles.parse(file_of(few_shot.set_command(made, "", "", "bob")))
+    back = bundles.parse(file_of(commands.set_command(made, "", "", "bob")))
     assert back.users.mappings == {}
     with pytest.raises(AdaptError, match="no user 'cleo'"):
-        few_shot.set_command(data, "press", "drop", "cleo")
+        commands.set_command(data, "press", "drop", "cleo")
 
 
 def test_a_users_commands_stay_when_a_gesture_is_learned_anew_and_forgotten() -> None:
     pinch = [replace(one, user="bob") for one in examples("pinch", (9, 15))]
     data = file_of(relearn(file_of(adapt.teach(DATA, pinch)), examples("swipe", (10, 16))))
     for label in ("swipe", "pinch"):
-        data = file_of(few_shot.set_command(data, label, "hold", "bob"))
+        data = file_of(commands.set_command(data, label, "hold", "bob"))
     data = file_of(relearn(data, examples("swipe", (10, 14))))
     assert set(bundles.parse(data).users.mappings["bob"].rules) == {"swipe", "pinch"}
-    forgot = bundles.parse(file_of(few_shot.forget(data, "swipe")))
+    forgot = bundles.parse(file_of(adapt.forget(data, "swipe")))
     assert forgot.users.mappings["bob"].rules == {"pinch": (Rule("hold"),)}

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from controller import npz
-from controller.bundles import bundle
-from controller.bundles.bundle import BundleError
+from controller.bundles import bundle, container
+from controller.bundles.container import BundleError
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.inference.onnxruntime_engine import Network
 from controller.recognition.touch_input import TouchInput
@@ -25,8 +25,8 @@ SHIPPED = bundle.default_path(10.0)
 
 def parts_of(path: Path = SHIPPED) -> tuple[bytes, dict[str, bytes]]:
     """The manifest and the other parts, ready to be written again."""
-    parts = bundle.unpack(path.read_bytes())
-    return parts[bundle.MANIFEST], bundle.content(parts)
+    parts = container.unpack(path.read_bytes())
+    return parts[container.MANIFEST], container.content(parts)
 
 
 def test_shipped_bundle_knows_the_paper_s_five_classes_and_proves_itself() -> None:
@@ -51,7 +51,7 @@ def test_what_ships_takes_less_than_five_megabytes_the_paper_s_network_with_it()
 
 def test_any_zip_tool_opens_a_bundle_and_its_sums_are_right() -> None:
     with zipfile.ZipFile(SHIPPED) as file:
-        assert file.namelist() == [*bundle.PARTS[:-1], bundle.REHEARSAL, bundle.SUMS]
+        assert file.namelist() == [*container.PARTS[:-1], container.REHEARSAL, container.SUMS]
         assert file.testzip() is None
 
 
@@ -101,16 +101,16 @@ def test_what_is_no_bundle_is_refused_in_one_sentence(tmp_path: Path) -> None:
 def test_a_file_that_is_too_large_is_not_even_read(tmp_path: Path) -> None:
     path = tmp_path / "large.orb"
     with path.open("wb") as file:
-        file.truncate(bundle.MAX_BYTES + 1)
+        file.truncate(container.MAX_BYTES + 1)
     with pytest.raises(BundleError, match="it has more than"):
         bundle.read(path)
 
 
 def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
     manifest, parts = parts_of()
-    golden = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    golden = npz.unpack(parts["golden.npz"], container.MAX_BYTES)
     none = {name: golden[name][:0] for name in ("images", "touches")}
-    parts |= {bundle.LOCATION: b""}
+    parts |= {container.LOCATION: b""}
     parts["golden.npz"] = npz.pack({**golden, **none})
     with pytest.raises(BundleError, match="maps gestures by their place"):
         bundle.write(tmp_path / "new.orb", manifest=manifest, parts=parts)
@@ -223,7 +223,7 @@ def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
     manifest, parts = parts_of()
     buffer = io.BytesIO()
     np.savez(buffer, windows=np.array([Trap()], dtype=object))
-    fewer = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    fewer = npz.unpack(parts["golden.npz"], container.MAX_BYTES)
     fewer["touches"] = fewer["touches"][:-1]
     for golden, complaint in (
         (buffer.getvalue(), "pickled objects"),
@@ -268,7 +268,7 @@ def test_a_model_that_is_none_is_refused() -> None:
 def changed_head(**changes: np.ndarray) -> dict[str, bytes]:
     """The shipped parts with another head."""
     head = bundle.read(SHIPPED).head
-    return {**parts_of()[1], bundle.HEAD: npz.pack({**head.arrays(), **changes})}
+    return {**parts_of()[1], container.HEAD: npz.pack({**head.arrays(), **changes})}
 
 
 @pytest.mark.parametrize(
@@ -300,9 +300,9 @@ def test_a_head_is_for_the_labels_and_for_the_embedding(tmp_path: Path) -> None:
 
 
 def test_a_bundle_of_an_older_version_is_refused_with_what_to_do() -> None:
-    old = {"bundle.toml": b"format = 4\n", "gesture.onnx": b"1", bundle.SUMS: b""}
+    old = {"bundle.toml": b"format = 4\n", "gesture.onnx": b"1", container.SUMS: b""}
     with pytest.raises(BundleError, match=r"of an older version, .*; train it again from its rec"):
-        bundle.parse(bundle.pack(old))
+        bundle.parse(container.pack(old))
 
 
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

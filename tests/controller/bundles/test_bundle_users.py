@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.bundles import bundle, users_table
-from controller.bundles.bundle import BundleError
+from controller.bundles import bundle, container
+from controller.bundles.container import BundleError
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.mapping import Rule
 from controller.recognition.user_id import NO_USERS
@@ -61,10 +61,10 @@ def test_networks_that_answer_differently_or_are_of_another_shape_are_refused(pa
 
 def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_path: Path) -> None:
     parts = enrolled.parts()
-    del parts[users_table.NETWORK]
+    del parts[container.USER]
     with pytest.raises(BundleError, match=r"has golden vectors .*, people, not"):
         bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
-    parts[bundle.GOLDEN] = bundle.read(enrolled.SHIPPED).golden.pack()
+    parts[container.GOLDEN] = bundle.read(enrolled.SHIPPED).golden.pack()
     bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
     read = bundle.read(tmp_path / "x.orb")
     assert (read.users.names, read.identifies) == (("ann", "bob"), False)
@@ -99,19 +99,19 @@ def test_wrong_people_are_refused(tmp_path: Path, line: str, instead: str, compl
 
 
 def test_parts_that_the_manifest_does_not_name_are_refused(tmp_path: Path) -> None:
-    shipped = bundle.unpack(enrolled.SHIPPED.read_bytes())
+    shipped = container.unpack(enrolled.SHIPPED.read_bytes())
     for name in ("user.onnx", "../../etc/passwd", "readme.txt"):
-        parts = {**bundle.content(shipped), name: b"something"}
+        parts = {**container.content(shipped), name: b"something"}
         with pytest.raises(BundleError, match="other parts than its manifest names"):
-            bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
-    del parts[bundle.LOCATION]
+            bundle.write(tmp_path / "x.orb", manifest=shipped[container.MANIFEST], parts=parts)
+    del parts[container.LOCATION]
     with pytest.raises(BundleError, match="has not the parts"):
-        bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
+        bundle.write(tmp_path / "x.orb", manifest=shipped[container.MANIFEST], parts=parts)
 
 
 def test_parts_in_another_order_are_refused(path: Path) -> None:
-    parts = bundle.unpack(path.read_bytes())
+    parts = container.unpack(path.read_bytes())
     last = list(parts)
     last[-2], last[-3] = last[-3], last[-2]
     with pytest.raises(BundleError, match="damaged"):
-        bundle.parse(bundle.pack({name: parts[name] for name in last}))
+        bundle.parse(container.pack({name: parts[name] for name in last}))

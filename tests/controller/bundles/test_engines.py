@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
+from controller.bundles.container import BundleError
 from controller.bundles.inference import onnx_shapes, onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
@@ -48,5 +49,5 @@ def test_shapes_of_every_convolution_are_those_of_onnx_runtime(data: st.DataObje
 
 def test_without_onnx_runtime_a_sentence_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    with pytest.raises(bundle.BundleError, match="a bundle needs ONNX Runtime, which cannot be"):
+    with pytest.raises(BundleError, match="a bundle needs ONNX Runtime, which cannot be"):
         Recognizer(SHIPPED)

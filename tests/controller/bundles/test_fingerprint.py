@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.bundles import bundle
+from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.bundles.fingerprint import fingerprint
 from controller.recognition.mapping import Mapping, Rule
@@ -21,9 +21,9 @@ def shipped() -> Bundle:
 def test_a_file_written_again_with_another_card_and_no_rehearsal_keeps_it(
     shipped: Bundle, tmp_path: Path
 ) -> None:
-    parts = bundle.unpack(SHIPPED.read_bytes())
-    manifest, content = parts[bundle.MANIFEST], bundle.content(parts)
-    del content[bundle.REHEARSAL]
+    parts = container.unpack(SHIPPED.read_bytes())
+    manifest, content = parts[container.MANIFEST], container.content(parts)
+    del content[container.REHEARSAL]
     again = tmp_path / "again.orb"
     bundle.write(again, manifest=manifest.replace(b"by hand", b"with care"), parts=content)
     written = bundle.read(again)

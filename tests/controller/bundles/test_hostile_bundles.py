@@ -9,8 +9,8 @@ from random import Random
 import pytest
 import tomli_w
 
-from controller.bundles import bundle
-from controller.bundles.bundle import BundleError
+from controller.bundles import bundle, container
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import (
     RECORD,
     BundleStore,
@@ -54,7 +54,7 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
         Debouncer(found.labels, found.debounce)
         assert list(install._card(found.card))
         json.dumps(found.card, default=str)
-        tomli_w.dumps(bundle.manifest(manifest))  # what is written when more is learned
+        tomli_w.dumps(container.manifest(manifest))  # what is written when more is learned
     assert taken > 20  # a generator that is refused always would find nothing
     assert refused > 600
 

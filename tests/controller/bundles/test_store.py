@@ -14,7 +14,9 @@ import pytest
 from controller import files
 from controller.__main__ import main
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles import container
+from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
 from controller.cli.run import options_of
@@ -35,10 +37,11 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> BundleStore:
 
 def variant(folder: Path, number: int) -> Path:
     """A bundle that differs from the shipped one in its card."""
-    parts = bundles.unpack(SHIPPED.read_bytes())
+    parts = container.unpack(SHIPPED.read_bytes())
     path = folder / f"{number}.orb"
-    text = parts[bundles.MANIFEST].replace(b"[card]\n", f'[card]\nvariant = "{number}"\n'.encode())
-    bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
+    card = f'[card]\nvariant = "{number}"\n'.encode()
+    text = parts[container.MANIFEST].replace(b"[card]\n", card)
+    bundles.write(path, manifest=text, parts={name: parts[name] for name in container.CONTENT})
     return path
 
 
@@ -269,11 +272,11 @@ def test_installing(tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFi
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     tmp_path: Path, shelf: BundleStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    parts = bundles.unpack(SHIPPED.read_bytes())
+    parts = container.unpack(SHIPPED.read_bytes())
     card = '[card]\n"\\u001b]0;key\\u0007" = "\\u202e"\nmade = 1979-05-27\n'
-    text = parts[bundles.MANIFEST].replace(b"[card]\n", card.encode())
+    text = parts[container.MANIFEST].replace(b"[card]\n", card.encode())
     path = tmp_path / "x.orb"
-    bundles.write(path, manifest=text, parts=bundles.content(parts))
+    bundles.write(path, manifest=text, parts=container.content(parts))
     name = name_of(bundles.read(path))
     shelf.install(path.read_bytes(), StoredBundle(name, 50.0, "\x1b[31mto\nday"))
     assert main(["install"]) == 0

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.bundles.bundle import BundleError
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import INCOMING
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.protocol.codec import fitted

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
+from controller.aliases import State
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.protocol.messages import Command, Contacts, Grant, Message
-from controller.recognition.frames import State
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder

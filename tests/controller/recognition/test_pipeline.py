@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from controller.aliases import State
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.frames import Frame, State, Window
+from controller.recognition.frames import Frame, Window
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.touch_position import PositionSpread
 from tests.support.loop_bench import SHIPPED, Certain

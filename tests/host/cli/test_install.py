@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from controller.bundles import bundle as bundles
+from controller.bundles import container
 from controller.protocol.messages import DECLINED, Message, UploadOffer, UploadStatus
 from host.__main__ import main as host
 from host.cli import install
@@ -26,9 +27,9 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the orb is ende
 
 def variant(path: Path) -> str:
     """Write a bundle that differs from the shipped one in its card; return its name."""
-    parts = bundles.unpack(bundles.default_path().read_bytes())
-    text = parts[bundles.MANIFEST].replace(b"[card]\n", b'[card]\nvariant = "new"\n')
-    bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
+    parts = container.unpack(bundles.default_path().read_bytes())
+    text = parts[container.MANIFEST].replace(b"[card]\n", b'[card]\nvariant = "new"\n')
+    bundles.write(path, manifest=text, parts={name: parts[name] for name in container.CONTENT})
     return bundles.read(path).hash[:16]
 
 
@@ -65,7 +66,7 @@ def test_an_orb_takes_a_bundle_and_goes_on(orb: Orb, tmp_path: Path, capsys: Cap
 
 def test_a_bundle_of_gigabytes_is_declined(orb: Orb, tmp_path: Path, capsys: Capture) -> None:
     url, key, process = orb
-    parts = bundles.content(bundles.unpack(bundles.default_path().read_bytes()))
+    parts = container.content(container.unpack(bundles.default_path().read_bytes()))
     path = tmp_path / "bomb.orb"
     path.write_bytes(hostile_bundles.packed(f"x{'.a' * 30_000} = 1\n".encode(), parts))
     assert host(["install", str(path), "--link", url, "--key", str(key)]) == 1

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.bundles import bundle
+from controller.bundles import bundle, container
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.debounce import Debouncer, DebounceSettings
 from controller.recognition.event_metric import Answer, Score, judge
@@ -150,9 +150,9 @@ def test_a_tuned_bundle_differs_in_its_thresholds_only(folder: Path, tmp_path: P
     tuned = bundle.read(out)
     Recognizer(tuned)  # the golden vectors still hold
     assert "front" in told.read_text(encoding="utf-8")
-    old, new = (bundle.unpack(path.read_bytes()) for path in (PATH, out))
+    old, new = (container.unpack(path.read_bytes()) for path in (PATH, out))
     changed = {name for name in old if old[name] != new[name]}
-    assert changed == {bundle.MANIFEST, bundle.SUMS}
+    assert changed == {container.MANIFEST, container.SUMS}
     assert "1 recording" in tuned.card["tuned"]
     same = replace(tuned, debounce=SHIPPED.debounce, card=SHIPPED.card, hash=SHIPPED.hash)
     assert same.mapping == SHIPPED.mapping

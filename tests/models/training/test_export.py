@@ -8,7 +8,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller.bundles import bundle, head  # noqa: E402 - after the guard
+from controller.bundles import container, head  # noqa: E402 - after the guard
 from controller.bundles.inference import onnx_reader  # noqa: E402
 from controller.recognition.touch_input import TouchInput  # noqa: E402
 from models.data.recipe import NetworkRecipe  # noqa: E402
@@ -39,11 +39,11 @@ def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], stride
         probabilities = torch.softmax(gesture(windows), dim=1).numpy()
         touches = location(windows[:, 0]).numpy()
     exported, _ = export.export_gestures(gesture, windows.numpy())
-    own = head.read(exported.parts[bundle.HEAD], bundle.MAX_BYTES)
-    got = own.probabilities(export.run(exported.parts[bundle.EMBEDDING], windows.numpy()))
+    own = head.read(exported.parts[container.HEAD], container.MAX_BYTES)
+    got = own.probabilities(export.run(exported.parts[container.EMBEDDING], windows.numpy()))
     np.testing.assert_allclose(got, probabilities, atol=1e-6)
     exported, _ = export.export_location(location, windows[:, 0].numpy(), TouchInput())
-    got = export.run(exported.parts[bundle.LOCATION], windows[:, 0].numpy())
+    got = export.run(exported.parts[container.LOCATION], windows[:, 0].numpy())
     np.testing.assert_allclose(got, touches, atol=1e-5)
 
 
@@ -52,10 +52,10 @@ def test_the_onnx_package_and_our_reader_find_nothing_wrong(hidden: tuple[int, .
     onnx = pytest.importorskip("onnx", reason="the onnx package checks exported files")
     net = gesture_net((10, 5, 5), 5, NetworkRecipe(hidden=hidden))
     exported, _ = export.export_gestures(net.eval(), np.ones((2, 10, 5, 5), np.float32))
-    model = exported.parts[bundle.EMBEDDING]
+    model = exported.parts[container.EMBEDDING]
     onnx.checker.check_model(onnx.load_from_string(model), full_check=True)
     assert onnx_reader.read(model).shape == (1, 10, 5, 5)
-    own = head.read(exported.parts[bundle.HEAD], bundle.MAX_BYTES)
+    own = head.read(exported.parts[container.HEAD], container.MAX_BYTES)
     assert own.hidden.shape == (10, hidden[-2])
 
 

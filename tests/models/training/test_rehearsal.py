@@ -7,7 +7,7 @@ import pytest
 
 from controller import npz
 from controller.adapt.lessons import UNTOUCHED
-from controller.bundles import bundle
+from controller.bundles import bundle, container
 from models.data import examples
 from models.data.examples import Examples, Source
 from models.data.simulate import DataSet
@@ -47,7 +47,7 @@ def test_the_part_holds_embeddings_and_an_image_of_each_gesture() -> None:
     data, model = played(), SHIPPED.embedding_onnx
     part = rehearsal.of(model, data, data.ends, 5, 0)
     assert part == rehearsal.of(model, data, data.ends, 5, 0)
-    arrays = npz.unpack(part, bundle.MAX_BYTES)
+    arrays = npz.unpack(part, container.MAX_BYTES)
     assert arrays["embedding"].shape == (len(arrays["touch"]), 64)
     assert arrays["embedding"].max() == 255
     assert (arrays["firmest"][0] == UNTOUCHED).all()

@@ -1,0 +1,30 @@
+"""Commands of a bundle's gestures, for all users or a single one."""
+
+import tomli_w
+
+from controller.adapt.few_shot import AdaptedBundle, AdaptError
+from controller.bundles import bundle as bundles
+from controller.bundles import container
+from controller.recognition.mapping import NONE
+
+
+def set_command(data: bytes, label: str, command: str, user: str = "") -> AdaptedBundle:
+    """Return a bundle with another command of a gesture, "" nothing.
+
+    With a user, only that user's mapping changes; with "" as the label it is removed.
+
+    Raises:
+        AdaptError, BundleError: It is not possible.
+    """
+    loaded, parts = bundles.parse(data), container.unpack(data)
+    if user and user not in loaded.users.names:
+        raise AdaptError(f"there is no user {user!r}")
+    if label not in loaded.labels[1:] and (label or not user):
+        raise AdaptError(f"there is no gesture {label!r}")
+    table = container.manifest(parts[container.MANIFEST])
+    mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
+    if label:
+        mappings.setdefault(user, {})[label] = command or NONE
+    else:
+        mappings.pop(user, None)
+    return AdaptedBundle(tomli_w.dumps(table).encode(), container.content(parts))
