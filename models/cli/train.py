@@ -69,7 +69,7 @@ def _check(request: Request) -> None:
         if request.others or request.gestures or request.mapping:
             raise ValueError("--others, --gestures and --mapping are for people; add --task user")
         return
-    flags = {"bare": "bare", "window": "window", "auxiliary": "auxiliary", "start": "from"}
+    flags = {"window": "window", "auxiliary": "auxiliary", "start": "from"}
     for name, flag in flags.items():
         if getattr(request, name):
             raise ValueError(f"--{flag} is not for people; leave it out")

@@ -75,11 +75,9 @@ class NetworkPlan:
         found = touch_images.find(data.examples, recipe.averaged, request.seed)
         gesture, location = _networks(request.task, data, found)
         alone = gesture and not location
-        if request.bare and not (alone and request.base is None):
-            raise ValueError("--bare is for gestures alone; add --task gesture, leave --with out")
         if request.auxiliary and not alone:
             raise ValueError("--auxiliary is for gestures alone; add --task gesture")
-        lender = None if request.bare else _lender(request, base, data, gesture, location)
+        lender = _lender(request, base, data, gesture, location)
         split = splits.split_windows(data, request.split, request.seed)
         start = _start(request.start, data, recipe, gesture, location)
         made = cls(request, data, split, recipe, found, gesture, location, lender, answers, start)
@@ -185,16 +183,21 @@ def _start(path: Path | None, data: Data, recipe: Recipe, gesture: bool, locatio
     """Return the weights that the networks start from, read from a bundle; None: random."""
     if path is None:
         return Start()
-    examples, labels = data.examples, data.vocabulary.labels
+    examples, labels, loaded = data.examples, data.vocabulary.labels, bundle.read(path)
     shape = examples.window, *examples.images.shape[1:]
-    grid = recipe.location.touch.shape(*shape[1:])
+    if shape != (loaded.window, loaded.rows, loaded.columns):
+        raise ValueError(
+            f"{path} has windows of {loaded.window} images of {loaded.rows}×{loaded.columns} "
+            f"taxels, the recordings {shape[0]} of {shape[1]}×{shape[2]}; --from takes a bundle of "
+            "the same sensor and rate"
+        )
     return transfer.start(
-        bundle.read(path),
+        loaded,
         labels,
         gesture_net(shape, len(labels), recipe.gesture) if gesture else None,
-        location_net(grid, recipe.location) if location else None,
-        shape,
-        grid,
+        location_net(recipe.location.touch.shape(*shape[1:]), recipe.location)
+        if location
+        else None,
     )
 
 

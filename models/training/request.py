@@ -65,9 +65,8 @@ class Request:
     )
     start: Path | None = _option(
         None,
-        "bundle whose networks the training starts from, of any grid, rate and labels; what fits "
-        "is taken. It helps with recordings of one to four people, or a few epochs; with other "
-        "gestures than the bundle's nothing was gained (docs/training.md; default: random)",
+        "bundle of the same sensor and rate whose networks the training starts from. It helps with "
+        "recordings of one to four people, or a few epochs (docs/training.md; default: random)",
         "BUNDLE",
         flag="from",
         type=Path,
@@ -86,11 +85,6 @@ class Request:
         False,
         "learn from recordings that fail the check, too (controller recordings)",
         flag="all",
-    )
-    bare: bool = _option(
-        False,
-        "leave out of the bundle what comparing speeds does not need: places, and weights beside "
-        "those in the ONNX file",
     )
     gestures: tuple[str, ...] = _option(
         (),

@@ -1,7 +1,6 @@
-"""Transfer of weights: a training starts from the networks of another bundle.
+"""Transfer of weights: a training starts from the networks of another bundle of the same sensor.
 
-Layers are taken from the input on, until one does not fit. Kernels of another length, and the
-dense layer behind maps of another size, are resampled. Everything else starts from random.
+Layers are taken from the input on, until one does not fit. Everything else starts from random.
 """
 
 from collections.abc import Mapping
@@ -13,15 +12,12 @@ from torch import Tensor, nn
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import Head
-from controller.bundles.inference import onnx_reader, onnx_shapes
+from controller.bundles.inference import onnx_reader
 from models.training.networks import Network
 
 State = Mapping[str, Tensor]  # weights by name, as in a state dict
-Places = tuple[int, ...]  # size of the maps before the first dense layer: (steps,) rows, columns
 
-OUTPUT: Final = "out"  # layers as in models.training.networks
-FIRST_DENSE: Final = "dense1"
-RESAMPLING: Final = {2: "bilinear", 3: "trilinear"}  # by the number of axes
+OUTPUT: Final = "out"  # layer as in models.training.networks
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,96 +29,55 @@ class Start:
     lines: tuple[str, ...] = ()  # what was taken, a sentence a network
 
 
-def take(new: State, new_places: Places, old: State, old_places: Places) -> tuple[State, str]:
-    """Return the weights of `old` in the shapes of `new`, and what was taken, in words.
-
-    Both are state dicts without normalisation; the result has the layers that fit. It is empty, as
-    are the words, if not even the first one fits.
-    """
-    taken: dict[str, Tensor] = {}
-    words: list[str] = []
-    for name in [key.removesuffix(".weight") for key in new if key.endswith(".weight")]:
-        before, wanted = old.get(f"{name}.weight"), new[f"{name}.weight"]
-        places = (old_places, new_places) if name == FIRST_DENSE else None
-        weight = None if before is None else _fitted(before, wanted.shape, places)
-        if before is None or weight is None:
-            break
-        taken |= {f"{name}.weight": weight, f"{name}.bias": old[f"{name}.bias"]}
-        words.append(name if weight is before else f"{name} (resampled)")
-    return taken, ", ".join(words)
-
-
-def _fitted(old: Tensor, shape: torch.Size, places: tuple[Places, Places] | None) -> Tensor | None:
-    """Return a layer's weights in a shape; None if they do not fit. `places`: old and new maps."""
-    if places is not None:
-        if old.shape[0] != shape[0] or len(places[0]) != len(places[1]):
-            return None
-        if places[0] == places[1]:
-            return old if old.shape == shape else None
-        made = _resampled(old.reshape(len(old), -1, *places[0]), places[1]).flatten(1)
-        return made if made.shape == shape else None
-    if old.shape == shape:
-        return old
-    # A kernel through time: (maps, inputs, span, 3, 3).
-    if old.ndim == len(shape) == 5 and old.shape[:2] == shape[:2] and old.shape[3:] == shape[3:]:
-        return _resampled(old, tuple(shape[2:]))
-    return None
-
-
-def _resampled(weight: Tensor, size: Places) -> Tensor:
-    """Return weights (a, b, *axes) with axes of other lengths; a constant input has one answer."""
-    before = weight[0, 0].numel()
-    made = nn.functional.interpolate(weight, size=size, mode=RESAMPLING[len(size)])
-    return made * (before / made[0, 0].numel())
-
-
 def start(
-    bundle: Bundle, labels: tuple[str, ...], gesture: Network | None, location: Network | None,
-    shape: tuple[int, int, int], grid: tuple[int, int],
-) -> Start:  # fmt: skip
-    """Return the weights of a bundle for new networks of windows (images, rows, columns).
+    bundle: Bundle, labels: tuple[str, ...], gesture: Network | None, location: Network | None
+) -> Start:
+    """Return the weights of a bundle for new networks; one that is None is not trained.
 
-    `grid` are the rows and columns of CNN-2D's input. A network that is None is not trained.
     ValueError if nothing fits.
     """
-    states: list[State] = []
-    lines = []
-    asked = (
-        ("CNN-3D", gesture, bundle.embedding_onnx, bundle.head, shape, labels == bundle.labels),
-        ("CNN-2D", location, bundle.location_onnx, None, grid, True),
+    same = labels == bundle.labels
+    states = (
+        _taken(gesture, bundle.embedding_onnx, bundle.head, same=same),
+        _taken(location, bundle.location_onnx, None, same=True),
     )
-    for name, net, model, head, size, same in asked:
-        taken, words = _taken(net, model, head, size, same=same) if net and model else ({}, "")
-        states.append(taken)
-        if net:
-            lines.append(f"{name} starts from the bundle's {words or 'nothing: it is random'}")
     if not any(states):
         raise ValueError(
             "nothing of the bundle named with --from fits: its layers have other widths or other "
             "kernels than those of the recipe; leave --from out, or name a bundle of this recipe"
         )
-    return Start(states[0], states[1], tuple(lines))
+    lines = []
+    for name, net, state in zip(("CNN-3D", "CNN-2D"), (gesture, location), states, strict=True):
+        if net:
+            layers = [key.removesuffix(".weight") for key in state if key.endswith(".weight")]
+            words = ", ".join(layers) or "nothing: it is random"
+            lines.append(f"{name} starts from the bundle's {words}")
+    return Start(*states, tuple(lines))
 
 
-def _taken(
-    net: Network, model: bytes, head: Head | None, size: Places, *, same: bool
-) -> tuple[State, str]:
+def _taken(net: Network | None, model: bytes, head: Head | None, *, same: bool) -> State:
     """Return what a network takes from an ONNX file and a head; its output if it is the `same`."""
-    graph = onnx_reader.read(model)
-    flat = next(node for node in graph.nodes if node.op == "Flatten")
-    old_places = onnx_shapes.sizes(graph).shapes[flat.inputs[0]][2:]
-    old = state_of(model, head)
-    folded = net.folded()
-    layers = list(folded.children())
-    depth = next(n for n, layer in enumerate(layers) if isinstance(layer, nn.Flatten))
-    with torch.no_grad():
-        maps = nn.Sequential(*layers[:depth])(torch.zeros(1, *size))
+    if net is None or not model:
+        return {}
     new = {
         name: weight
-        for name, weight in folded.named_parameters()
+        for name, weight in net.folded().named_parameters()
         if same or not name.startswith(OUTPUT)
     }
-    return take(new, tuple(maps.shape[2:]), old, old_places)
+    return take(new, state_of(model, head))
+
+
+def take(new: State, old: State) -> State:
+    """Return the weights of `old` for the layers of `new`, up to the first that does not fit.
+
+    Both are state dicts without normalisation.
+    """
+    taken: dict[str, Tensor] = {}
+    for name, weight in new.items():
+        if name not in old or old[name].shape != weight.shape:
+            break
+        taken[name] = old[name]
+    return taken
 
 
 def state_of(model: bytes, head: Head | None) -> State:

@@ -152,15 +152,6 @@ def test_one_person_s_examples_are_all_turned_and_many_people_s_are_not() -> Non
     assert paper.of_people(1) == paper
 
 
-def test_bare_bundle_holds_the_gesture_network(data: Path, tmp_path: Path, capsys: Capture) -> None:
-    out = tmp_path / "my.orb"
-    assert "--bare is for gestures alone" in refused(capsys, *asked(out, data, "--bare"))
-    assert train(out, data, "--task", "gesture", "--bare") == 0
-    loaded = bundle.read(out)
-    Recognizer(loaded)
-    assert not loaded.locates
-
-
 def test_places_never_taught_are_told_apart_in_the_card(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "my.orb"
     assert train(out, data, "--task", "location", "--split", "site") == 0
@@ -305,3 +296,11 @@ def test_shared_frames_are_on_one_side(data: Path, tmp_path: Path, capsys: Captu
     (only / "b.npz").write_bytes(writer.pack(other))
     error = refused(capsys, *asked(tmp_path / "my.orb", only, "--split", "session"))
     assert "there is only one session" in error
+
+
+def test_a_bundle_of_another_sensor_or_rate_is_no_start(
+    data: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    slow = ROOT / "models" / "orbtouch-10hz.orb"
+    words = asked(tmp_path / "x.orb", data, "--task", "gesture", "--from", slow)
+    assert "has windows of 10 images of 5×5 taxels, the recordings 40" in refused(capsys, *words)
