@@ -15,7 +15,7 @@ from controller import files
 from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, load_skin
-from controller.diagnostics import measurements, skin_checks, system_checks, wiring_checks
+from controller.diagnostics import measurements, system_checks, wiring_checks
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict, faulty, table
@@ -62,7 +62,6 @@ def examine(
     """Yield all rows on a sensor, NAME:KEY=VALUE,..., and a link; SensorError if there is none."""
     yield system_checks.runtime(bundles.default_path())
     yield system_checks.disk(files.state_folder())
-    yield system_checks.clock()
     if url is not None and url.startswith(BLUETOOTH):
         from controller.diagnostics import bluetooth
 
@@ -124,7 +123,10 @@ def sensor_rows(sensor: Sensor) -> Iterator[Row]:
     watch = FrameReader(sensor)
     try:
         yield from skin_rows(watch, bad, _find_hand)
-        if driver is not None and driver.pump is not None and watch.air:
-            yield skin_checks.air(watch.air, driver.pump.problem)
+        if driver is not None and driver.pump is not None and driver.pressure_kpa is not None:
+            if problem := driver.pump.problem:
+                yield Row("pump", Verdict.FAULT, problem, "Look at pump and hose.", "pump")
+            else:
+                yield Row("pump", Verdict.GOOD, f"{driver.pressure_kpa:.2f} kPa")
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")

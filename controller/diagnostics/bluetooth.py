@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import Final
 
 from controller.diagnostics.report import Row, Verdict
 from controller.errors import how_to_install
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import (
-    SERIAL_PORT_UUID,
     SERVICE_UUID,
     BluetoothError,
     Bus,
@@ -26,16 +22,13 @@ from controller.links.bluetooth.bluez import (
     devices,
 )
 
-OLDEST: Final = (5, 50)  # what has been seen to work is 5.66; ServiceRecord and Bonded are older
-_GOOD, _DOUBTFUL, _FAULT, _UNKNOWN = (
-    Verdict.GOOD, Verdict.DOUBTFUL, Verdict.FAULT, Verdict.UNKNOWN
-)  # fmt: skip
+_GOOD, _DOUBTFUL, _FAULT = Verdict.GOOD, Verdict.DOUBTFUL, Verdict.FAULT
 
 
 def rows() -> list[Row]:
     """Look at everything, and return what was found; nothing is changed, and nothing raises."""
     if sys.platform != "linux":
-        return [Row("Bluetooth", _UNKNOWN, f"{sys.platform} has no BlueZ", "", "no_linux")]
+        return [Row("Bluetooth", Verdict.UNKNOWN, f"{sys.platform} has no BlueZ", "", "no_linux")]
     found = list(blocked(Path("/sys/class/rfkill")))
     if not bluez.available():
         advice = how_to_install("bluetooth")
@@ -55,9 +48,9 @@ async def _ask() -> list[Row]:
         try:
             objects = await bus.objects()
         except BluetoothError as error:
-            return [Row("permission", _FAULT, "BlueZ does not answer this user", str(error),
-                        "no_permission")]  # fmt: skip
-        return [version(_version()), *judge(objects), plugin(_command_line())]
+            found = "BlueZ does not answer this user"
+            return [Row("permission", _FAULT, found, str(error), "no_permission")]
+        return judge(objects)
 
 
 def blocked(folder: Path) -> Iterator[Row]:
@@ -74,51 +67,6 @@ def blocked(folder: Path) -> Iterator[Row]:
             yield Row(switch.name, _FAULT, "blocked by a switch", advice, "blocked")
         elif kind == "bluetooth" and soft == "1":
             yield Row(switch.name, _FAULT, "blocked", "rfkill unblock bluetooth", "blocked")
-
-
-def version(found: str) -> Row:
-    """Judge a BlueZ that runs and answers by its version, such as "5.66"; "" if it is unknown."""
-    words = f"{found or 'unknown version'}, running, and answers this user"
-    try:
-        old = tuple(int(part) for part in found.split(".")) < OLDEST
-    except ValueError:
-        return Row("BlueZ", _UNKNOWN, words)
-    if old:
-        advice = "update the system: 5.66 is what was tried"
-        return Row("BlueZ", _DOUBTFUL, f"{found} is old", advice, "old_bluez")
-    return Row("BlueZ", _GOOD, words)
-
-
-def plugin(command_line: str) -> Row:
-    """Say whether BlueZ's input plugin is in the way of classic HID; "": who knows."""
-    if not command_line:
-        return Row("input plugin", _UNKNOWN, "bluetoothd's options cannot be read")
-    off = any(option in command_line for option in ("--noplugin=input", "--noplugin=*", "-P input"))
-    return Row("input plugin", _GOOD, "switched off: classic HID can be offered, too" if off else
-               "on, as usual: HID over GATT and RFCOMM can be offered; classic HID (hid:classic) "
-               "needs bluetoothd --noplugin=input")  # fmt: skip
-
-
-def _version() -> str:
-    """Return BlueZ's version as bluetoothctl says it; "" if it does not."""
-    program = shutil.which("bluetoothctl")
-    if not program:
-        return ""
-    done = subprocess.run(
-        [program, "--version"], capture_output=True, text=True, check=False, timeout=10
-    )
-    return (done.stdout.split() or [""])[-1]
-
-
-def _command_line() -> str:
-    """Return how bluetoothd was started; "" if that cannot be read."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if (folder / "comm").read_text().strip() == "bluetoothd":
-                return (folder / "cmdline").read_text().replace("\0", " ").strip()
-        except OSError:
-            continue
-    return ""
 
 
 def judge(objects: Objects) -> list[Row]:
@@ -145,16 +93,8 @@ def _adapter(name: str, adapter: Properties) -> Iterator[Row]:
         yield Row(f"service {name}", _GOOD, "the orb waits for hosts: its service is registered")
     else:
         advice = "start it: sudo systemctl start orbtouch, or controller --link rfcomm:"
-        yield Row(f"service {name}", _DOUBTFUL, "no controller has registered one", advice,
-                  "no_service")  # fmt: skip
-        if SERIAL_PORT_UUID in uuids:
-            advice = "hosts may take it for the orb; end it (ModemManager, blueman, a tutorial's)"
-            yield Row(f"ports {name}", _DOUBTFUL, "another program offers a serial port", advice,
-                      "other_serial_port")  # fmt: skip
-    if adapter.get("Discoverable") and not adapter.get("DiscoverableTimeout"):
-        advice = "bluetoothctl discoverable off"
-        yield Row(f"window {name}", _DOUBTFUL, "anybody can find it, without end", advice,
-                  "always_discoverable")  # fmt: skip
+        found = "no controller has registered one"
+        yield Row(f"service {name}", _DOUBTFUL, found, advice, "no_service")
 
 
 def _bonds(name: str, known: dict[str, Properties]) -> Row:

@@ -8,7 +8,6 @@ import numpy as np
 
 from controller import errors
 from controller.aliases import Frames
-from controller.diagnostics.skin_checks import PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
@@ -33,7 +32,6 @@ class FrameReader:
         self._clock, self._sleep = clock, sleep
         self._number = 0
         self._origin_s: float | None = None
-        self.air: list[PressureReading] = []  # of each frame, where there is a pump
 
     @property
     def now_s(self) -> float:
@@ -54,11 +52,7 @@ class FrameReader:
                 self._origin_s = now_s - self.now_s
             else:
                 self._sleep(max(0.0, due_s - now_s))
-        frame = self.sensor.read(self.now_s)
-        driver = self.sensor.driver
-        if driver is not None and driver.pump is not None and driver.pressure_kpa is not None:
-            self.air.append(PressureReading(self.now_s, driver.pressure_kpa, driver.pump.running))
-        return frame
+        return self.sensor.read(self.now_s)
 
 
 class Finger:

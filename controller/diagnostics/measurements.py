@@ -14,7 +14,7 @@ from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.inversion import picofarads
-from controller.sensors.hardware.scanner import Scan, Scanner, Slot
+from controller.sensors.hardware.scanner import Scan, Scanner
 from controller.sensors.hardware.wiring import Wiring
 
 LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
@@ -25,9 +25,6 @@ _SCANS: Final = 12
 _LATE_SCANS: Final = 4
 _RAMP: Final = 100  # conversions of one charge as it leaks away
 _AGAIN: Final = 6  # readings of which a mean is taken
-_BURST: Final = 96  # readings of one taxel, for hum
-_SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
-_SURE: Final = 4.0  # times the hum that noise alone would show
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +37,6 @@ class Measurements:
     values: Array  # conversions of one row's charge as it leaks away, counts, (n,)
     dark: Array  # each row by itself, with no column raised, (rows,)
     dark_late: Array  # the same after `LATE_S`, (rows,)
-    prompt: Array  # the same as soon as can be, (rows,)
     held: Array  # row i charged by its pin and let go: what channel k reads, (rows, rows)
     held_late: Array  # the same `LATE_S` later, by its own channel, (rows,)
     held_level: Mask  # whether its pin reads high just after it let go, (rows,)
@@ -53,7 +49,6 @@ class Measurements:
     picofarads: Array  # what the driver makes of them, (n, rows, columns)
     late_shares: Array  # scans that wait for `LATE_S`, their mean, (rows, columns)
     late: Array  # what the driver makes of them, (rows, columns)
-    burst: tuple[Array, Array]  # readings of one taxel, (n,), and when, seconds, (n,)
 
     def time_constants_s(self) -> Array:
         """Return the time constant with which each row loses its charge, (rows,), seconds."""
@@ -61,21 +56,6 @@ class Measurements:
         ratio = np.maximum(after, self.step) / np.maximum(before, self.step)
         tau_s = LATE_S / -np.log(np.minimum(ratio, 0.999))
         return np.where(ratio < 0.999, tau_s, np.inf)
-
-    def hum(self) -> tuple[float, float]:
-        """Return the strongest sure hum: its amplitude, of the reading, and hertz; 0.0 for none."""
-        values, times = self.burst
-        mean = float(values.mean())
-        best = (0.0, 0.0)
-        for hertz in (50.0, 60.0) if mean > 0.0 else ():
-            turn = 2 * np.pi * hertz * times
-            basis = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
-            solved, *_ = np.linalg.lstsq(basis, values / mean, rcond=None)
-            left = float((values / mean - basis @ solved).std())
-            amplitude = float(np.hypot(solved[1], solved[2]))
-            if amplitude > _SURE * left * np.sqrt(2.0 / len(values)):
-                best = max(best, (amplitude, hertz))
-        return best
 
 
 def measure(board: Board) -> Measurements | Row:
@@ -125,7 +105,7 @@ class _Probe:
         times = replace(wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
         patient = Scanner(replace(self._board, wiring=replace(wiring, times=times)))
         dark, dark_late = scanner.dark(_AGAIN), patient.dark(_AGAIN)
-        prompt, held, held_late, held_level, row_touch = self._row_tests()
+        held, held_late, held_level, row_touch = self._row_tests()
         decays = np.diag(held) - held_late  # whatever is wrong with some rows, the middle one
         values = self._ramp(int(np.argsort(decays)[len(decays) // 2]))
         column_high, column_low, column_touch = self._column_tests()
@@ -141,7 +121,6 @@ class _Probe:
             values=values,
             dark=dark / self._full,
             dark_late=dark_late / self._full,
-            prompt=prompt,
             held=held,
             held_late=held_late,
             held_level=held_level,
@@ -153,7 +132,6 @@ class _Probe:
             picofarads=self._picofarads(scans, dark),
             late_shares=np.mean([scan.counts for scan in late], axis=0) / self._full,
             late=self._picofarads(late, dark_late).mean(axis=0),
-            burst=self._burst(scanner, shares.mean(axis=0)),
         )
 
     def _picofarads(self, scans: list[Scan], dark: Array) -> Array:
@@ -176,10 +154,10 @@ class _Probe:
         self._board.wait(seconds)
         self._board.pins.release(pin)
 
-    def _row_tests(self) -> tuple[Array, Array, Array, Mask, Array]:
-        """Return `prompt`, `held`, `held_late`, `held_level` and `row_touch`, (rows, ...)."""
+    def _row_tests(self) -> tuple[Array, Array, Mask, Array]:
+        """Return `held`, `held_late`, `held_level` and `row_touch`, (rows, ...)."""
         pins, wait, rows = self._board.pins, self._board.wait, len(self._rows)
-        prompt, late, level = np.zeros(rows), np.zeros(rows), np.zeros(rows, dtype=np.bool_)
+        late, level = np.zeros(rows), np.zeros(rows, dtype=np.bool_)
         held, touch = np.zeros((rows, rows)), np.zeros((rows, rows))
         for i, pin in enumerate(self._rows):
             for k in range(rows):
@@ -199,13 +177,11 @@ class _Probe:
                     wait(_CHARGE_S)
                     touch[i, k] = self._convert(k)
                     pins.drive(other, False)
-            self._charge(pin, False, _CHARGE_S)
-            prompt[i] = self._convert(i)
             pins.drive(pin, False)
-        return prompt, held, late, level, touch
+        return held, late, level, touch
 
     def _ramp(self, row: int) -> Array:
-        """Return conversions on the way down from the supply, (n,), counts: stuck bits show."""
+        """Return conversions on the way down from the supply, (n,), counts."""
         pin, values = self._rows[row], np.zeros(_RAMP)
         self._charge(pin, True, _CHARGE_S)
         for i in range(_RAMP):
@@ -213,17 +189,6 @@ class _Probe:
             self._board.wait(LATE_S / 8)
         self._board.pins.drive(pin, False)
         return values
-
-    def _burst(self, scanner: Scanner, mean: Array) -> tuple[Array, Array]:
-        """Return readings, (n,), of the taxel that reads most up to half, and times, (n,)."""
-        row, column = np.unravel_index(int(np.where(mean < 0.5, mean, 0.0).argmax()), mean.shape)
-        slot = Slot(int(column), (int(row),))
-        values, times = np.zeros(_BURST), np.zeros(_BURST)
-        for i in range(_BURST):
-            values[i] = scanner.read(slot)[0][0] / self._full
-            times[i] = self._board.clock()
-            self._board.wait(max(0.0, times[0] + (i + 1) * _SPAN_S / _BURST - times[i]))
-        return values, times
 
     def _column_tests(self) -> tuple[Mask, Mask, Mask]:
         """Return `column_high`, `column_low`, (columns,), and `column_touch`."""

@@ -1,8 +1,6 @@
 """Checks of the skin from frames that nothing touches, among them its calibration; pure."""
 
-from collections.abc import Sequence
-from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +22,6 @@ HOLD_S: Final = (0.6, 3.0)  # of a press, the least and the most
 _FINE: Final = 0.02  # scatter of z that is left in the mean of a press
 _MOVED: Final = 0.012  # of all taxels in some seconds: four times what sound orbs drift by
 _SURE: Final = 9.0  # times the noise of such a drift, divided by idle: four medians of |z - 1|
-_STEADY_KPA: Final = 0.02  # what a pressure sensor scatters by
-_LEAK_KPA: Final = 0.2  # a minute
-_RISE_KPA: Final = 0.01  # that a second of pumping brings at least
-_BELOW_KPA: Final = -0.3  # no pressure: the sensor's output is at ground
-_STARTS: Final = 4.0  # of the pump, a minute
-_PUMPED_S: Final = 2.0  # of pumping that tell whether it works
 _USUAL_PF: Final = (15.0, 120.0)
 _SETTLES_S: Final = 2.0  # at most, until the first second is still
 _MOVES_S: Final = 0.3  # so long something has to be felt
@@ -53,46 +45,6 @@ _ADVICE: Final = {
     "noisy": "Dry the membrane; if it stays, a contact or the dielectric leaks here.",
 }
 _CODE: Final = {"loose": "open"}
-
-
-class PressureReading(NamedTuple):
-    """The air in one frame: when, its pressure, and whether the pump shall run."""
-
-    t_s: float
-    kpa: float
-    pumping: bool
-
-
-def air(samples: Sequence[PressureReading], problem: str) -> Row:
-    """Return how pump and hose do, frame by frame; `problem` is what the pump's limits say."""
-    last = samples[-1]
-    first = next((i + 1 for i in range(len(samples) - 1, -1, -1)
-                  if samples[i].pumping != last.pumping), 0)  # fmt: skip
-    kpa = np.array([sample.kpa for sample in samples[first:]])  # while the pump did one thing
-    seconds = last.t_s - samples[first].t_s
-    rise, found = float(np.median(kpa[-5:]) - np.median(kpa[:5])), f"{last.kpa:.2f} kPa"
-    if last.kpa < _BELOW_KPA:
-        advice = "Check supply and lead of the pressure sensor; the pump stays off meanwhile."
-        return Row("pressure", Verdict.FAULT, found, advice, "no_pressure_sensor")
-    if last.pumping and seconds >= _PUMPED_S and rise < _RISE_KPA * seconds:
-        advice = "Listen whether it runs; look at its transistor and its hose."
-        words = f"{found} after {seconds:.0f} s of pumping"
-        return Row("pump", Verdict.FAULT, words, advice, "pump_dead")
-    if not last.pumping and rise > _STEADY_KPA + _RISE_KPA * seconds:
-        advice = "Cut the pump's supply: its transistor does not switch off."
-        words = f"the pressure rises to {found} with the pump off"
-        return Row("pump", Verdict.FAULT, words, advice, "pump_stuck")
-    if problem:
-        return Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")
-    starts = sum(after.pumping and not before.pumping for before, after in pairwise(samples))
-    minutes = (last.t_s - samples[0].t_s) / 60.0
-    scatter = np.abs(np.diff([sample.kpa for sample in samples])).mean()
-    often = starts > 1 + _STARTS * minutes and scatter < _STEADY_KPA
-    if often or (not last.pumping and -rise > _STEADY_KPA + _LEAK_KPA * seconds / 60.0):
-        advice = "Look at hose, valve and seam: soap water shows where it bubbles."
-        words = f"{found}; the pump ran {starts} times in {60.0 * minutes:.0f} s"
-        return Row("air", Verdict.FAULT, words, advice, "air_leak")
-    return Row("air", Verdict.GOOD, found)
 
 
 def rest(frames: Frames, rate_hz: float) -> list[Row]:

@@ -1,12 +1,10 @@
-"""The computer: the inference engine, disk, clock, and a link. Each check is one row."""
+"""Checks of the computer: the inference engine, disk and a link, one row each."""
 
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -24,13 +22,11 @@ _PROBE: Final = (
 )
 _OTHER: Final = "Try another version: pip install 'onnxruntime==1.20.1'"
 _LITTLE: Final = 200e6  # bytes free: a session of ten minutes takes some 3 MB
-_BEATS: Final = 40  # wake-ups of the clock check
-_BEAT_S: Final = 0.02
-_LATE_S: Final = (0.005, 0.05)  # the worst wake-up: doubtful, and half of a frame at 10 Hz
+_GRID: Final = (1, 1, 10.0, 10.0)
+_TIMES: Final = (HEARTBEAT_MS, DEADMAN_MS)
 _WELCOME: Final = Welcome(
-    VERSION, 1, "doctor", "OrbTouch", False, 1, 1, 10.0, 10.0, HEARTBEAT_MS, DEADMAN_MS,
-    ("null",), ("pause",),
-)  # fmt: skip
+    VERSION, 1, "doctor", "OrbTouch", False, *_GRID, *_TIMES, ("null",), ("pause",)
+)
 
 
 def runtime(bundle: Path, python: str = sys.executable) -> Row:
@@ -74,25 +70,6 @@ def disk(folder: Path) -> Row:
         advice = "Make room: a long session takes tens of MB."
         return Row("disk", Verdict.DOUBTFUL, found, advice, "disk")
     return Row("disk", Verdict.GOOD, found)
-
-
-def clock(
-    now: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep
-) -> Row:
-    """Return how late this computer wakes a program that has set its alarm."""
-    start_s = now()
-    late_s = []
-    for beat in range(1, _BEATS + 1):
-        due_s = start_s + beat * _BEAT_S
-        sleep(max(0.0, due_s - now()))
-        late_s.append(now() - due_s)
-    late_s.sort()
-    found = f"wakes {1e3 * late_s[_BEATS // 2]:.1f} ms late, at worst {1e3 * late_s[-1]:.1f} ms"
-    advice = "End other programs, or run the controller as its service, which goes before others."
-    if late_s[-1] < _LATE_S[0]:
-        return Row("clock", Verdict.GOOD, found)
-    worse = Verdict.FAULT if late_s[_BEATS // 2] > _LATE_S[1] else Verdict.DOUBTFUL
-    return Row("clock", worse, found, advice, "late")
 
 
 def link(url: str) -> Row:

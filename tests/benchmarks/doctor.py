@@ -29,22 +29,17 @@ NOTHING: Final = "nothing"
 # Sizes are drawn log-evenly between these; () where a kind has none. Noise is in counts of 4096, on
 # top of what a preset has.
 SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
-    "open_row": (), "open_column": (), "weak_row": (0.7, 6.0), "weak_column": (1.0, 20.0),
-    "short_rows": (), "short_columns": (), "short_taxel": (), "grounded_row": (),
-    "grounded_column": (), "high_row": (), "high_column": (), "swapped_channels": (),
-    "no_channel": (), "stuck_row": (), "dead_row_pin": (), "dead": (), "leaky": (3.0, 40.0),
-    "noisy": (60.0, 200.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "pull_up": (0.05, 0.2),
-    "damp": (15.0, 100.0), "no_row_capacitor": (), "long_lead": (200.0, 500.0), "unplugged": (),
-    "no_converter": (), "silent_converter": (), "bus_errors": (0.05, 0.4),
-    "other_converter": (), "low_reference": (0.6, 0.9), "noise": (100.0, 300.0),
-    "mains": (0.04, 0.15), "slow_clock": (30.0, 60.0),
+    "open_row": (), "open_column": (), "short_rows": (), "short_columns": (), "short_taxel": (),
+    "grounded_row": (), "grounded_column": (), "high_row": (), "high_column": (),
+    "swapped_channels": (), "no_channel": (), "dead_row_pin": (), "dead": (),
+    "leaky": (3.0, 40.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "damp": (15.0, 100.0),
+    "no_row_capacitor": (), "unplugged": (), "no_converter": (), "silent_converter": (),
+    "bus_errors": (0.05, 0.4), "other_converter": (), "low_reference": (0.6, 0.9),
+    "noise": (100.0, 300.0), "slow_clock": (30.0, 60.0),
 }  # fmt: skip
-SPOILT: Final = ("stuck_bit", "bit_errors")  # what comes of the converter's answers
 TOUCHED: Final = ("swapped_rows", "swapped_columns", "stiff", "mirrored", "turned")
 # What a fault is called, where that is not the name of its kind: seen from the board they are one.
-CALLED: Final = {
-    "stuck_row": "grounded_row", "low_reference": "reference", "slow_clock": "slow",
-}  # fmt: skip
+CALLED: Final = {"low_reference": "reference", "slow_clock": "slow"}
 _PLACES: Final = {
     "taxel": (ROWS, COLUMNS), "row": (ROWS,), "rows": (ROWS - 1,), "column": (COLUMNS,),
     "columns": (COLUMNS - 1,), "": (),
@@ -59,13 +54,6 @@ def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
     rng = np.random.default_rng([_FAMILY, seed])
     if kind == "turned":
         return "", {"turned": True}
-    if kind == "stuck_bit":
-        bit, one = int(rng.integers(2, 9)), bool(rng.integers(2))
-        return "", {"spoil": lambda count, _: count | 1 << bit if one else count & ~(1 << bit)}
-    if kind == "bit_errors":
-        rate = float(rng.uniform(0.01, 0.05))
-        return "", {"spoil": lambda count, g: count ^ (1 << int(g.integers(12)))
-                    if g.random() < rate else count}  # fmt: skip
     if kind == "mirrored":
         return "", {"mirrored": str(rng.choice(["rows", "columns"]))}
     place = ",".join(str(rng.integers(limit)) for limit in _PLACES[KINDS[kind].place])
@@ -118,7 +106,7 @@ def main() -> None:
     """Print how often each fault is named, for each preset, and what sound orbs are accused of."""
     options = command_line(__doc__, orbs=50, healthy=500, workers=1).parse_args()
     results = Results("doctor")
-    kinds = (*SIZES, *SPOILT, *TOUCHED)
+    kinds = (*SIZES, *TOUCHED)
     with ProcessPoolExecutor(options.workers) as pool:
         for name in PRESETS:
             print(f"\n{name}: {options.orbs} orbs each; share named, share placed, other answers")

@@ -1,6 +1,6 @@
 """Orbs on the emulated bench, quick enough for thousands: a skin that moves only when pressed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -12,14 +12,11 @@ from controller.protocol.messages import Contact
 from controller.recognition.frames import Frame
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
-from controller.sensors.hardware.converters import Chip
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
 from controller.simulator.orb import preset
-
-Spoil = Callable[[int, np.random.Generator], int]  # what the converter says, to what comes
 
 ROWS, COLUMNS, PITCH_MM = 5, 5, 10.0
 HANDS = 8  # who miss the taxel that they mean, each in another way
@@ -54,7 +51,7 @@ class Wired(Sensor):
 
     def __init__(
         self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 2.0,
-        turned: bool = False, mirrored: str = "", spoil: Spoil | None = None,
+        turned: bool = False, mirrored: str = "",
     ) -> None:  # fmt: skip
         rng = np.random.default_rng([11, seed])
         self.rate_hz, self.turned, self.mirrored = rate_hz, turned, mirrored
@@ -69,16 +66,6 @@ class Wired(Sensor):
         # on which it lies
         self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
         self.board = self.bench.board
-        if spoil is not None:
-            said = spoil
-
-            class Spoilt(Chip):
-                def decode(self, answer: bytes) -> int | None:
-                    count = super().decode(answer)
-                    return None if count is None else said(count, rng)
-
-            chip = self.board.chip
-            self.board = replace(self.board, chip=Spoilt(chip.bits, chip.fastest_hz))
         self.driver = Driver(self.board)
         self._hand, self._rng = int(rng.integers(HANDS)), rng
         self._stiff = [(f.row, f.column) for f in broken if f.kind == "stiff"]

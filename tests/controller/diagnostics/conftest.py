@@ -11,4 +11,3 @@ def quick_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what has tests of its own and takes its time."""
     row = Row("computer", Verdict.GOOD, "left out")
     monkeypatch.setattr(system_checks, "runtime", lambda path: row)
-    monkeypatch.setattr(system_checks, "clock", lambda: row)

@@ -3,7 +3,6 @@
 import json
 import shutil
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from controller.bundles import bundle
 from controller.diagnostics import skin_checks, system_checks, touch_checks
 from controller.diagnostics.frame_source import Finger
 from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.diagnostics.skin_checks import PressureReading
 
 SOUND = np.zeros((5, 5), dtype=np.bool_)
 
@@ -65,45 +63,10 @@ def test_a_disk_without_room_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("late_s", "verdict"), [(0.0002, Verdict.GOOD), (0.02, Verdict.DOUBTFUL), (0.06, Verdict.FAULT)]
-)
-def test_a_clock_that_wakes_late_is_told(late_s: float, verdict: Verdict) -> None:
-    now = [0.0]
-
-    def sleep(seconds: float) -> None:
-        now[0] += seconds + late_s
-
-    assert system_checks.clock(lambda: now[0], sleep).verdict is verdict
-
-
 def test_a_link_is_opened_and_closed() -> None:
     assert system_checks.link("listen://127.0.0.1:0").verdict is Verdict.GOOD
     row = system_checks.link("/dev/there-is-no-such-port")
     assert (row.verdict, row.code) == (Verdict.FAULT, "link")
-
-
-@pytest.mark.parametrize(
-    ("kpa", "pumping", "problem", "code"),
-    [
-        ([2.2] * 20, False, "", ""),
-        ([2.2] * 20, True, "refused", "pump_dead"),
-        (np.linspace(2.2, 2.6, 20), False, "", "pump_stuck"),
-        (np.linspace(2.2, 2.0, 20), False, "", "air_leak"),
-        ([2.2] * 20, False, "refused", "pump"),
-        ([-0.7] * 20, False, "refused", "no_pressure_sensor"),
-    ],
-)
-def test_what_the_pressure_says_of_pump_and_hose(
-    kpa: Sequence[float], pumping: bool, problem: str, code: str
-) -> None:
-    samples = [PressureReading(i / 2, float(value), pumping) for i, value in enumerate(kpa)]
-    assert skin_checks.air(samples, problem).code == code
-
-
-def test_a_pump_that_starts_again_and_again_tells_of_a_leak() -> None:
-    samples = [PressureReading(i / 2, 2.2, i % 4 == 1) for i in range(20)]
-    assert skin_checks.air(samples, "").code == "air_leak"
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
 
 def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:
     found = {row.code: row for row in bluetooth.rows() if row.code}
-    assert set(found) <= {"no_service", "not_trusted", "blocked", "old_bluez"}
+    assert set(found) <= {"no_service", "not_trusted", "blocked"}
     assert found["no_service"].advice.startswith("start it: sudo systemctl start orbtouch")
     fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", False))
     assert "bluetoothctl power on" in {row.advice for row in bluetooth.rows()}

@@ -87,9 +87,6 @@ def test_the_label_button_is_down_up_or_not_there() -> None:
     for down, told in ((False, "null"), (True, ""), (False, "null")):
         bench.press(down)
         assert driver.button() == told
-    bench.switch([WiringFault.parse("button_stuck")])
-    bench.press(False)
-    assert driver.button() == ""
     assert Driver(EmulatedBoard(replace(Wiring(), button=None)).board).button() is None
 
 

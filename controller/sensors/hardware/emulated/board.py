@@ -155,7 +155,7 @@ class EmulatedBoard:
         """Press the label button, or let go of it."""
         if self.wiring.button is not None:
             pin = self.factory.pin(self.wiring.button)
-            (pin.drive_low if down or self._has("button_stuck") else pin.drive_high)()
+            (pin.drive_low if down else pin.drive_high)()
 
     @property
     def lit(self) -> bool:
@@ -212,14 +212,13 @@ class EmulatedBoard:
                 row = 2 * fault.row + 1 - row
             elif fault.kind == "no_channel" and row == fault.row:
                 row = None
-            elif fault.kind == "noise" or (fault.kind == "noisy" and row == fault.row):
+            elif fault.kind == "noise":
                 noise = float(np.hypot(noise, fault.size))
         if row is None:
             volts = self._other(channel, input_, converter)
         else:
             volts = self.circuit.sample(row, converter)
-            hum = self._model.mains + self._size("mains", 0.0)
-            hum *= 1.0 + 3.0 * self._fingers[row]
+            hum = self._model.mains * (1.0 + 3.0 * self._fingers[row])
             turn = 2 * np.pi * self._model.mains_hz * self.circuit.now_s + self._phase
             volts *= 1.0 + hum * np.sin(turn)
         reference = self.wiring.supply_v * self._size("low_reference", 1.0)

@@ -157,9 +157,7 @@ class Circuit:
         """Return the nodes whose pins drive, and whether to the supply."""
         driven = {self._node[pin]: high for pin, high in self._high.items()}
         for fault in self._faults:
-            if fault.kind == "stuck_row":
-                driven[self._row_node[fault.row]] = False
-            elif fault.kind == "dead_row_pin":
+            if fault.kind == "dead_row_pin":
                 driven.pop(self._row_node[fault.row], None)
         return driven
 
@@ -187,8 +185,6 @@ class Circuit:
                 taxels[fault.row, c] = 0.0
             elif fault.kind in ("open_row", "open_column"):
                 lead[r if c < 0 else c] = _OPEN
-            elif fault.kind in ("weak_row", "weak_column"):
-                lead[r if c < 0 else c] = 1.0 / fault.size
             elif fault.kind == "unplugged":
                 lead[:] = _OPEN
             elif fault.kind == "swapped_rows":
@@ -234,12 +230,6 @@ class Circuit:
         elif fault.kind in ("high_row", "high_column"):
             self._conductance[one, one] += _SHORT
             self._source[one] += _SHORT * self.supply_v
-        elif fault.kind == "pull_up":
-            node = self._row_node[fault.row]
-            self._conductance[node, node] += 1.0 / fault.size
-            self._source[node] += self.supply_v / fault.size
-        elif fault.kind == "long_lead":
-            self._capacitance[r, r] += fault.size
 
     @staticmethod
     def _join(matrix: Array, one: int, other: int, value: float) -> None:
