@@ -2,13 +2,15 @@
 
 import tomli_w
 
-from controller.adapt.few_shot import AdaptedBundle, AdaptError
+from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.recognition.mapping import NONE
 
 
-def set_command(data: bytes, label: str, command: str, user: str = "") -> AdaptedBundle:
+def set_command(
+    data: bytes, label: str, command: str, user: str = "", progress: Progress = lambda share: None
+) -> AdaptedBundle:
     """Return a bundle with another command of a gesture, "" nothing.
 
     With a user, only that user's mapping changes; with "" as the label it is removed.
@@ -27,4 +29,5 @@ def set_command(data: bytes, label: str, command: str, user: str = "") -> Adapte
         mappings.setdefault(user, {})[label] = command or NONE
     else:
         mappings.pop(user, None)
+    progress(1.0)
     return AdaptedBundle(tomli_w.dumps(table).encode(), container.content(parts))

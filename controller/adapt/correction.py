@@ -1,15 +1,14 @@
 """Corrections in play: the player labels the latest touch, and the network learns it."""
 
 import math
-import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from controller.adapt import process
+from controller.adapt import few_shot, process
 from controller.adapt.examples import NULL_LABEL, Example, touched
 from controller.adapt.few_shot import CORRECTED, AdaptError
-from controller.adapt.process import Job
 from controller.aliases import Images
 from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import INCOMING, BundleStore
@@ -70,14 +69,9 @@ def correct(
             f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
             "with controller install"
         )
-    job = Job("teach", note=CORRECTED + _shown(label), examples=(example(label, images, rate_hz),))
-    out = store.folder / INCOMING / f"corrected-{os.getpid()}.orb"
-    out.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        process.run(job, path, out)
-        install(out, before)
-    finally:
-        out.unlink(missing_ok=True)
+    shown = [example(label, images, rate_hz)]
+    change = partial(few_shot.teach, examples=shown, note=CORRECTED + _shown(label))
+    process.alter(change, path, store.folder / INCOMING, lambda out: install(out, before))
     return f"learned: that was {_shown(label)} ({count + 1} so far)"
 
 

@@ -6,7 +6,6 @@ files are written by a `Worker`, and bundles are changed by a `BundleUpdater`.
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -15,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from controller import files
-from controller.adapt import AdaptError, process
+from controller.adapt import AdaptError, commands, few_shot, process
 from controller.adapt.examples import TURNS
-from controller.adapt.process import Job
+from controller.adapt.process import Change
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import INCOMING, BundleStore
 from controller.errors import count, reason
@@ -210,8 +209,8 @@ class Teacher:
         if isinstance(message, Forget) and message.label not in labels:
             raise BundleError(f"there is no gesture {message.label!r}")
         if isinstance(message, Forget):
-            job = Job("forget", message.label)
-            return partial(self._alter, job, f"{message.label} is forgotten")
+            change = partial(few_shot.forget, label=message.label)
+            return partial(self._forget, change, message.label)
         assert isinstance(message, Learn)
         _check_command(message.command)
         return self._learning(message)
@@ -227,7 +226,8 @@ class Teacher:
         if parts.options.mapping is not None:
             raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
         done = f"{label}: {command or 'nothing'}" if label else f"{user} has the commands of all"
-        return partial(self._alter, Job("command", label, command, user=user), done)
+        change = partial(commands.set_command, label=label, command=command, user=user)
+        return partial(self._alter, change, done)
 
     def _learning(self, message: Learn) -> Callable[[], str]:
         """Return what learns a gesture from its pending examples."""
@@ -244,29 +244,33 @@ class Teacher:
         )
         if not examples:
             raise AdaptError(f"there is no example of {message.label!r}; make some first")
-        job = Job("learn", message.label, message.command, examples=examples)
-        return partial(
-            self._alter, job, f"{message.label} is learned from {count(len(examples), 'example')}"
-        )
+        change = partial(few_shot.teach, examples=examples, command=message.command, again=True)
+        done = f"{message.label} is learned from {count(len(examples), 'example')}"
+        return partial(self._alter, change, done)
 
-    def _alter(self, job: Job, done: str) -> str:
+    def _forget(self, change: Change, label: str) -> str:
+        """Forget a gesture and its pending examples; return a sentence."""
+        done = self._alter(change, f"{label} is forgotten")
+        self._examples.drop([one.number for one in self._examples.of(label)])
+        return done
+
+    def _alter(self, change: Change, done: str) -> str:
         """Change the bundle in use, on the updater's thread; return a sentence."""
         parts, before = self._current(), self._store.record().current
-        folder = self._store.folder / INCOMING
-        folder.mkdir(parents=True, exist_ok=True)
-        out = folder / f"taught-{os.getpid()}.orb"
-        try:
-            outcome = process.run(job, bundle_path(parts.options), out, self._advance)
-            self._install(out, before)
-        finally:
-            out.unlink(missing_ok=True)
-        self._recognised = outcome.recognised
-        fresh = [label for label in outcome.waits if label not in parts.bundle.debounce.patient]
-        if job.action == "learn" and fresh:
-            waits = f"{' and '.join(fresh)} now {'wait' if fresh[1:] else 'waits'}"
-            done = f"{done}; {waits} {outcome.patience_s:.2f} s for it"
-        if job.action == "forget":
-            self._examples.drop([one.number for one in self._examples.of(job.label)])
+        made = process.alter(
+            change,
+            bundle_path(parts.options),
+            self._store.folder / INCOMING,
+            lambda out: self._install(out, before),
+            self._advance,
+        )
+        self._recognised = dict(made.recognised)
+        waits = made.debounce.patient
+        if fresh := [label for label in waits if label not in parts.bundle.debounce.patient]:
+            verb = "wait" if fresh[1:] else "waits"
+            done = (
+                f"{done}; {' and '.join(fresh)} now {verb} {made.debounce.patience_s:.2f} s for it"
+            )
         return done
 
     def _advance(self, share: float) -> None:
