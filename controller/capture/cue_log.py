@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from math import ceil
 
-from controller.capture.cues import Cue, Phase
 from controller.capture.labels import FrameLabels
+from controller.cues import Cue, Phase
 
 
 def lines(said: FrameLabels, t_s: float, words: Mapping[str, str]) -> Iterator[str]:

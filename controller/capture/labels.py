@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from controller.capture.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
+from controller.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
 from controller.recordings.recording import UNKNOWN, Mark
 
 

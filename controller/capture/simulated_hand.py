@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.capture.cues import NULL_LABEL, Cue, Phase
+from controller.cues import NULL_LABEL, Cue, Phase
 from controller.protocol.messages import Perform
 from controller.sensors.geometry import Geometry
 from controller.sensors.virtual import place

@@ -29,8 +29,8 @@ from controller.sensors.base import Sensor
 from controller.sensors.geometry import SensorAwayError, SensorError
 
 if TYPE_CHECKING:
-    from controller.capture.cues import Cue
     from controller.capture.session_recorder import SessionRecorder
+    from controller.cues import Cue
 
 HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair ...
 PAIR_S: Final = 120  # ... for so long

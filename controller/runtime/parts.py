@@ -14,7 +14,7 @@ from controller.runtime.process import IdleCollector
 from controller.sensors.base import Sensor
 
 if TYPE_CHECKING:
-    from controller.capture.cues import CuePlan
+    from controller.capture.cue_plan import CuePlan
     from controller.capture.session_recorder import RunFiles
 
 

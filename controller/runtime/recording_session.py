@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from controller.capture.cues import CuePlan, CueSession, read_plan
+from controller.capture.cue_plan import CuePlan, read_plan
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.recordings.recorder import Recorder
@@ -34,7 +34,7 @@ def plan(options: RunOptions, labels: tuple[str, ...]) -> CuePlan | None:
 def recorder(parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline) -> SessionRecorder:
     """Return the recorder of a session from its first frame on."""
     plan = parts.plan
-    cues = None if plan is None else CueSession.of(plan)
+    cues = None if plan is None else plan.session()
     return SessionRecorder(
         begin(parts, runs, sensor),
         pipeline,

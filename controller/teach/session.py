@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from controller.aliases import Say, State
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cues import MAX_EXAMPLES, NULL_LABEL, CueSession, CueTiming, ExampleRequest
+from controller.capture.cue_plan import MAX_EXAMPLES
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
+from controller.cues import NULL_LABEL, CueSession, CueTiming, ExampleRequest
 from controller.errors import count
 from controller.links.base import Link
 from controller.protocol.messages import Message

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles import bundle
-from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import Plain, SessionRecorder
+from controller.cues import Cue, CueSession, Phase
 from controller.links.base import Link
 from controller.protocol.messages import Contact, Contacts, GroundTruth, Hello, Message, Perform
 from controller.recognition.frames import Frame, Image, Window

@@ -35,7 +35,7 @@ ROOT: Final = Path(__file__).parents[2]
 TESTS: Final = """
     controller/bundles/bundle controller/recognition/debounce controller/bundles/engines
     controller/bundles/onnx_reader controller/recordings/journal controller/capture/labels
-    controller/capture/cues controller/links/links controller/runtime/loop
+    controller/capture/cue_plan controller/links/links controller/runtime/loop
     controller/recognition/mapping controller/npz controller/recognition/pipeline
     controller/recognition/preprocess controller/protocol/messages controller/recordings/recorder
     controller/recordings/recording controller/recordings/recovery controller/bundles/store

@@ -9,16 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.capture.cues import (
+from controller.capture.cue_plan import CuePlan, parse_plan, read_plan
+from controller.cues import (
     Cue,
-    CuePlan,
     CueSession,
     CueTiming,
     DiscardedExample,
     ExampleRequest,
     Phase,
-    parse_plan,
-    read_plan,
 )
 from controller.errors import UserError
 
@@ -91,7 +89,7 @@ def test_rests_vary_within_a_run_and_repeat_from_run_to_run() -> None:
     plan = CuePlan("p", {"press": 20}, CueTiming(0.0, 1.0, 1.0, 1.0))
 
     def ends() -> list[float]:
-        session, times = CueSession.of(plan), []
+        session, times = plan.session(), []
         left = 20
         for k in range(1000):
             session.advance(k / 10, felt=True)

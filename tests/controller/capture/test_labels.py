@@ -3,8 +3,8 @@
 import pytest
 
 from controller.capture.cue_log import lines
-from controller.capture.cues import Cue, Phase
 from controller.capture.labels import Exclusion, FrameLabels, Labeller
+from controller.cues import Cue, Phase
 from controller.recordings.recording import UNKNOWN, Mark
 from tests.controller.capture.test_cues import cues as cued
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from controller.__main__ import main
-from controller.capture.cues import Cue, Phase
 from controller.capture.simulated_hand import CuedHand
 from controller.cli.run import options_of
+from controller.cues import Cue, Phase
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors

@@ -1,27 +1,31 @@
 """Pages of Teach on which a bundle is trained from sessions recorded by cues."""
 
+import math
 import shutil
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from random import Random
 from typing import Final
 
+from controller.cues import NULL_LABEL, ExampleRequest
 from controller.errors import UserError, how_to_install, reason
 from controller.files import atomic_write, data_folder
 from controller.protocol.link_events import Connected, Delivered
 from controller.protocol.messages import Report
-from host.app.cues import EXAMPLE_S, NULL, plan
 from host.app.screen import rows
 from host.app.screens.teach import trainer
 from host.app.screens.teach.page import Course, TeachPage
-from host.app.screens.teach.record import RecordPage, homely
+from host.app.screens.teach.record import EXAMPLE_S, RecordPage, homely
 from host.app.screens.teach.trainer import GestureResult, TrainingRun
 from host.connection import bundle_upload
 from host.connection.bundle_upload import BundleUpload
 from host.ui import naming
 from host.ui.orb_state import OrbState
+from host.ui.pointer_input import DomeArea
 from tetris.window.menu import Item, Menu
 
 REPETITIONS: Final = (10, 20, 30)
+_REACH: Final = 0.6  # of the dome's radius, within which places lie
 _OWN: Final = "gestures.toml"  # commands of gestures that do not ship, read by `models train`
 _PAPER: Final = ("null", "press", "pinch", "twist_cw", "twist_ccw")  # labels that it extends
 
@@ -100,9 +104,10 @@ class TrainPage(TeachPage):
     def _record(self) -> None:
         infos = self.orb.state.gestures
         located = [label for label, info in infos.items() if len(info.rules) > 1]
-        rng = Random(len(self.sessions))  # another order in each session
-        cues = plan([*infos, NULL], located, self._repetitions, self.orb.state.pad, rng)
-        self.show(RecordPage(self.course, cues, rng, by_hand=self._by_hand))
+        seed = len(self.sessions)  # another order in each session
+        labels = [label for label in (*infos, NULL_LABEL) for _ in range(self._repetitions)]
+        asks = requests(labels, (*located, NULL_LABEL), self.orb.state.pad, Random(seed))
+        self.show(RecordPage(self.course, asks, seed, by_hand=self._by_hand))
 
     def _train(self) -> None:
         folder, out = data_folder() / "training", data_folder() / "bundles" / "trained.orb"
@@ -116,6 +121,25 @@ class TrainPage(TeachPage):
             return
         self._problem = ""
         self.show(page)
+
+
+def requests(
+    labels: Sequence[str], anywhere: Collection[str], pad: DomeArea, rng: Random
+) -> list[ExampleRequest]:
+    """Return the examples of these labels in a random order, those of `anywhere` all over the dome.
+
+    The others are in its middle.
+    """
+    return [
+        ExampleRequest(label, _drawn(pad, rng) if label in anywhere else pad.centre)
+        for label in rng.sample(labels, len(labels))
+    ]
+
+
+def _drawn(pad: DomeArea, rng: Random) -> tuple[float, float]:
+    """Return a place, distributed evenly over the inner part of the dome."""
+    turn, far = rng.uniform(0.0, math.tau), _REACH * pad.radius * math.sqrt(rng.random())
+    return pad.centre[0] + far * math.cos(turn), pad.centre[1] + far * math.sin(turn)
 
 
 def _written_s(path: Path) -> float:

@@ -2,11 +2,14 @@
 
 import os
 import sys
+from collections import Counter
 from pathlib import Path
+from random import Random
 
 import pygame
 import pytest
 
+from controller.cues import NULL_LABEL, Phase
 from controller.files import data_folder
 from controller.protocol.messages import (
     IN_USE,
@@ -17,11 +20,11 @@ from controller.protocol.messages import (
     UploadStatus,
 )
 from controller.protocol.teaching import Record, RecordingStatus, RecordLabel, Undo, Vocabulary
-from host.app.cues import NULL
 from host.app.screens.teach import trainer
-from host.app.screens.teach.record import RecordPage
-from host.app.screens.teach.train import ResultPage, TrainingPage, TrainPage
+from host.app.screens.teach.record import UNTOUCHED, RecordPage
+from host.app.screens.teach.train import ResultPage, TrainingPage, TrainPage, requests
 from host.connection.receiver import Connected, Delivered, Lost
+from host.ui.pointer_input import DomeArea
 from tests.support.teaching_window import DENT, LABELS, WELCOME, FakeOrb, Window
 
 # Prints what a training prints, and writes what it writes.
@@ -106,12 +109,14 @@ def recording(window: Window) -> RecordPage:
 
 def example(window: Window, page: RecordPage) -> None:
     """Do what the page asks for."""
-    while page.run.phase != "go":
-        window.pass_s(0.05)
+    until(window, page, Phase.GO)
     window.pass_s(0.4, image=DENT)
-    while page.run.phase == "go":
-        window.pass_s(0.05)
-    while page.run.phase == "rest":
+    until(window, page, Phase.GET_READY)
+
+
+def until(window: Window, page: RecordPage, phase: Phase) -> None:
+    """Let time pass until a phase of the cues."""
+    while page.cue.phase is not phase:
         window.pass_s(0.05)
 
 
@@ -134,11 +139,11 @@ def test_a_session_is_labelled_with_what_the_page_asks_for(window: Window) -> No
     page = recording(window)
     asked = []
     for _ in range(4):
-        asked.append(page.run.cue.label)
+        asked.append(page.cue.label)
         example(window, page)
-    assert page.run.made == 4
+    assert page.count - page.cue.left == 4
     labels = [message.label for message in window.sent(RecordLabel)]  # type: ignore[attr-defined]
-    wanted = [label for one in asked if one != NULL for label in (one, NULL)]
+    wanted = [label for one in asked if one != NULL_LABEL for label in (one, NULL_LABEL)]
     assert labels == wanted
     window.choose("Stop")
     window.pass_s(0.2)
@@ -150,7 +155,7 @@ def test_a_session_is_labelled_with_what_the_page_asks_for(window: Window) -> No
 def test_every_gesture_is_asked_for_as_often_as_chosen(window: Window) -> None:
     window.key(pygame.K_LEFT)  # 10 of each
     page = recording(window)
-    assert page.run.count == 10 * len(LABELS)
+    assert page.count == page.cue.left == 10 * len(LABELS)
 
 
 def test_commands_are_no_steps_while_it_records(window: Window) -> None:
@@ -158,7 +163,7 @@ def test_commands_are_no_steps_while_it_records(window: Window) -> None:
     down = Delivered(Command("down", "press", 0.9, None, 1), 0)
     window.pass_s(1.0, down)
     assert window.screen.selected == 0
-    page.run.paused = True
+    page.paused = True
     window.pass_s(0.1, down)
     assert window.screen.selected == 1
 
@@ -166,11 +171,34 @@ def test_commands_are_no_steps_while_it_records(window: Window) -> None:
 def test_a_pause_stops_the_cues(window: Window) -> None:
     page = recording(window)
     window.choose("Pause")
-    left_s = page.run.left_s
+    left_s = page.cue.left_s
     window.pass_s(5.0)
-    assert page.run.left_s == left_s
+    assert page.cue.left_s == left_s
     window.choose("Go on")
-    assert page.run.left_s < left_s
+    assert page.cue.left_s < left_s
+
+
+def test_it_pauses_where_nothing_is_felt(window: Window) -> None:
+    page, missed = recording(window), 0
+    while not page.paused:
+        until(window, page, Phase.GO)
+        missed = 0 if page.cue.label == NULL_LABEL else missed + 1
+        until(window, page, Phase.REST)
+    assert missed == UNTOUCHED
+
+
+def test_presses_lie_all_over_the_dome_and_pinches_in_its_middle() -> None:
+    pad, labels = DomeArea(), ["press", "pinch"] * 30
+    asks = requests(labels, ["press"], pad, Random(1))
+    assert Counter(ask.label for ask in asks) == {"press": 30, "pinch": 30}
+    assert asks == requests(labels, ["press"], pad, Random(1))
+    assert asks != requests(labels, ["press"], pad, Random(2))
+    presses = [ask.place for ask in asks if ask.label == "press" and ask.place]
+    assert {ask.place for ask in asks if ask.label == "pinch"} == {pad.centre}
+    assert all(pad.on_dome(*place) for place in presses)
+    for axis in (0, 1):
+        assert min(place[axis] for place in presses) < pad.centre[axis] - 1.0
+        assert max(place[axis] for place in presses) > pad.centre[axis] + 1.0
 
 
 def test_the_virtual_hand_follows_the_cues(window: Window) -> None:

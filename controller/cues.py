@@ -1,6 +1,4 @@
-"""Cues: get ready, go, rest, example after example, until there are enough of all.
-
-`--cues` reads the plan from TOML; docs/recording.md lists the keys, and only `labels` is required.
+"""Cues: get ready, go, rest, example after example, until there are enough of all; pure.
 
 An example counts if the sensor was touched during its go phase. One without a touch, or with
 missing frames, is requested again, and its frames are left out of training.
@@ -8,23 +6,16 @@ missing frames, is requested again, and its frames are left out of training.
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import Enum
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-
-from controller.config import ConfigError, read_toml, settings
-from controller.recordings.recording import RecordingError
 
 FELT_FRAMES: Final = 2  # least touched frames of a touch; noise exceeds the gate in 1 of 1000
 NULL_LABEL: Final = "null"  # an example without a touch
 GAP_S: Final = 1.0  # after a longer interval between frames, the cue was not visible
 _INSTANT_S: Final = 1e-6  # tolerance for sums of times
-RANDOM: Final = "random"
-BLOCKS: Final = "blocks"
-MAX_EXAMPLES: Final = 10_000  # about ten hours
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,69 +40,6 @@ class CueTiming:
     rest_s: float = field(default=1.5, metadata={"range": (0.5, 60.0)})
     jitter_s: float = field(default=0.5, metadata={"range": (0.0, 60.0)})
     still_s: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class CuePlan:
-    """The examples to record."""
-
-    name: str  # stored in the recording as its protocol
-    repetitions: dict[str, int]  # number of examples of each label, in the order of the file
-    pace: CueTiming = CueTiming()  # durations of one example
-    order: str = RANDOM  # or "blocks", label after label
-    seed: int = 1  # of the order and the rests
-
-    def asks(self) -> list[ExampleRequest]:
-        """Return all examples in order."""
-        labels = [label for label, count in self.repetitions.items() for _ in range(count)]
-        if self.order == RANDOM:
-            order = np.random.default_rng([self.seed, 0]).permutation(len(labels))
-            labels = [labels[i] for i in order]
-        return [ExampleRequest(label) for label in labels]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _PlanTable(CueTiming):
-    """Keys of a plan's file, besides the durations."""
-
-    name: str = field(
-        metadata={"pattern": r"[^\x00-\x1f\x7f-\x9f]{1,100}", "expected": "a short text"}
-    )
-    labels: tuple[str, ...] = field(metadata={"count": (1, 1000)})
-    repetitions: int | dict[str, int] = 10
-    order: str = field(default=RANDOM, metadata={"choices": (RANDOM, BLOCKS)})
-    seed: int = field(default=1, metadata={"range": (0, 2**32 - 1)})
-
-
-def read_plan(path: Path, labels: Sequence[str]) -> CuePlan:
-    """Return the plan in a TOML file, for a bundle's labels; UserError if it makes no plan."""
-    table = {"name": path.stem, **read_toml(path)}
-    try:
-        return parse_plan(table, labels)
-    except (RecordingError, ConfigError) as error:
-        raise RecordingError(f"{path}: {error} (docs/recording.md)") from None
-
-
-def parse_plan(table: dict[str, Any], labels: Sequence[str]) -> CuePlan:
-    """Return the plan in a TOML table; RecordingError, ConfigError if the table is no plan."""
-    told = settings(_PlanTable, table)
-    for label in told.labels:
-        if label not in labels:
-            raise RecordingError(f"the label {label!r} is unknown; known are {', '.join(labels)}")
-    counts = told.repetitions
-    if not isinstance(counts, dict):
-        counts = dict.fromkeys(told.labels, counts)
-    whole = all(type(count) is int and count >= 1 for count in counts.values())
-    if set(counts) != set(told.labels) or not whole:
-        raise RecordingError(
-            f"repetitions are {told.repetitions!r}, not a number from 1, or one for each label"
-        )
-    total = sum(counts.values())
-    if total > MAX_EXAMPLES:
-        raise RecordingError(f"{total} examples are more than {MAX_EXAMPLES}; split the plan")
-    pace = CueTiming(*(getattr(told, each.name) for each in fields(CueTiming)))
-    return CuePlan(told.name, {label: counts[label] for label in told.labels}, pace,
-                   told.order, told.seed)  # fmt: skip
 
 
 class Phase(Enum):
@@ -193,12 +121,6 @@ class CueSession:
         self._new = 0  # those of a touch that began since the last example
         self._touched_s = 0.0  # the last of them
         self._clear = False  # the sensor was untouched since the last example
-
-    @classmethod
-    def of(cls, plan: CuePlan) -> "CueSession":
-        """Return the session of a plan."""
-        rng = np.random.default_rng([plan.seed, 1])
-        return cls(plan.asks(), plan.pace, rng, shuffled=plan.order != BLOCKS)
 
     @property
     def done(self) -> bool:
