@@ -191,7 +191,7 @@ class _Lesson:
         try:
             embedding = onnxruntime_engine.checked(model, (window, *before.grid), width)
         except EngineError as error:
-            raise AdaptError(f"the embedding network {error}") from None
+            raise AdaptError(f"the gesture network {error}") from None
         labels = tuple(table["labels"])
         return cls(embedding, before.head, before.rehearsal, labels, window, rate_hz)
 

@@ -56,7 +56,7 @@ def test_a_file_that_is_not_there_is_named_without_the_number_of_its_error(tmp_p
 
 def test_a_change_that_breaks_ends_with_its_status(tmp_path: Path) -> None:
     change = partial(few_shot.forget, gesture="press")  # type: ignore[call-arg]
-    with pytest.raises(AdaptError, match="^learning ended with status 1$"):
+    with pytest.raises(AdaptError, match=r"^learning ended with status 1$"):
         process.alter(change, SHIPPED, tmp_path, unexpected)
 
 

@@ -17,7 +17,9 @@ SENT = (  # what the orb sends to a window, by module
     "controller/runtime/examples.py",
     "controller/runtime/link_recording.py",
     "controller/adapt/few_shot.py",
+    "controller/adapt/commands.py",
     "controller/adapt/correction.py",
+    "controller/adapt/process.py",
 )
 CALLS = ("AdaptError", "BundleError", "SensorError", "ExampleError", "RecordingError")
 CHECKS = (
