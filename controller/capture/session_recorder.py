@@ -1,15 +1,16 @@
 """Recorder of one session, file after file, none of which replaces another."""
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from math import ceil
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
 from controller.aliases import Say, State
-from controller.capture import cue_log
 from controller.capture.labels import FrameLabels, Labeller
+from controller.cues import Cue, Phase
 from controller.recognition.frames import Frame
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings import journal_file, writer
@@ -103,7 +104,7 @@ class SessionRecorder:
         if labels.asked is not None and labels.fresh:
             self._on_cue(labels.asked.plain(step.t_s))
         if self._say is not None:
-            for line in cue_log.lines(labels, step.t_s, self._words):
+            for line in cue_lines(labels, step.t_s, self._words):
                 self._say(line)
         return labels
 
@@ -141,6 +142,30 @@ class SessionRecorder:
         if path is not None:
             _log.info("recorded into %s", path)
         return path is not None
+
+
+def cue_lines(said: FrameLabels, t_s: float, words: Mapping[str, str]) -> Iterator[str]:
+    """Yield a line for a new cue, and for each example that is asked for again.
+
+    `words` has descriptions of labels; others are called by their names.
+    """
+    for void in said.voids:
+        yield f"{void.label} again: {void.why}"
+    if said.asked is not None and said.fresh:
+        yield f"{int(t_s) // 60}:{int(t_s) % 60:02}  {_described(said.asked, words)}"
+
+
+def _described(cue: Cue, words: Mapping[str, str]) -> str:
+    if cue.phase is Phase.WAIT:
+        return "hands off: the sensor finds its rest"
+    if cue.phase not in (Phase.GET_READY, Phase.GO):
+        return str(cue.phase.value)
+    place = "" if cue.place is None else f" at {cue.place[0]:g},{cue.place[1]:g}"
+    what = f"{words.get(cue.label, cue.label)}{place}"
+    if cue.phase is Phase.GET_READY:
+        return f"get ready: {what}  ({cue.left} left)"
+    then = f"; then: {words.get(cue.then, cue.then)}" if cue.then else ""
+    return f"GO: {what} {ceil(cue.left_s)} s{then}"
 
 
 class RunFiles:
@@ -201,9 +226,14 @@ def recover(folder: Path) -> None:
 
 
 def provenance(
-    sensor: Sensor, labels: Sequence[str], bundle: str, engine: str,
-    user: str, session: str, protocol: str,
-) -> Provenance:  # fmt: skip
+    sensor: Sensor,
+    labels: Sequence[str],
+    bundle: str,
+    engine: str,
+    user: str,
+    session: str,
+    protocol: str,
+) -> Provenance:
     """Return the provenance of a recording that begins now; `bundle` is a hash, "" for none."""
     grid = sensor.geometry
     return Provenance(

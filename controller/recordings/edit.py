@@ -12,7 +12,6 @@ from controller import npz
 from controller.errors import count
 from controller.recordings import reader, writer
 from controller.recordings.recording import (
-    SCHEMA,
     UNKNOWN,
     Mark,
     Recording,
@@ -114,5 +113,5 @@ def _marked(recording: Recording, t_s: float, kind: str, text: str, source: str)
     when = datetime.now(UTC).isoformat(timespec="seconds")
     mark = Mark(t_s, kind, f"{text}; from {whole}, {when}, by orbtouch {software()}")
     marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)
-    origin = replace(recording.origin, id=secrets.token_hex(16), schema=SCHEMA)
+    origin = replace(recording.origin, id=secrets.token_hex(16))
     return replace(recording, origin=origin, marks=tuple(marks))

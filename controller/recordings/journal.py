@@ -9,7 +9,6 @@ recording's random id: reading ends at a changed bit, a moved block or a block o
 """
 
 import dataclasses
-import hashlib
 import json
 import math
 import struct
@@ -51,9 +50,17 @@ _MAX_STATE: Final = MAX_HEADER // 2  # bytes; the array headers come on top
 _RECORD: Final = struct.Struct("<BII")  # kind, length, CRC
 _FRAME: Final = struct.Struct("<dqhhhh?dd")  # t, sequence, the label columns, excluded, touch
 _AMEND: Final = struct.Struct("<Bddh")  # column, from, to, value
-_COLUMNS: Final[list[tuple[str, str]]] = [
-    ("t", "<f8"), ("sequence", "<i8"), *((name, "<i2") for name in LABELLERS), ("excluded", "?"),
-]  # fmt: skip
+_LABELS: Final = [(name, "<i2") for name in LABELLERS]
+_COLUMNS: Final = [("t", "<f8"), ("sequence", "<i8"), *_LABELS, ("excluded", "?")]
+_ILLEGIBLE: Final = (  # errors of content that somebody else wrote
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    ArithmeticError,
+    RecursionError,
+    struct.error,
+)
 
 
 class Kind(IntEnum):
@@ -184,7 +191,7 @@ def decode(data: bytes) -> Decoded:
     contents: dict[int, list[bytes]] = {kind: [] for kind in Kind}
     amended: list[int] = []  # frames before each amendment
     whole_bytes = 0
-    for kind, content, end in _old_records(data) if data.startswith(_OLD) else _records(data):
+    for kind, content, end in _records(data):
         whole_bytes = end
         contents.get(kind, []).append(content)
         if kind == Kind.AMEND:
@@ -198,8 +205,7 @@ def decode(data: bytes) -> Decoded:
         recording = _recording(arrays, origin, contents, amended)
     except RecordingError:
         raise
-    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError,
-            struct.error):  # fmt: skip
+    except _ILLEGIBLE:
         raise RecordingError("holds records that make no recording") from None
     return Decoded(recording, whole_bytes, frame_bytes)
 
@@ -221,28 +227,6 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
 def _crc(kind: int, content: bytes, before: int) -> int:
     """Return the CRC of a record; `before` is that of the record before it."""
     return zlib.crc32(content, zlib.crc32(struct.pack("<BI", kind, len(content)), before))
-
-
-# Records in journals of version 0.1 have the same contents: magic, kind, number, length, content
-# and a keyed hash of the offset and all of these. Their header begins with its key.
-_OLD: Final = b"\xc2OJ\x1b\x01"
-_OLD_RECORD: Final = struct.Struct("<4sBII")
-_OLD_KEY: Final = slice(_OLD_RECORD.size, _OLD_RECORD.size + 16)
-_PROOF_BYTES: Final = 8
-
-
-def _old_records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
-    """Yield (kind, content, end) of each record of an older journal up to the first bad one."""
-    end, key = 0, data[_OLD_KEY]
-    while len(data) - end >= _OLD_RECORD.size:
-        _, kind, _, length = _OLD_RECORD.unpack_from(data, end)
-        start, stop = end + _OLD_RECORD.size, end + _OLD_RECORD.size + length
-        proven = struct.pack("<Q", end) + data[end:stop]
-        proof = hashlib.blake2b(proven, key=key, digest_size=_PROOF_BYTES).digest()
-        if data[stop : stop + _PROOF_BYTES] != proof:
-            return
-        end = stop + _PROOF_BYTES
-        yield kind, data[start + len(key) : stop] if kind == Kind.HEADER else data[start:stop], end
 
 
 def _recording(

@@ -27,7 +27,6 @@ from controller.recordings.recording import (
     RecordingError,
     SimulatedTruth,
     parse_provenance,
-    unlabelled,
 )
 
 MAX_BYTES: Final = 512 << 20  # of a file and of what it unpacks to: about four days at 10 Hz
@@ -116,8 +115,6 @@ def parse(arrays: npz.Arrays) -> Recording:
         raise RecordingError("holds no frames")
     if not (frames.min() > -LARGEST and frames.max() < LARGEST):  # NaN is refused as well
         raise RecordingError(f"holds frames that are not all numbers below {LARGEST:g}")
-    if origin.schema < 3:
-        arrays = {**arrays, **_before_form_3(count)}
     columns = {name: _array(arrays, name, kind, (count,)) for name, kind in COLUMNS.items()}
     for name in ("t", "sequence"):
         _rising(columns[name], name)
@@ -159,20 +156,6 @@ def _rising(column: NDArray[Any], name: str) -> NDArray[Any]:
     if column.dtype.kind == "f" and not (column[0] > -LATEST_S and column[-1] < LATEST_S):
         raise RecordingError(f"holds {name!r} beyond {LATEST_S:g} s")
     return column
-
-
-def _before_form_3(count: int) -> npz.Arrays:
-    """Return the arrays missing in forms 1 and 2, for `count` frames."""
-    columns = unlabelled(count)
-    empty = np.array([], dtype=np.str_)
-    return {
-        "key": columns["key"],
-        "cue": columns["cue"],
-        "excluded": np.zeros(count, dtype=np.bool_),
-        "mark_t": np.array([], dtype=np.float64),
-        "mark_kind": empty,
-        "mark_text": empty,
-    }
 
 
 def _rest(arrays: npz.Arrays, origin: Provenance) -> NDArray[np.float32] | None:

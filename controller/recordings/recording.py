@@ -24,7 +24,6 @@ from controller.recognition.scale import Signal
 
 SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
 # Form 1 had no truth and no user; form 2 had no keys, cues, marks and rest.
-READABLE: Final = (1, 2, SCHEMA)
 LABELLERS: Final = ("label", "button", "key", "cue")
 UNKNOWN: Final = -1  # a label that no source gave
 OFTEN: Final = 0.95  # quantile of the intervals ...
@@ -174,10 +173,9 @@ def parse_provenance(text: str) -> Provenance:
     try:
         fields = json.loads(text)
         schema = fields.get("schema")
-        if type(schema) is not int or schema not in READABLE:
+        if type(schema) is not int or schema != SCHEMA:
             raise RecordingError(
-                f"has form {str(schema)[:20]}, this program reads "
-                f"{', '.join(map(str, READABLE))} (update one)"
+                f"has form {str(schema)[:20]}, this program reads {SCHEMA} (update one)"
             )
         if not isinstance(fields["labels"], list):
             raise TypeError("labels")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from controller.capture.cue_log import lines
 from controller.capture.labels import Exclusion, FrameLabels, Labeller
+from controller.capture.session_recorder import cue_lines
 from controller.cues import Cue, Phase
 from controller.recordings.recording import UNKNOWN, Mark
 from tests.controller.capture.test_cues import cues as cued
@@ -69,12 +69,12 @@ def test_nobody_learns_from_an_example_that_does_not_count() -> None:
     ],
 )  # fmt: skip
 def test_whatever_is_asked_is_said_in_words(cue: Cue, words: str) -> None:
-    assert [*lines(FrameLabels(asked=cue, fresh=True), 61.0, {})] == [f"1:01  {words}"]
+    assert [*cue_lines(FrameLabels(asked=cue, fresh=True), 61.0, {})] == [f"1:01  {words}"]
 
 
 def test_each_change_of_the_cues_is_a_line() -> None:
     labeller, words = Labeller(LABELS, cues=cued("pinch")), {"pinch": "squeeze it"}
-    said = [line for k in range(35) for line in lines(labeller.label(k / 10), k / 10, words)]
+    said = [line for k in range(35) for line in cue_lines(labeller.label(k / 10), k / 10, words)]
     assert said == [
         "0:00  get ready: squeeze it  (1 left)",
         "0:01  GO: squeeze it 2 s",

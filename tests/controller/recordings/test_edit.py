@@ -80,14 +80,6 @@ def test_frames_are_excluded_and_included_again() -> None:
     assert [mark.t_s for mark in partly.marks] == sorted(mark.t_s for mark in partly.marks)
 
 
-def test_a_recording_of_an_older_form_is_rewritten_in_the_present() -> None:
-    old = replace(session(), origin=replace(session().origin, schema=2), marks=())
-    changed = edit.relabel(old, 1.0, 2.0, SOURCE, label="press", column="key")
-    read = reader.parse(npz.unpack(edit.sealed(changed), reader.MAX_BYTES))
-    assert read.key.tolist() == changed.key.tolist()
-    assert len(read.marks) == 1
-
-
 @pytest.mark.parametrize(
     ("what", "complaint"),
     [

@@ -31,7 +31,6 @@ from tests.support.small_journal import (
     written,
 )
 
-OLD = Path(__file__).parents[2] / "data" / "version-0.1.journal"
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
 
 
@@ -177,19 +176,6 @@ def test_the_example_of_a_journal_lies_on_the_disk_as_described() -> None:
     assert frame[9 + 41 :] == image(1).tobytes()
 
 
-def test_a_journal_of_version_0_1_is_recovered() -> None:
-    decoded = decode(OLD.read_bytes())
-    assert numbers(decoded) == list(range(1, 14))
-    recording = decoded.recording
-    assert recording is not None
-    assert recording.origin == replace(ORIGIN, id=bytes(range(16)).hex())
-    assert recording.key.tolist() == [-1, -1, 2, 2, 2] + [-1] * 8
-    assert recording.excluded.tolist() == [False] * 8 + [True] * 4 + [False]
-    assert recording.marks == (Mark(0.05, "key", "1"),)
-    assert recording.commands == (COMMAND,)
-    assert numbers(decode(OLD.read_bytes()[:-1])) == list(range(1, 13))
-
-
 # --- crashes and bad disks ------------------------------------------------------------------------
 
 
@@ -258,7 +244,7 @@ def test_without_a_header_nothing_is_read(content: bytes) -> None:
         decode(bytes(journal.data))
 
 
-@given(st.binary(max_size=300), st.sampled_from([b"", b"\x01", OLD.read_bytes()[:29]]))
+@given(st.binary(max_size=300), st.sampled_from([b"", b"\x01"]))
 def test_noise_is_refused(noise: bytes, start: bytes) -> None:
     with pytest.raises(RecordingError):
         decode(start + noise)

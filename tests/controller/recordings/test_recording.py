@@ -18,8 +18,6 @@ from controller.recordings.recording import Mark, RecordingError, SimulatedTruth
 from tests.support import small_journal
 
 ORIGIN = replace(small_journal.ORIGIN, rows=5, columns=5)
-NEW_IN_FORM_2 = ("user", "session", "protocol", "preset", "seed")
-NEW_IN_FORM_3 = ("id", "started", "hardware", "unit")
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
 
 
@@ -85,7 +83,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"state.debounce.mean": np.full(3, np.inf)}, "state that is not all finite"),
     ({"meta": None}, "no recording of OrbTouch"),
     ({"meta": np.array("{")}, "nothing legible"),
-    ({"meta": meta(schema=4)}, "has form 4, this program reads 1, 2, 3"),
+    ({"meta": meta(schema=4)}, "has form 4, this program reads 3"),
     ({"meta": meta(rows=-1)}, "impossible things"),
     ({"meta": meta(mood="good")}, "nothing legible"),
     ({"meta": meta(seed=-1)}, "impossible things"),
@@ -120,16 +118,6 @@ def test_a_simulated_recording_keeps_the_truth_and_who_played(tmp_path: Path) ->
     assert loaded.truth.events == TRUTH.events
     np.testing.assert_array_equal(loaded.truth.contact, TRUTH.contact)
     assert reader.load(record(tmp_path / "two.npz")).truth is None
-
-
-def test_a_recording_of_the_form_before_is_still_read(tmp_path: Path) -> None:
-    new = (*NEW_IN_FORM_2, *NEW_IN_FORM_3)
-    old = {k: v for k, v in asdict(ORIGIN).items() if k not in new}
-    without = dict.fromkeys(("key", "cue", "excluded", "mark_t", "mark_kind", "mark_text"))
-    path = record(tmp_path / "one.npz")
-    changed(path, meta=np.array(json.dumps({**old, "schema": 1})), **without)
-    loaded = reader.load(path)
-    assert (loaded.origin.user, loaded.origin.seed, loaded.truth) == ("", None, None)
 
 
 def test_a_rate_two_percent_from_the_bundle_s_is_refused(tmp_path: Path) -> None:
