@@ -83,15 +83,6 @@ def ask(question: str) -> str:
     return input()
 
 
-def agreed(question: str) -> bool:
-    """Ask a question for yes or no; everything else and the end of input are no."""
-    try:
-        return ask(f"{question} [y/N] ").strip().lower() in ("y", "yes")
-    except EOFError:
-        print(file=sys.stderr)
-        return False
-
-
 def count(number: int, noun: str, nouns: str = "") -> str:
     """Return a number of things, as in "1 line" and "2 lines"; `nouns` is another plural."""
     return f"{number} {noun if number == 1 else nouns or noun + 's'}"

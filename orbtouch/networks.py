@@ -164,11 +164,18 @@ class Network:
             raise UserError("there is no recording to evaluate; give at least one")
         found = evaluation.summarise("recordings", self.labels, tallies)
         return Evaluation(
-            found.labels, found.sessions, found.events, found.f1, found.precision, found.recall,
-            found.false_alarms_per_min, found.latency_s,
+            found.labels,
+            found.sessions,
+            found.events,
+            found.f1,
+            found.precision,
+            found.recall,
+            found.false_alarms_per_min,
+            found.latency_s,
             found.location.error if found.location else None,
-            np.array(found.answered, dtype=np.int64), found.verdict,
-        )  # fmt: skip
+            np.array(found.answered, dtype=np.int64),
+            found.verdict,
+        )
 
     def teach(
         self,

@@ -103,8 +103,10 @@ class Recording:
         if not isinstance(seconds, slice) or seconds.step is not None:
             raise TypeError("a recording is sliced by seconds, such as session[2.0:3.5]")
         t = self.source.t
-        bounds = (-np.inf if seconds.start is None else seconds.start,
-                  np.inf if seconds.stop is None else seconds.stop)  # fmt: skip
+        bounds = (
+            -np.inf if seconds.start is None else seconds.start,
+            np.inf if seconds.stop is None else seconds.stop,
+        )
         first, end = np.searchsorted(t, bounds).tolist()
         first, end = max(first, self.span.start), min(end, self.span.stop)
         if first >= end:
@@ -137,9 +139,14 @@ class Recording:
         sources = labellers(self.source, least=0)
         end = float(np.nextafter(self.t[-1], np.inf))
         changed = edit.relabel(
-            self.source, float(self.t[0]), end, self.name, label=label,
-            column=COLUMNS[sources[0]] if sources else "label", excluded=excluded,
-        )  # fmt: skip
+            self.source,
+            float(self.t[0]),
+            end,
+            self.name,
+            label=label,
+            column=COLUMNS[sources[0]] if sources else "label",
+            excluded=excluded,
+        )
         return Recording(changed, self.name)
 
     def cut(self) -> recording.Recording:

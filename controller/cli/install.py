@@ -24,9 +24,12 @@ def main(argv: Sequence[str]) -> int:
         "vectors, and the time of a control step. Without a bundle, list those of this device.",
     )
     parser.add_argument(
-        "bundle", metavar="BUNDLE", nargs="?", default="",
+        "bundle",
+        metavar="BUNDLE",
+        nargs="?",
+        default="",
         help=f"a file, NAME.orb; or the hash of a listed bundle, or {SHIPPED}, to go back to it",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--other-sensor",
         action="store_true",

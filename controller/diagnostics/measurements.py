@@ -137,9 +137,9 @@ class _Probe:
     def _picofarads(self, scans: list[Scan], dark: Array) -> Array:
         """Return scans as the driver reads them, (n, rows, columns), picofarads."""
         full = round(self._full)
-        return np.array([
-            picofarads(self._wiring, scan.counts, scan.age_s, dark, full) for scan in scans
-        ])  # fmt: skip
+        return np.array(
+            [picofarads(self._wiring, scan.counts, scan.age_s, dark, full) for scan in scans]
+        )
 
     def _convert(self, row: int) -> float:
         """Return what a row's channel reads, of full scale; the sampling capacitor is emptied."""

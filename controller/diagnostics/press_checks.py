@@ -45,9 +45,12 @@ def skin_rows(
     changes = means / np.where(level > 0.0, level, 1.0) - 1.0
     if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):
         yield Row(
-            "touches", Verdict.DOUBTFUL, "some presses were hardly felt",
-            "Press firmly, a centimetre deep, and start again.", "unfelt",
-        )  # fmt: skip
+            "touches",
+            Verdict.DOUBTFUL,
+            "some presses were hardly felt",
+            "Press firmly, a centimetre deep, and start again.",
+            "unfelt",
+        )
     told = touch_checks.judge(changes, grid.pitch_mm, bad)
     yield from told
     if not faulty(told):

@@ -38,8 +38,11 @@ def runtime(bundle: Path, python: str = sys.executable) -> Row:
     try:
         done = subprocess.run(
             [python, "-c", _PROBE, str(bundle)],
-            capture_output=True, text=True, timeout=_PROBE_S, check=False,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            timeout=_PROBE_S,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         found = f"no answer within {_PROBE_S:.0f} s"
         return Row(name, Verdict.FAULT, found, _OTHER, "runtime_hangs")

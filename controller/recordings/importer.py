@@ -304,8 +304,10 @@ def _groups(
     order = np.argsort(group, kind="stable")  # frames stay in order
     edges = np.flatnonzero(np.diff(group[order])) + 1
     for chosen in np.split(order, edges):
-        words = [_word(arrays, name, column[chosen[0]])
-                 for name, column in zip(names, columns, strict=True)]  # fmt: skip
+        words = [
+            _word(arrays, name, column[chosen[0]])
+            for name, column in zip(names, columns, strict=True)
+        ]
         user = words.pop(0) if description.subject else description.user
         yield user, "".join(words) or ALONE, chosen
 

@@ -212,10 +212,14 @@ class Recorder:
 
     def _slowness(self, took_s: float) -> str:
         """Return the problem that a sync took too long; "" if it did not."""
-        return "" if took_s <= SLOW_S else (
-            f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as much, so "
-            "record onto a faster one"
-        )  # fmt: skip
+        return (
+            ""
+            if took_s <= SLOW_S
+            else (
+                f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as much, so "
+                "record onto a faster one"
+            )
+        )
 
     def _rescue(self, recording: Recording, error: Exception, answers: bool) -> str:
         """Seal a session into a temporary folder, beside its journal; return the sentence."""

@@ -72,9 +72,14 @@ def prepare(options: RunOptions) -> Parts:
     system = f"{platform.system()} {platform.release()} {platform.machine()}"
     _log.info(
         "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
-        __version__, platform.python_version(), recognizer.engine, system, bundle.hash,
-        sensor.device_id, sensor.rate_hz,
-    )  # fmt: skip
+        __version__,
+        platform.python_version(),
+        recognizer.engine,
+        system,
+        bundle.hash,
+        sensor.device_id,
+        sensor.rate_hz,
+    )
     return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
 
 

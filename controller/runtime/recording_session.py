@@ -48,7 +48,12 @@ def begin(parts: Parts, runs: RunFiles, sensor: Sensor) -> Callable[[State], Rec
     """Return a function that begins the next file of a session."""
     options = parts.options
     origin = provenance(
-        sensor, parts.bundle.labels, parts.bundle.hash, parts.recognizer.engine,
-        options.user, options.session, FREE if parts.plan is None else parts.plan.name,
-    )  # fmt: skip
+        sensor,
+        parts.bundle.labels,
+        parts.bundle.hash,
+        parts.recognizer.engine,
+        options.user,
+        options.session,
+        FREE if parts.plan is None else parts.plan.name,
+    )
     return lambda state: runs.begin(lambda path: Recorder(path, origin, state))

@@ -39,8 +39,10 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     try:
         model = replace(
             preset(options.preset),
-            rows=wiring.rows, columns=wiring.columns, pitch_mm=wiring.pitch_mm,
-        )  # fmt: skip
+            rows=wiring.rows,
+            columns=wiring.columns,
+            pitch_mm=wiring.pitch_mm,
+        )
         faults = [WiringFault.parse(text, wiring.rows, wiring.columns) for text in names]
     except (PresetError, FaultError) as error:
         raise HardwareError(str(error)) from None

@@ -54,9 +54,14 @@ def arguments(
         raise SensorError(str(error)) from None
     user, day = (zlib.crc32(name.encode()) for name in (options.user, options.day))
     return {
-        "seed": options.seed, "rate_hz": rate_hz or RATE_HZ, "model": model, "faults": faults,
-        "repertoire": repertoire, "user": user, "day": day,
-    }  # fmt: skip
+        "seed": options.seed,
+        "rate_hz": rate_hz or RATE_HZ,
+        "model": model,
+        "faults": faults,
+        "repertoire": repertoire,
+        "user": user,
+        "day": day,
+    }
 
 
 def knows(gestures: Sequence[Path], label: str) -> bool:

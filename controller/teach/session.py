@@ -118,9 +118,13 @@ def run(plan: SessionPlan, stopped: Callable[[], bool], say: Say) -> list[Path]:
     number = name.rpartition("-")[2]
     day = plan.session if number == "01" else f"{plan.session}-{number}"  # of the simulated hand
     sensor = sensors.load(
-        plan.sensor, plan.rate_hz, gestures=plan.vocabulary.files, user=plan.user, day=day,
+        plan.sensor,
+        plan.rate_hz,
+        gestures=plan.vocabulary.files,
+        user=plan.user,
+        day=day,
         wiring=plan.wiring,
-    )  # fmt: skip
+    )
     seeds = [sensor.seed or 0, zlib.crc32(name.encode())]  # another for each recording
     grid = (sensor.geometry.rows, sensor.geometry.columns)
     asks = requests(plan, grid, np.random.default_rng(seeds))
@@ -134,9 +138,14 @@ def run(plan: SessionPlan, stopped: Callable[[], bool], say: Say) -> list[Path]:
 
 
 def _record(
-    plan: SessionPlan, sensor: Sensor, cues: CueSession, runs: RunFiles, hand_seed: int,
-    stopped: Callable[[], bool], say: Say,
-) -> list[Path]:  # fmt: skip
+    plan: SessionPlan,
+    sensor: Sensor,
+    cues: CueSession,
+    runs: RunFiles,
+    hand_seed: int,
+    stopped: Callable[[], bool],
+    say: Say,
+) -> list[Path]:
     """Record a session of cues; return its files."""
     labels = plan.vocabulary.labels
     origin = provenance(sensor, labels, "", "", plan.user, plan.session, plan.protocol)

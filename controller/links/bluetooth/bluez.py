@@ -30,7 +30,6 @@ _OBJECTS: Final = "org.freedesktop.DBus.ObjectManager"
 # The orb's own service, which distinguishes it from other serial ports.
 SERVICE_UUID: Final = "6f726274-6f75-4368-9c1e-5a0d3f6b2a71"
 # The standard serial port service, for which Windows and macOS create an ordinary port.
-SERIAL_PORT_UUID: Final = "00001101-0000-1000-8000-00805f9b34fb"
 # A custom service record must name its RFCOMM channel, 1 to 30; BlueZ's own profiles have 9 to 17.
 CHANNEL: Final = 22
 ALIAS: Final = "OrbTouch"

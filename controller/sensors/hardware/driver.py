@@ -82,8 +82,10 @@ class Driver:
             return wanted_hz
         _log.warning(
             "that is too long for %g Hz, so the orb is read at %g Hz; shorten [times], or scan "
-            'with scheme = "column" (docs/hardware.md)', wanted_hz, most_hz,
-        )  # fmt: skip
+            'with scheme = "column" (docs/hardware.md)',
+            wanted_hz,
+            most_hz,
+        )
         return most_hz
 
     def _scan_s(self) -> float:
