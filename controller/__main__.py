@@ -13,7 +13,7 @@ def main(argv: list[str] | None = None) -> int:
         import os
 
         from controller.cli import COMMANDS, load
-        from controller.errors import complain, run, unknown_command
+        from controller.shared.errors import complain, run, unknown_command
 
         if name not in COMMANDS:
             error = unknown_command("controller", name, filter(None, COMMANDS))

@@ -10,8 +10,8 @@ from pathlib import Path
 import pygame
 from pygame import Surface as Surface
 
-from controller.errors import TroubleError, reason
-from controller.files import atomic_write
+from controller.shared.errors import TroubleError, reason
+from controller.shared.files import atomic_write
 from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
 from host.ui import dome

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from typing import Any, Final
 
     from controller import __version__ as __version__
-    from controller.errors import UserError as Error
+    from controller.shared.errors import UserError as Error
     from orbtouch.networks import Command, Evaluation, Network, network
     from orbtouch.orbs import Orb, connect, record
     from orbtouch.recordings import Recording, load, simulate
@@ -56,7 +56,7 @@ def __getattr__(name: str) -> "Any":
     from importlib import import_module
 
     if name == "Error":
-        return import_module("controller.errors").UserError
+        return import_module("controller.shared.errors").UserError
     if name == "__version__":
         return import_module("controller").__version__
     if name not in _MODULES:

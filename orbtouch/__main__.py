@@ -11,7 +11,7 @@ def main(argv: list[str] | None = None) -> int:
     with importing():
         from importlib import import_module
 
-        from controller import errors
+        from controller.shared import errors
         from orbtouch import cli
 
         if words[0] in ("-h", "--help", "--version"):

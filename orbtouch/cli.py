@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from controller.errors import unknown_command
+from controller.shared.errors import unknown_command
 from orbtouch import __version__
 
 _PLAY, _TEACH, _TRAIN, _CARE = "play", "teach", "train", "look after an orb"  # headings of the help

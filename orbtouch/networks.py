@@ -14,10 +14,10 @@ from controller.adapt import symmetry
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.inference.networks import Recognizer
-from controller.errors import UserError, count
-from controller.files import atomic_write
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import Recording as Source
+from controller.shared.errors import UserError, count
+from controller.shared.files import atomic_write
 from controller.teach import add_gesture
 from models.evaluation import evaluate as evaluation
 from models.evaluation import replay

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.errors import UserError
-from controller.protocol import psk
-from controller.protocol.messages import Command as CommandMessage
-from controller.protocol.messages import Contact, Contacts
+from controller.shared.errors import UserError
+from controller.shared.protocol import psk
+from controller.shared.protocol.messages import Command as CommandMessage
+from controller.shared.protocol.messages import Contact, Contacts
 from host.connection.receiver import Delivered, Received, Receiver, ever_connected
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PACKAGES = ("controller", "host", "models", "tetris")
-_USAGE, _INTERRUPTED = 2, 130  # as controller.errors, which may be another one's here
+_USAGE, _INTERRUPTED = 2, 130  # as controller.shared.errors, which may be another one's here
 
 
 def foreign(root: "Path") -> str:

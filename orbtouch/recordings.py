@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.errors import UserError, how_to_install
-from controller.files import atomic_write
 from controller.recordings import edit, reader, recording
+from controller.shared.errors import UserError, how_to_install
+from controller.shared.files import atomic_write
 from models.data.examples import COLUMNS, column, labellers
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from controller.errors import UserError, how_to_install
+from controller.shared.errors import UserError, how_to_install
 from orbtouch.networks import Network, network
 
 

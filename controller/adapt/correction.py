@@ -9,9 +9,9 @@ from typing import Final
 from controller.adapt import few_shot, process
 from controller.adapt.examples import NULL_LABEL, Example, touched
 from controller.adapt.few_shot import CORRECTED, AdaptError
-from controller.aliases import Images
 from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import INCOMING, BundleStore
+from controller.shared.aliases import Images
 
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
 GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter

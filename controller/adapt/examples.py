@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Images, Windows
 from controller.bundles.head import EVERYBODY
+from controller.shared.aliases import Images, Windows
 
 NULL_LABEL: Final = "null"
 TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarter turns

@@ -14,19 +14,19 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from controller import errors
 from controller.adapt import lessons
 from controller.adapt.examples import NULL_LABEL, Example, varied, vary
 from controller.adapt.fit import TrainingSet, fit
 from controller.adapt.lessons import Lessons, Rehearsal
-from controller.aliases import Windows
 from controller.bundles import container
 from controller.bundles.head import EVERYBODY, Head, Matrix, softmax
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
-from controller.errors import TroubleError
 from controller.recognition import debounce
 from controller.recognition.debounce import DebounceSettings, Probabilities
+from controller.shared import errors
+from controller.shared.aliases import Windows
+from controller.shared.errors import TroubleError
 
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together

@@ -19,14 +19,14 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from controller import config, npz
 from controller.adapt.examples import TURNS, Example
-from controller.aliases import Images
 from controller.bundles import container, head
 from controller.bundles.container import BundleError
 from controller.bundles.head import Head, HeadError, Matrix
-from controller.config import ConfigError
 from controller.recognition.debounce import DebounceSettings
+from controller.shared import config, npz
+from controller.shared.aliases import Images
+from controller.shared.config import ConfigError
 
 STEPS_PER_Z: Final = 200.0
 UNTOUCHED: Final = 128

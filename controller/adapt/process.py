@@ -22,7 +22,7 @@ from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.container import BundleError
-from controller.errors import reason
+from controller.shared.errors import reason
 
 DEADLINE_S: Final = 120.0
 NICE: Final = 10

@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from controller import config
 from controller.bundles import container, users_table
 from controller.bundles import golden as goldens
 from controller.bundles import head as heads
@@ -30,17 +29,18 @@ from controller.bundles.container import (
 )
 from controller.bundles.golden import Golden, GoldenError
 from controller.bundles.head import EVERYBODY, Head, HeadError
-from controller.config import ConfigError
-from controller.errors import one_line, reason
-from controller.files import atomic_write, read_bytes
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.frames import PreprocessSettings, same_rate
+from controller.recognition.images.frames import PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.pipeline import PipelineSettings
 from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 from controller.recognition.user_id import NO_USERS, Users
+from controller.shared import config
+from controller.shared.config import ConfigError
+from controller.shared.errors import one_line, reason
+from controller.shared.files import atomic_write, read_bytes
 
 USUAL, SLOW = "orbtouch.orb", "orbtouch-10hz.orb"  # those that ship, in the package `models`
 SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices

@@ -12,10 +12,10 @@ import zipfile
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from controller import config
-from controller.config import ConfigError
-from controller.errors import UserError
-from controller.npz import DAMAGE, ZipError, open_zip
+from controller.shared import config
+from controller.shared.config import ConfigError
+from controller.shared.errors import UserError
+from controller.shared.npz import DAMAGE, ZipError, open_zip
 
 FORMAT = 5  # of bundle.toml and of the list of parts
 MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays

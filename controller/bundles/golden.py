@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
+from controller.shared import npz
 
 _PEOPLE = "people"  # output of the user network
 

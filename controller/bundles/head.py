@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
+from controller.shared import npz
 
 EVERYBODY: Final = ""  # the user of what is for all users
 _ROWS: Final = "rows-"  # before a user's name: arrays of taught rows

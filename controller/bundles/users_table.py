@@ -20,11 +20,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from controller import config, files
-from controller.config import ConfigError
 from controller.recognition.mapping import USERS, Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.user_id import NO_USERS, Users
+from controller.shared import config, files
+from controller.shared.config import ConfigError
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:

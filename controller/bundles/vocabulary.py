@@ -24,12 +24,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from controller import config
-from controller.config import ConfigError
-from controller.errors import UserError, reason
-from controller.files import read_text
 from controller.recognition import mapping
 from controller.recognition.mapping import Mapping, MappingError
+from controller.shared import config
+from controller.shared.config import ConfigError
+from controller.shared.errors import UserError, reason
+from controller.shared.files import read_text
 
 FILE: Final = "gestures.toml"  # the file's name beside recordings
 ROTATIONS: Final = ("none", "half", "all")  # fewest first

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.config import ConfigError, read_toml, settings
-from controller.cues import CueSession, CueTiming, ExampleRequest
 from controller.recordings.recording import RecordingError
+from controller.shared.config import ConfigError, read_toml, settings
+from controller.shared.cues import CueSession, CueTiming, ExampleRequest
 
 RANDOM: Final = "random"
 BLOCKS: Final = "blocks"

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from controller.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
 from controller.recordings.recording import UNKNOWN, Mark
+from controller.shared.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
 
 
 @dataclass(frozen=True, slots=True)

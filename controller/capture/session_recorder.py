@@ -8,10 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from controller.aliases import Say, State
 from controller.capture.labels import FrameLabels, Labeller
-from controller.cues import Cue, Phase
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings import journal_file, writer
 from controller.recordings.journal_file import LockedError
@@ -24,6 +22,8 @@ from controller.recordings.recorder import (
 )
 from controller.recordings.recording import Provenance, RecordingError, software
 from controller.sensors.base import Sensor
+from controller.shared.aliases import Say, State
+from controller.shared.cues import Cue, Phase
 
 ANONYMOUS: Final = "unknown"  # the user in the names of files, if not given
 LEAST_S: Final = 1.0  # a shorter session is not kept

@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from controller.cues import NULL_LABEL, Cue, Phase
-from controller.protocol.messages import Perform
 from controller.sensors.geometry import Geometry
 from controller.sensors.virtual import place
-from controller.simulator.gesture_file import load
+from controller.shared.cues import NULL_LABEL, Cue, Phase
+from controller.shared.protocol.messages import Perform
+from controller.simulator.hand.gesture_file import load
 
 _REACTION_S: Final = (0.2, 0.6)  # from a cue to the hand's first movement
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from contextlib import closing
 from datetime import UTC, datetime
 
-from controller.arguments import Parser
 from controller.cli.sensor_options import add_sensor, load_skin
 from controller.diagnostics.calibration import keep
 from controller.diagnostics.frame_source import FrameReader
@@ -15,6 +14,7 @@ from controller.diagnostics.report import Verdict, table
 from controller.diagnostics.skin_checks import CALIBRATION_S
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
+from controller.shared.arguments import Parser
 
 
 def main(argv: Sequence[str]) -> int:

@@ -11,8 +11,6 @@ from typing import Final
 
 import numpy as np
 
-from controller import files
-from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, load_skin
 from controller.diagnostics import measurements, system_checks, wiring_checks
@@ -22,6 +20,8 @@ from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import RATE_HZ, SensorError
+from controller.shared import files
+from controller.shared.arguments import Parser
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
 BLUETOOTH: Final = ("rfcomm:", "hid:")  # links over Bluetooth

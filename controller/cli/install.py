@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from controller.arguments import Parser
 from controller.bundles import bundle as bundles
 from controller.bundles.container import BundleError
 from controller.bundles.deploy import install as installer
 from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
-from controller.errors import TroubleError, one_line, printable, reason
+from controller.shared.arguments import Parser
+from controller.shared.errors import TroubleError, one_line, printable, reason
 
 SHIPPED: Final = "shipped"  # the word for the bundle that ships
 _LEAST: Final = 4  # digits of a hash that name a bundle

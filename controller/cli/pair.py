@@ -10,10 +10,9 @@ from collections.abc import Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from controller.arguments import Parser
-from controller.errors import how_to_install
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import (
+from controller.shared.arguments import Parser
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import (
     ADAPTER,
     ALIAS,
     DEVICE,
@@ -22,9 +21,10 @@ from controller.links.bluetooth.bluez import (
     Properties,
     bonded,
 )
+from controller.shared.errors import how_to_install
 
 if TYPE_CHECKING:
-    from controller.links.bluetooth.pairing_agent import Confirm, PairingAgent
+    from controller.shared.bluetooth.pairing_agent import Confirm, PairingAgent
 
 
 def main(argv: Sequence[str]) -> int:
@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
 
 async def _pair(options: argparse.Namespace) -> int:
     """Open the pairing window until a host has paired or the time is up."""
-    from controller.links.bluetooth.pairing_agent import (
+    from controller.shared.bluetooth.pairing_agent import (
         NO_SCREEN,
         SCREEN,
         WINDOW_S,

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from controller.arguments import Parser
-from controller.errors import TROUBLE, complain, count, printable, reason
 from controller.recordings import edit, importer, journal_file, reader, summary, writer
 from controller.recordings.description import Description, described
 from controller.recordings.quality.check import (
@@ -20,6 +18,8 @@ from controller.recordings.quality.check import (
     examine,
 )
 from controller.recordings.recording import Recording, RecordingError
+from controller.shared.arguments import Parser
+from controller.shared.errors import TROUBLE, complain, count, printable, reason
 
 _HIDDEN: Final = "."  # begins the names of unfinished files
 

@@ -16,11 +16,9 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from controller import __version__, errors
-from controller.arguments import Parser, whole
+from controller import __version__
 from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, rate
-from controller.errors import TROUBLE, UserError, complain, let_go
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import open_device, prepare
 from controller.runtime.device import Device
@@ -28,11 +26,14 @@ from controller.runtime.loop import ORPHAN_S, Loop
 from controller.runtime.parts import Parts, RunOptions
 from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
-from controller.shutdown import Shutdown, signals
+from controller.shared import errors
+from controller.shared.arguments import Parser, whole
+from controller.shared.errors import TROUBLE, UserError, complain, let_go
+from controller.shared.shutdown import Shutdown, signals
 
 if TYPE_CHECKING:
-    from controller.runtime.bundle_updates import BundleUpdater
-    from controller.runtime.teacher import Teacher
+    from controller.remote.bundle_updates import BundleUpdater
+    from controller.remote.teacher import Teacher
 
 _log = logging.getLogger("controller")
 
@@ -129,7 +130,7 @@ def _handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater | None, Teach
     """Return the handlers of changes over the link; only a run with a link imports them."""
     if current().options.link == PRINT:
         return None, None
-    from controller.runtime.handlers import handlers
+    from controller.remote.handlers import handlers
 
     return handlers(current)
 

@@ -11,18 +11,18 @@ from typing import Final
 
 import numpy as np
 
-from controller import plugins
-from controller.aliases import Frames
-from controller.arguments import Parser
 from controller.diagnostics.frame_source import FrameReader, VirtualFinger
 from controller.diagnostics.report import faulty, table
 from controller.diagnostics.sensor_trial import Trial, examine
-from controller.errors import TROUBLE
-from controller.files import atomic_write
-from controller.recognition.scale import PICOFARAD
+from controller.recognition.images.scale import PICOFARAD
 from controller.sensors import base as sensors
 from controller.sensors.geometry import SensorError
 from controller.sensors.hardware.description import Description
+from controller.shared import plugins
+from controller.shared.aliases import Frames
+from controller.shared.arguments import Parser
+from controller.shared.errors import TROUBLE
+from controller.shared.files import atomic_write
 
 REST_S: Final = 6.0
 TOUCHED_S: Final = 12.0

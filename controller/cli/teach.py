@@ -9,16 +9,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from controller.arguments import Parser, whole
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.vocabulary import FILE
 from controller.cli.sensor_options import add_sensor
-from controller.errors import INTERRUPTED, TROUBLE, TroubleError, UserError, reason
-from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
-from controller.shutdown import signals
+from controller.shared.arguments import Parser, whole
+from controller.shared.errors import INTERRUPTED, TROUBLE, TroubleError, UserError, reason
+from controller.shared.protocol.messages import COMMANDS
+from controller.shared.shutdown import signals
 from controller.teach import add_gesture, session
 from controller.teach.session import FEW, GESTURES, LOCATIONS, SessionPlan
 

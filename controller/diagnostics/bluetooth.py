@@ -9,9 +9,8 @@ from contextlib import closing
 from pathlib import Path
 
 from controller.diagnostics.report import Row, Verdict
-from controller.errors import how_to_install
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import (
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import (
     SERVICE_UUID,
     BluetoothError,
     Bus,
@@ -21,6 +20,7 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
+from controller.shared.errors import how_to_install
 
 _GOOD, _DOUBTFUL, _FAULT = Verdict.GOOD, Verdict.DOUBTFUL, Verdict.FAULT
 

@@ -3,12 +3,12 @@
 from datetime import datetime
 from pathlib import Path
 
-from controller.aliases import Frames
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.skin_checks import calibrate
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor
 from controller.sensors.calibration_store import Calibration
+from controller.shared.aliases import Frames
 
 
 def keep(

@@ -6,12 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from controller import errors
-from controller.aliases import Frames
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
-from controller.protocol.messages import Contact
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.sensors.base import Sensor
+from controller.shared import errors
+from controller.shared.aliases import Frames
+from controller.shared.protocol.messages import Contact
 
 _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _REST_S: Final = 1.0  # from one press to the next, on a simulated skin

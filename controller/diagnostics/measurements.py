@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array, Mask
 from controller.diagnostics.report import Row, fault
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
@@ -16,6 +15,7 @@ from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.inversion import picofarads
 from controller.sensors.hardware.scanner import Scan, Scanner
 from controller.sensors.hardware.wiring import Wiring
+from controller.shared.aliases import Array, Mask
 
 LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
 _CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less

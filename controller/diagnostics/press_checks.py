@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from controller.aliases import Frames, Mask
 from controller.diagnostics import skin_checks, touch_checks
 from controller.diagnostics.frame_source import Finger, FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty
-from controller.recognition.dead_taxels import without_lead
+from controller.recognition.images.dead_taxels import without_lead
+from controller.shared.aliases import Frames, Mask
 
 
 def skin_rows(

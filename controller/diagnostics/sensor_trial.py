@@ -6,10 +6,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Frames
 from controller.diagnostics.report import Row, Verdict
-from controller.recognition.scale import FIRM
-from controller.recognition.sensor_health import taxel_names
+from controller.recognition.images.scale import FIRM
+from controller.recognition.images.sensor_health import taxel_names
+from controller.shared.aliases import Frames
 
 # Times a taxel's own noise from which it is touched. At rest the greatest of 20,000 values of a
 # virtual orb is at 5.4, that of 10^6 Gaussian ones at 4.9; a finger on it is at 24 or more.

@@ -5,16 +5,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Frames, Mask
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
-from controller.recognition import drift
-from controller.recognition.dead_taxels import MOST, TaxelInterpolator, without_lead
-from controller.recognition.frames import Frame, PreprocessSettings
-from controller.recognition.preprocess import Prepared, Preprocessor
-from controller.recognition.sensor_health import taxel_names
+from controller.recognition.images import drift
+from controller.recognition.images.dead_taxels import MOST, TaxelInterpolator, without_lead
+from controller.recognition.images.frames import Frame, PreprocessSettings
+from controller.recognition.images.preprocess import Prepared, Preprocessor
+from controller.recognition.images.sensor_health import taxel_names
 from controller.recordings.quality import taxels
 from controller.recordings.recording import PICOFARAD
+from controller.shared.aliases import Frames, Mask
 
 IDLE_S: Final = 6.0  # so long nothing should touch
 CALIBRATION_S: Final = 10.0  # paper, section 4.1

@@ -10,7 +10,7 @@ from typing import Final
 
 from controller.diagnostics.report import Row, Verdict
 from controller.links import LinkError, open_link
-from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 
 _PROBE_S: Final = 60.0  # importing takes 7 s on the slowest machine tried
 _PROBE: Final = (

@@ -12,11 +12,11 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array, Mask
 from controller.diagnostics.report import Row, Verdict, fault
-from controller.recognition.dead_taxels import DEAD_SLOPE, TaxelInterpolator
-from controller.simulator.hand import MECHANICS_HZ
-from controller.simulator.mechanics import Mechanics, MechanicsModel
+from controller.recognition.images.dead_taxels import DEAD_SLOPE, TaxelInterpolator
+from controller.shared.aliases import Array, Mask
+from controller.simulator.dome.mechanics import Mechanics, MechanicsModel
+from controller.simulator.hand.performance import MECHANICS_HZ
 
 Place = tuple[int, int]  # row, column
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from controller.diagnostics.measurements import LATE_S, Measurements
 from controller.diagnostics.report import Row, Verdict, fault
-from controller.simulator.readout import NOMINAL_PF
+from controller.simulator.dome.readout import NOMINAL_PF
 
 _COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
 

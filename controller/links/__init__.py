@@ -7,10 +7,10 @@ import importlib.util
 import re
 from typing import Any, Final
 
-from controller import plugins
 from controller.links.base import Access, Link, LinkAwayError, LinkError
-from controller.protocol.codec import ProtocolError
-from controller.protocol.messages import Welcome
+from controller.shared import plugins
+from controller.shared.protocol.codec import ProtocolError
+from controller.shared.protocol.messages import Welcome
 
 __all__ = [
     "PRINT",

@@ -1,21 +1,19 @@
-"""Base class of links, their errors, the queue to the loop, and the limit of log lines."""
+"""Base class of links, their errors, and the limit of log lines."""
 
 from __future__ import annotations
 
-import contextlib
-import queue
 import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Final, Generic, TypeVar
+from typing import Final
 
-from controller.errors import TroubleError, UserError
-from controller.protocol.messages import VERSION, Bye, Hello, Message, Welcome
+from controller.shared.errors import TroubleError, UserError
+from controller.shared.protocol.messages import VERSION, Bye, Hello, Message, Welcome
+from controller.shared.request_queue import RequestQueue
 
 HUSH_S: Final = 10.0  # in which `LogLimit` lets each line pass once
-Item = TypeVar("Item")
 
 
 class LinkError(UserError, OSError):
@@ -95,34 +93,6 @@ class Link(ABC):
     @abstractmethod
     def close(self) -> None:
         """Send Bye, and end the thread; a second call has no effect."""
-
-
-class RequestQueue(Generic[Item]):
-    """Thread-safe queue of requests from a link's thread to the control loop."""
-
-    def __init__(self) -> None:
-        self._queue: queue.SimpleQueue[Item] = queue.SimpleQueue()
-        self._ready: deque[Item] = deque()  # taken from the queue by `wait`
-
-    def __len__(self) -> int:
-        return self._queue.qsize() + len(self._ready)
-
-    def put(self, item: Item) -> None:
-        """Add a request; callable from any thread."""
-        self._queue.put(item)
-
-    def take(self) -> list[Item]:
-        """Return all requests, oldest first, without waiting."""
-        items = [*self._ready, *(self._queue.get() for _ in range(self._queue.qsize()))]
-        self._ready.clear()
-        return items
-
-    def wait(self, timeout_s: float) -> Item | None:
-        """Return the oldest request, which stays, as soon as there is one; None: not in time."""
-        if not self._ready:
-            with contextlib.suppress(queue.Empty):
-                self._ready.append(self._queue.get(timeout=max(timeout_s, 0.0)))
-        return self._ready[0] if self._ready else None
 
 
 class KeyLink(Link):

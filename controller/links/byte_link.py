@@ -15,12 +15,13 @@ import time
 from dataclasses import replace
 from functools import partial
 
-from controller.links.base import Access, Link, LogLimit, RequestQueue
-from controller.links.ports import Stream
-from controller.protocol.device_session import DeviceSession
-from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
-from controller.protocol.packets import encode
-from controller.protocol.retransmit import RetransmitQueue
+from controller.links.base import Access, Link, LogLimit
+from controller.shared.ports import Stream
+from controller.shared.protocol.device_session import DeviceSession
+from controller.shared.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
+from controller.shared.protocol.packets import encode
+from controller.shared.protocol.retransmit import RetransmitQueue
+from controller.shared.request_queue import RequestQueue
 
 REQUESTS = 4096  # limit of queued requests; a host that exceeds it is disconnected
 CHUNK = 16 * 1024  # bytes per read

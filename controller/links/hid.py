@@ -16,18 +16,18 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import parse_qsl
 
-from controller.errors import how_to_install
-from controller.keymap import keymap
-from controller.keymap.keymap import KeyMap
 from controller.links.base import KeyLink, LinkAwayError, LinkError
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import hosts
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
-from controller.protocol.messages import Command, Message, State, Telemetry, Welcome
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import BluetoothError
+from controller.shared.errors import how_to_install
+from controller.shared.keymap import keymap
+from controller.shared.keymap.keymap import KeyMap
+from controller.shared.protocol.messages import Command, Message, State, Telemetry, Welcome
 
 CLASSIC = "classic"
 

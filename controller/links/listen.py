@@ -16,8 +16,8 @@ from urllib.parse import urlsplit
 
 from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
-from controller.protocol.codec import ProtocolError
-from controller.protocol.messages import Welcome
+from controller.shared.protocol.codec import ProtocolError
+from controller.shared.protocol.messages import Welcome
 
 SEND_BUFFER = 32 * 1024  # bytes: unread messages stay in the session, which can drop them
 PEERS = 8  # connections at a time; one of them is the host, the others are refused

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from controller.links import module_of, split
 from controller.links.base import Access, Link, LinkError
-from controller.protocol.messages import Bye, Contacts, Hello, Message, Welcome
+from controller.shared.protocol.messages import Bye, Contacts, Hello, Message, Welcome
 
 POLL_S = 0.05  # greatest delay of a request on any link but the first
 

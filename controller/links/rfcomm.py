@@ -7,13 +7,14 @@ import socket
 from collections.abc import Callable
 from functools import partial
 
-from controller.errors import how_to_install
-from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import CHANNEL, BluetoothError
+from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.links.byte_link import StreamLink
-from controller.protocol.messages import Welcome
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import CHANNEL, BluetoothError
+from controller.shared.errors import how_to_install
+from controller.shared.protocol.messages import Welcome
+from controller.shared.request_queue import RequestQueue
 
 PEERS = 4  # connections at a time; one of them is the host, the others are refused
 

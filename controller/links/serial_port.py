@@ -7,10 +7,10 @@ import io
 import logging
 import socket
 
-from controller.links import ports
 from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
-from controller.protocol.messages import Welcome
+from controller.shared import ports
+from controller.shared.protocol.messages import Welcome
 
 RETRY_MS = 500  # between two attempts to open a lost port
 

@@ -9,9 +9,9 @@ import threading
 from collections.abc import Mapping
 from typing import TextIO
 
-from controller.errors import let_go
 from controller.links.base import Access, Link, LinkError
-from controller.protocol.messages import (
+from controller.shared.errors import let_go
+from controller.shared.protocol.messages import (
     Command,
     Message,
     PositionUncertainty,

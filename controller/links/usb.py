@@ -16,14 +16,15 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import parse_qsl
 
-from controller.errors import reason
-from controller.keymap import keymap
-from controller.keymap.keymap import KeyMap
-from controller.links.base import KeyLink, LinkError, RequestQueue
+from controller.links.base import KeyLink, LinkError
 from controller.links.bluetooth.hid import held_keys
 from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, HeldReports, Report
 from controller.links.usb_gadget import Gadget
-from controller.protocol.messages import Command, Message, State, Telemetry, Welcome
+from controller.shared.errors import reason
+from controller.shared.keymap import keymap
+from controller.shared.keymap.keymap import KeyMap
+from controller.shared.protocol.messages import Command, Message, State, Telemetry, Welcome
+from controller.shared.request_queue import RequestQueue
 
 IDLE_S: Final = 0.1  # greatest delay until a host that comes or goes is noticed
 RETRY_S: Final = 0.002  # between attempts to write; hosts read every 1 to 10 ms

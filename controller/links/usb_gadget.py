@@ -13,10 +13,10 @@ import subprocess
 from pathlib import Path
 from typing import Final
 
-from controller.errors import reason
 from controller.links.base import LinkError
 from controller.links.bluetooth.hid import reports
 from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, Report
+from controller.shared.errors import reason
 
 CONFIGFS: Final = "sys/kernel/config/usb_gadget"
 UDCS: Final = "sys/class/udc"  # USB device controllers

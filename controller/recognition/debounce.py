@@ -29,7 +29,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import State
+from controller.shared.aliases import State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities

@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from controller.errors import UserError
-from controller.protocol.messages import COMMANDS
+from controller.shared.errors import UserError
+from controller.shared.protocol.messages import COMMANDS
 
 NONE = "none"  # the command without an effect
 ALWAYS = COMMANDS[:6]  # announced even if the mapping does not use them

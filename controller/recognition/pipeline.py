@@ -7,16 +7,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import State
-from controller.recognition.baseline import StoredBaseline
 from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
-from controller.recognition.frames import Frame, Image, PreprocessSettings, Window
+from controller.recognition.images.baseline import StoredBaseline
+from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window
+from controller.recognition.images.preprocess import Prepared, Preprocessor
+from controller.recognition.images.scale import SKIN, Signal
+from controller.recognition.images.sensor_health import HealthMonitor
 from controller.recognition.mapping import Mapping
-from controller.recognition.preprocess import Prepared, Preprocessor
-from controller.recognition.scale import SKIN, Signal
-from controller.recognition.sensor_health import HealthMonitor
 from controller.recognition.touch_position import PositionSpread, TouchImage
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
+from controller.shared.aliases import State
 
 Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Images
-from controller.recognition.frames import Image
+from controller.recognition.images.frames import Image
+from controller.shared.aliases import Images
 
 _SPOT: Final = 5  # side of the square whose deviation is summed, taxels: one noisy taxel is no spot
 _TINY: Final = 1e-9  # level of an image without a deviation

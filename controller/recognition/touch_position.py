@@ -15,8 +15,8 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Change, State
-from controller.recognition.frames import Image
+from controller.recognition.images.frames import Image
+from controller.shared.aliases import Change, State
 
 _LEAD_S: Final = 0.05  # before the first gesture frame, in which the finger arrives
 _BEFORE_S: Final = 0.3  # untouched images before that

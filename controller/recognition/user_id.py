@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import State
 from controller.recognition.mapping import Mapping, MappingError
+from controller.shared.aliases import State
 
 NOT_ENROLLED: Final = 0  # the network's output for users who are not enrolled
 MIN_PROBABILITY: Final = 1e-6  # of each user in one window

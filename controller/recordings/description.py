@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from controller.config import ConfigError, read_toml, settings
-from controller.recognition.scale import SIGNS
+from controller.recognition.images.scale import SIGNS
 from controller.recordings.recording import LABELLERS, PICOFARAD, RecordingError
+from controller.shared.config import ConfigError, read_toml, settings
 
 ALONE: Final = "01"  # user and session if the description names none
 

@@ -8,8 +8,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
-from controller.errors import count
 from controller.recordings import reader, writer
 from controller.recordings.recording import (
     UNKNOWN,
@@ -18,6 +16,8 @@ from controller.recordings.recording import (
     RecordingError,
     software,
 )
+from controller.shared import npz
+from controller.shared.errors import count
 
 NO_LABEL: Final = "unknown"  # the name of a missing label
 

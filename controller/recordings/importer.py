@@ -11,10 +11,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
-from controller.errors import reason
-from controller.recognition.drift import tone
-from controller.recognition.scale import SIGNS
+from controller.recognition.images.drift import tone
+from controller.recognition.images.scale import SIGNS
 from controller.recordings.description import ALONE, Description
 from controller.recordings.recording import (
     PICOFARAD,
@@ -27,6 +25,8 @@ from controller.recordings.recording import (
     software,
     unlabelled,
 )
+from controller.shared import npz
+from controller.shared.errors import reason
 
 NULL: Final = "null"
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to

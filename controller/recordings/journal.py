@@ -20,9 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller import npz
-from controller.aliases import State
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings import reader, writer
 from controller.recordings.reader import COLUMNS, LARGEST, LATEST_S, STATE
@@ -37,6 +35,8 @@ from controller.recordings.recording import (
     format_provenance,
     parse_provenance,
 )
+from controller.shared import npz
+from controller.shared.aliases import State
 
 AMENDABLE: Final = (*LABELLERS, "excluded")
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
-from controller.errors import count, reason
-from controller.files import sync, sync_folder
-from controller.leftovers import lock
 from controller.recordings import writer
 from controller.recordings.journal import MAX_BYTES, decode
 from controller.recordings.recording import RecordingError
 from controller.recordings.writer import DAMAGED, JOURNAL, SEALED, seal
+from controller.shared.errors import count, reason
+from controller.shared.files import sync, sync_folder
+from controller.shared.leftovers import lock
 
 _BLOCK: Final = 4096  # bytes; disks lose or keep whole blocks
 

@@ -12,9 +12,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
-from controller.errors import reason
-from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings.recording import (
     LABELLERS,
@@ -28,6 +25,9 @@ from controller.recordings.recording import (
     SimulatedTruth,
     parse_provenance,
 )
+from controller.shared import npz
+from controller.shared.errors import reason
+from controller.shared.event_metric import Event
 
 MAX_BYTES: Final = 512 << 20  # of a file and of what it unpacks to: about four days at 10 Hz
 LARGEST: Final = 1e6  # of a frame: a taxel has 41 pF (paper, section 3.2), a count some thousand

@@ -17,15 +17,15 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from controller.aliases import State
-from controller.errors import reason
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings import journal, writer
 from controller.recordings.journal import Journal
 from controller.recordings.journal_file import JournalFile
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from controller.recordings.writer import seal
+from controller.shared.aliases import State
+from controller.shared.errors import reason
 
 SYNC_S: Final = 0.4  # between two syncs
 RETRY_S: Final = 1.0  # after a failed sync

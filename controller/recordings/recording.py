@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import __version__
-from controller.aliases import State
-from controller.errors import UserError
-from controller.recognition.event_metric import Event
-from controller.recognition.frames import same_rate
+from controller.recognition.images.frames import same_rate
+from controller.recognition.images.scale import PICOFARAD as PICOFARAD
+from controller.recognition.images.scale import Signal
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
-from controller.recognition.scale import PICOFARAD as PICOFARAD
-from controller.recognition.scale import Signal
+from controller.shared.aliases import State
+from controller.shared.errors import UserError
+from controller.shared.event_metric import Event
 
 SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
 # Form 1 had no truth and no user; form 2 had no keys, cues, marks and rest.
@@ -138,7 +138,8 @@ def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
 def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
     """Raise RecordingError if sensor or rate (by 2 %) are not those of a bundle.
 
-    Any unit fits, as live: `controller.recognition.scale` has what a bundle in picofarads gets.
+    Any unit fits, as live: `controller.recognition.images.scale` has what a bundle in picofarads
+    gets.
     """
     shape, expected = recording.frames.shape[1:], (bundle.rows, bundle.columns)
     if shape != expected:

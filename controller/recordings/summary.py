@@ -7,11 +7,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.errors import count
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
 from controller.recordings.quality.taxels import Map, respond
 from controller.recordings.recording import PICOFARAD, Recording
+from controller.shared.errors import count
 
 _SHADES: Final = " ░▒▓█"  # from nothing to the greatest value
 _WIDTH: Final = 80  # columns of a terminal

@@ -13,8 +13,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
-from controller.files import atomic_write
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings import reader
 from controller.recordings.reader import COLUMNS, STATE
@@ -25,6 +23,8 @@ from controller.recordings.recording import (
     SimulatedTruth,
     format_provenance,
 )
+from controller.shared import npz
+from controller.shared.files import atomic_write
 
 SEALED: Final = ".npz"
 JOURNAL: Final = ".journal"

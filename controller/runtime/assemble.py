@@ -20,11 +20,8 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
-from controller.errors import UserError
 from controller.links import open_link
-from controller.protocol import psk
-from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
-from controller.recognition.frames import same_rate
+from controller.recognition.images.frames import same_rate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings import reader
@@ -35,6 +32,9 @@ from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import SensorError
+from controller.shared.errors import UserError
+from controller.shared.protocol import psk
+from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 

@@ -9,8 +9,15 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link, LogLimit
-from controller.protocol.codec import quantise_image
-from controller.protocol.messages import (
+from controller.recognition.images.frames import Frame, Image
+from controller.recognition.pipeline import Pipeline, Step
+from controller.recordings.recording import UNKNOWN
+from controller.runtime.latency import LatencyReporter
+from controller.sensors import calibration_store
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import SensorAwayError, SensorError
+from controller.shared.protocol.codec import quantise_image
+from controller.shared.protocol.messages import (
     Command,
     Contacts,
     Health,
@@ -20,17 +27,10 @@ from controller.protocol.messages import (
     Telemetry,
     UserIdentified,
 )
-from controller.recognition.frames import Frame, Image
-from controller.recognition.pipeline import Pipeline, Step
-from controller.recordings.recording import UNKNOWN
-from controller.runtime.latency import LatencyReporter
-from controller.sensors import calibration_store
-from controller.sensors.base import Sensor
-from controller.sensors.geometry import SensorAwayError, SensorError
 
 if TYPE_CHECKING:
     from controller.capture.session_recorder import SessionRecorder
-    from controller.cues import Cue
+    from controller.shared.cues import Cue
 
 HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair ...
 PAIR_S: Final = 120  # ... for so long

@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime.process import IdleCollector
+from controller.shared.protocol.messages import LatencyReport, StageTime
 
 # The device's hops in order, each named by the work that ends with it.
 HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link, LogLimit
-from controller.protocol.messages import (  # fmt: skip
+from controller.runtime.device import Device
+from controller.shared.protocol.messages import (
     PROVING,
     Bye,
     Contacts,
@@ -25,12 +26,11 @@ from controller.protocol.messages import (  # fmt: skip
     UploadChunk,
     UploadOffer,
 )
-from controller.protocol.teaching import TEACHING
-from controller.runtime.device import Device
+from controller.shared.protocol.teaching import TEACHING
 
 if TYPE_CHECKING:
-    from controller.runtime.bundle_updates import BundleUpdater
-    from controller.runtime.teacher import Teacher
+    from controller.remote.bundle_updates import BundleUpdater
+    from controller.remote.teacher import Teacher
 
 ORPHAN_S: Final = 10.0  # time for which a virtual orb outlives the host that started it
 GRANT_LIMIT_MS: Final = 60_000  # limit of one grant; hosts grant 100 ms at a time
@@ -65,7 +65,7 @@ class Loop:
             orphan_s: End after this time without a host; None: never.
             updater: Handler of bundles and corrections from the host.
             exchange: Replaces the bundle of a device by that in use; False: it takes a new run.
-            teacher: Handler of the messages of `controller.protocol.teaching`.
+            teacher: Handler of the messages of `controller.shared.protocol.teaching`.
         """
         self.missed = 0  # frames skipped because they were late
         self.device: Device | None = None

@@ -14,10 +14,10 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RecordingError
 
 if TYPE_CHECKING:
-    from controller.aliases import State
     from controller.recognition.pipeline import Pipeline
     from controller.runtime.parts import Parts, RunOptions
     from controller.sensors.base import Sensor
+    from controller.shared.aliases import State
 
 FREE: Final = "free"  # the protocol of a recording without cues
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from controller.bundles.bundle import Bundle
 from controller.links import LinkError
-from controller.protocol.codec import ProtocolError
-from controller.protocol.messages import Welcome
-from controller.protocol.packets import encode
 from controller.runtime.assemble import deployed, sensor_of, welcome_of
 from controller.runtime.device import Device
 from controller.runtime.parts import Parts
+from controller.shared.protocol.codec import ProtocolError
+from controller.shared.protocol.messages import Welcome
+from controller.shared.protocol.packets import encode
 
 _log = logging.getLogger("controller")
 

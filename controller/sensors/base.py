@@ -13,11 +13,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_hints
 
-from controller import plugins
-from controller.protocol.messages import Contact, GroundTruth
-from controller.recognition.frames import Frame
-from controller.recognition.scale import SKIN, Signal
+from controller.recognition.images.frames import Frame
+from controller.recognition.images.scale import SKIN, Signal
 from controller.sensors.geometry import Geometry, SensorError
+from controller.shared import plugins
+from controller.shared.protocol.messages import Contact, GroundTruth
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle

@@ -11,11 +11,11 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import files
-from controller.config import parse_json
-from controller.recognition.baseline import StoredBaseline
-from controller.recognition.frames import Frame
+from controller.recognition.images.baseline import StoredBaseline
+from controller.recognition.images.frames import Frame
 from controller.sensors.hardware.description import UNNAMED
+from controller.shared import files
+from controller.shared.config import parse_json
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.sensors import virtual as virtuals
 from controller.sensors.geometry import RATE_HZ
 from controller.sensors.hardware import HardwareError
@@ -19,7 +19,7 @@ from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import read
 from controller.sensors.virtual import Virtual
-from controller.simulator.faults import Fault, FaultError
+from controller.simulator.dome.faults import Fault, FaultError
 from controller.simulator.orb import PresetError, preset
 
 _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean

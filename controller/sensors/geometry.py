@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from controller.errors import TroubleError, UserError
+from controller.shared.errors import TroubleError, UserError
 
 RATE_HZ = 40.0  # of sensors that no bundle says otherwise for; the paper has 10 (section 4.1)
 

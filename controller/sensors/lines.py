@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from controller.links import ports
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware.description import Description, affordable, read
 from controller.sensors.hardware.line_parser import LineParser
+from controller.shared import ports
 
 FIRST_S: Final = 5.0  # until the first frame: boards start anew when their port is opened
 MEASURED: Final = 16  # frames from which the rate is measured

@@ -10,12 +10,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.errors import how_to_install
-from controller.recognition.frames import Frame
-from controller.recognition.scale import PICOFARAD
+from controller.recognition.images.frames import Frame
+from controller.recognition.images.scale import PICOFARAD
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.hardware import HardwareAwayError, HardwareError, MissingHardwareError
 from controller.sensors.hardware.description import Description, affordable, read
+from controller.shared.errors import how_to_install
 
 ELECTRODES: Final = 12  # of a chip
 FASTEST_HZ: Final = 100.0

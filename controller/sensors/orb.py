@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.geometry import RATE_HZ, Geometry
 from controller.sensors.hardware.driver import Driver

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.bundles.bundle import Bundle
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recordings import reader, recording
 from controller.recordings.recording import UNKNOWN, Recording
 from controller.sensors.base import Sensor, SensorOptions

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from controller.protocol.messages import Perform
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
-from controller.simulator.faults import Fault, FaultError
-from controller.simulator.gesture import GestureError
-from controller.simulator.gesture_file import Repertoire, load
+from controller.shared.protocol.messages import Perform
+from controller.simulator.dome.faults import Fault, FaultError
+from controller.simulator.hand.gesture import GestureError
+from controller.simulator.hand.gesture_file import Repertoire, load
 from controller.simulator.orb import NOMINAL, OrbModel, PresetError, preset
 from controller.simulator.virtual_orb import VirtualOrb
 
@@ -28,7 +28,7 @@ class Options(SensorOptions):
     simulated: ClassVar[bool] = True
     seed: int = 1  # which orb and hand are simulated, 32 bits
     preset: str = "nominal"  # quality of the orb
-    fault: tuple[str, ...] = ()  # faults of the orb: controller/simulator/faults.py
+    fault: tuple[str, ...] = ()  # faults of the orb: controller/simulator/dome/faults.py
     gestures: tuple[Path, ...] = ()  # files of further gestures of its hand
     user: str = ""  # user whose hand it is; "" the first one
     day: str = ""  # name of one of their sessions; "" the first one

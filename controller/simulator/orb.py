@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Array, Complex
-from controller.errors import UserError
-from controller.simulator.electronics import Electronics, ElectronicsModel
-from controller.simulator.hand import MECHANICS_HZ, SLOTS
-from controller.simulator.mechanics import Mechanics, MechanicsModel
+from controller.shared.aliases import Array, Complex
+from controller.shared.errors import UserError
+from controller.simulator.dome.electronics import Electronics, ElectronicsModel
+from controller.simulator.dome.mechanics import Mechanics, MechanicsModel
+from controller.simulator.hand.performance import MECHANICS_HZ, SLOTS
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.event_metric import Event
-from controller.simulator.faults import Fault
-from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import GESTURES, LOCATED
+from controller.shared.event_metric import Event
+from controller.simulator.dome.faults import Fault
+from controller.simulator.hand.gesture_file import Repertoire, shipped
+from controller.simulator.hand.performance import GESTURES, LOCATED
+from controller.simulator.hand.session_script import SessionScript, hold_button
+from controller.simulator.hand.user_style import UserStyle, draw_mood, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.session_script import SessionScript, hold_button
-from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Protocol = Literal["free", "blocks"]
 

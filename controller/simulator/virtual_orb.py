@@ -8,18 +8,18 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array, Complex
-from controller.protocol.messages import Contact, GroundTruth
-from controller.recognition.event_metric import Event
-from controller.recognition.frames import Frame
-from controller.simulator.faults import Fault
-from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import SLOTS, Performance, perform
-from controller.simulator.membrane import clamp_radius_mm
+from controller.recognition.images.frames import Frame
+from controller.shared.aliases import Array, Complex
+from controller.shared.event_metric import Event
+from controller.shared.protocol.messages import Contact, GroundTruth
+from controller.simulator.dome.faults import Fault
+from controller.simulator.dome.membrane import clamp_radius_mm
+from controller.simulator.hand.gesture_file import Repertoire, shipped
+from controller.simulator.hand.performance import SLOTS, Performance, perform
+from controller.simulator.hand.pointer import FOLLOW_S, SINK_MM_S
+from controller.simulator.hand.session_script import hold_button
+from controller.simulator.hand.user_style import UserStyle, draw_mood, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.pointer import FOLLOW_S, SINK_MM_S
-from controller.simulator.session_script import hold_button
-from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
 PERFORMANCES: Final = 8  # of the orb's own hand that may be under way at once

@@ -1,6 +1,6 @@
 """Guided sessions in which users record examples of their own gestures. For `cli`."""
 
-from controller.errors import UserError
+from controller.shared.errors import UserError
 
 
 class TeachError(UserError, ValueError):

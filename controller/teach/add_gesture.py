@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from controller import adapt
 from controller.adapt import Example, symmetry
-from controller.aliases import Say
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import ROTATIONS, SELF, Entry
-from controller.errors import count
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.images.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.recording import Recording
+from controller.shared.aliases import Say
+from controller.shared.errors import count
 from controller.teach import TeachError
 from controller.teach.session import SessionPlan
 

@@ -11,18 +11,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Say, State
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cue_plan import MAX_EXAMPLES
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
-from controller.cues import NULL_LABEL, CueSession, CueTiming, ExampleRequest
-from controller.errors import count
 from controller.links.base import Link
-from controller.protocol.messages import Message
 from controller.recognition.debounce import NULL, DebounceSettings
-from controller.recognition.frames import PreprocessSettings, Window
+from controller.recognition.images.frames import PreprocessSettings, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
@@ -31,7 +27,11 @@ from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
-from controller.simulator.hand import DISTRACTORS
+from controller.shared.aliases import Say, State
+from controller.shared.cues import NULL_LABEL, CueSession, CueTiming, ExampleRequest
+from controller.shared.errors import count
+from controller.shared.protocol.messages import Message
+from controller.simulator.hand.performance import DISTRACTORS
 from controller.teach import TeachError
 
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order

@@ -9,7 +9,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import (
+from controller.shared.protocol.messages import (
     Command,
     Contact,
     Message,
@@ -18,7 +18,7 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
-from controller.protocol.teaching import Vocabulary
+from controller.shared.protocol.teaching import Vocabulary
 from host.actions import ACTIONS, HeldGestures
 from host.app.ctrl_key import CtrlKey
 from host.app.guides import Guides

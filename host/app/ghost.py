@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from controller.protocol.messages import Contact
+from controller.shared.protocol.messages import Contact
 from host.ui.pointer_input import TURN_DEG, DomeArea, PointerInput
 
 PERIOD_S: Final = 2.2  # from one showing of a gesture to the next

@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol.codec import image_from_bytes
-from controller.protocol.messages import Telemetry, Welcome
+from controller.shared.protocol.codec import image_from_bytes
+from controller.shared.protocol.messages import Telemetry, Welcome
 
 Array = NDArray[np.float32]
 

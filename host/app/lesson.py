@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from controller.protocol.messages import COMMANDS
-from controller.protocol.teaching import CommandRule, GestureInfo
+from controller.shared.protocol.messages import COMMANDS
+from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.ui.pointer_input import DomeArea
 
 Point = tuple[float, float]  # grid units

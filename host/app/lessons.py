@@ -13,8 +13,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
-from controller.protocol.messages import Command, Message, Request, Telemetry
-from controller.protocol.teaching import (
+from controller.shared.protocol.messages import Command, Message, Request, Telemetry
+from controller.shared.protocol.teaching import (
     FAILED,
     LEARNING,
     DeleteExamples,

@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Final, Protocol
 
-from controller.protocol import psk
-from controller.protocol.link_events import Connected, Lost, Received
-from controller.protocol.messages import Message, Welcome
+from controller.shared.protocol import psk
+from controller.shared.protocol.link_events import Connected, Lost, Received
+from controller.shared.protocol.messages import Message, Welcome
 from host.app.pairing_run import PairingRun
 from host.connection import discovery
 from host.connection.bundle_upload import BundleUpload

@@ -8,8 +8,8 @@ from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import Final
 
-from controller.errors import how_to_install
-from controller.links.bluetooth import bluez
+from controller.shared.bluetooth import bluez
+from controller.shared.errors import how_to_install
 from host.connection import pairing
 from host.connection.pairing import BY_SYSTEM, Confirm, Tell
 

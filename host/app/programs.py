@@ -11,14 +11,14 @@ from typing import Any, Final
 
 import tomli_w
 
-from controller.config import ConfigError
-from controller.errors import reason
-from controller.files import atomic_write, config_folder
-from controller.keymap import keymap
-from controller.keymap.key_names import KEYS, PAD
-from controller.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError, Kind, Outputs
-from controller.protocol.link_events import Delivered, Received
-from controller.protocol.messages import Command, State
+from controller.shared.config import ConfigError
+from controller.shared.errors import reason
+from controller.shared.files import atomic_write, config_folder
+from controller.shared.keymap import keymap
+from controller.shared.keymap.key_names import KEYS, PAD
+from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError, Kind, Outputs
+from controller.shared.protocol.link_events import Delivered, Received
+from controller.shared.protocol.messages import Command, State
 from host.injection.backends import BackendError
 from host.injection.injector import Injector, Sender
 from host.targets.keys import KeysTarget

@@ -5,7 +5,7 @@ from __future__ import annotations
 from textwrap import wrap
 from typing import TYPE_CHECKING, Final, Protocol
 
-from controller.protocol.messages import Command, Contact, Message, Report
+from controller.shared.protocol.messages import Command, Contact, Message, Report
 from host.app.lessons import Lessons
 from host.ui.orb_state import OrbState
 from tetris.window.menu import Menu, Row

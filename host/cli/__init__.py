@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any, Final
 
 from controller import importing
-from controller.errors import complain, run, unknown_command
+from controller.shared.errors import complain, run, unknown_command
 
 # Name: the module whose `main` runs it, and a line of help.
 VERBS: Final = {

@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from controller.arguments import Parser, number
-from controller.errors import complain, one_line
-from controller.protocol import psk
+from controller.shared.arguments import Parser, number
+from controller.shared.errors import complain, one_line
+from controller.shared.protocol import psk
 from host.cli import add_option, warn
 from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice

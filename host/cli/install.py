@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from controller import errors
-from controller.arguments import Parser
-from controller.errors import TROUBLE
-from controller.protocol import psk
-from controller.protocol.link_events import Received
-from controller.protocol.messages import Message
+from controller.shared import errors
+from controller.shared.arguments import Parser
+from controller.shared.errors import TROUBLE
+from controller.shared.protocol import psk
+from controller.shared.protocol.link_events import Received
+from controller.shared.protocol.messages import Message
 from host.cli import warn
 from host.connection.bundle_upload import BundleUpload, load, outcome
 from host.connection.device_store import DeviceStore

@@ -9,10 +9,10 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-from controller.arguments import Parser
-from controller.errors import TROUBLE, complain, how_to_install
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import BluetoothError
+from controller.shared.arguments import Parser
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import BluetoothError
+from controller.shared.errors import TROUBLE, complain, how_to_install
 from host.connection import rfcomm
 from host.connection.pairing import BY_SYSTEM, LOOK_S, pair
 
@@ -58,7 +58,7 @@ def _address(words: str) -> str:
 
 
 async def _pair(options: argparse.Namespace) -> str:
-    from controller.links.bluetooth.pairing_agent import Prompt
+    from controller.shared.bluetooth.pairing_agent import Prompt
 
     confirm = None if options.yes else Prompt().confirm
     tell = partial(print, flush=True)

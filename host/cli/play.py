@@ -8,10 +8,11 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from controller import __version__, arguments
-from controller.protocol import psk
-from controller.protocol.link_events import Connected
-from controller.shutdown import Shutdown, signals
+from controller import __version__
+from controller.shared import arguments
+from controller.shared.protocol import psk
+from controller.shared.protocol.link_events import Connected
+from controller.shared.shutdown import Shutdown, signals
 from host import taps, targets
 from host import window_loop as loop
 from host.app.application import OrbApp

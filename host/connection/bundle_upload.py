@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from controller.errors import UserError, reason
-from controller.files import read_bytes
-from controller.protocol.codec import fitted
-from controller.protocol.link_events import Connected, Delivered, Lost, Received
-from controller.protocol.messages import (
+from controller.shared.errors import UserError, reason
+from controller.shared.files import read_bytes
+from controller.shared.protocol.codec import fitted
+from controller.shared.protocol.link_events import Connected, Delivered, Lost, Received
+from controller.shared.protocol.messages import (
     DECLINED,
     IN_USE,
     MAX_TEXT,

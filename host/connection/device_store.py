@@ -15,9 +15,9 @@ from typing import Any, Final
 
 import tomli_w
 
-from controller.config import parse_toml
-from controller.errors import reason
-from controller.files import atomic_write, config_folder, read_text
+from controller.shared.config import parse_toml
+from controller.shared.errors import reason
+from controller.shared.files import atomic_write, config_folder, read_text
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024

@@ -24,8 +24,8 @@ from typing import Any, Final, Literal, TypeVar
 
 from serial.tools import list_ports
 
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import (
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import (
     ALIAS,
     SERVICE_UUID,
     BluetoothError,
@@ -33,11 +33,11 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
-from controller.protocol import psk
-from controller.protocol.auth import NONCE
-from controller.protocol.host_session import HostSession
-from controller.protocol.link_events import Connected, Received, Refused
-from controller.protocol.messages import SILENCE_MS
+from controller.shared.protocol import psk
+from controller.shared.protocol.auth import NONCE
+from controller.shared.protocol.host_session import HostSession
+from controller.shared.protocol.link_events import Connected, Received, Refused
+from controller.shared.protocol.messages import SILENCE_MS
 from host.connection.device_store import DeviceStore
 from host.connection.transport import LinkError, Transport, open_transport
 

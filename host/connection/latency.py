@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.protocol.messages import LatencyReport, StageTime, Telemetry
+from controller.shared.protocol.messages import LatencyReport, StageTime, Telemetry
 from host.connection.receiver import Delivered, Received
 
 FRAMES: Final = 600  # that count: a minute at 10 a second

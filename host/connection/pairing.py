@@ -7,8 +7,8 @@ from collections.abc import Awaitable, Callable
 from contextlib import closing
 from typing import Any, Final
 
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import (
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import (
     ADAPTER,
     ALIAS,
     DEVICE,
@@ -53,7 +53,12 @@ async def pair(
     Without `confirm` no digits are compared. BluetoothError if there is no orb, or several, or no
     Bluetooth.
     """
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
+    from controller.shared.bluetooth.pairing_agent import (
+        NO_SCREEN,
+        SCREEN,
+        PairingAgent,
+        accept_all,
+    )
 
     with closing(await Bus.connect()) as bus:
         path_of_adapter = await bus.adapter(adapter)

@@ -20,20 +20,20 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, Protocol
 
-from controller.errors import count
-from controller.links.base import RequestQueue
-from controller.protocol.auth import NONCE
-from controller.protocol.host_session import HostSession
-from controller.protocol.link_events import Connected as Connected
-from controller.protocol.link_events import Delivered as Delivered
-from controller.protocol.link_events import Lost as Lost
-from controller.protocol.link_events import Missed as Missed
-from controller.protocol.link_events import Received as Received
-from controller.protocol.link_events import Refused as Refused
-from controller.protocol.link_events import Stale as Stale
-from controller.protocol.link_events import pause_s
-from controller.protocol.messages import Command, Message, Welcome
-from controller.protocol.retransmit import SessionHistory
+from controller.shared.errors import count
+from controller.shared.protocol.auth import NONCE
+from controller.shared.protocol.host_session import HostSession
+from controller.shared.protocol.link_events import Connected as Connected
+from controller.shared.protocol.link_events import Delivered as Delivered
+from controller.shared.protocol.link_events import Lost as Lost
+from controller.shared.protocol.link_events import Missed as Missed
+from controller.shared.protocol.link_events import Received as Received
+from controller.shared.protocol.link_events import Refused as Refused
+from controller.shared.protocol.link_events import Stale as Stale
+from controller.shared.protocol.link_events import pause_s
+from controller.shared.protocol.messages import Command, Message, Welcome
+from controller.shared.protocol.retransmit import SessionHistory
+from controller.shared.request_queue import RequestQueue
 from host.connection.transport import LinkError as LinkError
 from host.connection.transport import Transport
 

@@ -19,8 +19,8 @@ import sys
 from typing import Final
 from urllib.parse import parse_qsl
 
-from controller.errors import TroubleError
-from controller.links.bluetooth.bluez import CHANNEL, SERVICE_UUID
+from controller.shared.bluetooth.bluez import CHANNEL, SERVICE_UUID
+from controller.shared.errors import TroubleError
 from host.connection import sdp
 
 CONNECT_S: Final = 10.0  # a device that is off is given up after 5 s by most adapters

@@ -14,7 +14,7 @@ import socket
 import threading
 from typing import Any, Protocol
 
-from controller.links import ports
+from controller.shared import ports
 from host.connection import rfcomm
 from host.connection.rfcomm import LinkError as LinkError
 

@@ -8,8 +8,8 @@ import random
 from typing import Final
 
 from controller.bundles import vocabulary
-from controller.protocol.messages import Perform, Welcome
-from controller.protocol.teaching import CommandRule, GestureInfo
+from controller.shared.protocol.messages import Perform, Welcome
+from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.actions import ACTIONS
 from tetris.bots.greedy import Plan, plan, plan_piece
 from tetris.engine.game import Action, Game, Phase

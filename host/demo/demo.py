@@ -14,8 +14,8 @@ from typing import Any, Final
 
 import pygame
 
-from controller.errors import TroubleError, count
-from controller.protocol.messages import Grant, Granted, GroundTruth, Perform
+from controller.shared.errors import TroubleError, count
+from controller.shared.protocol.messages import Grant, Granted, GroundTruth, Perform
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess

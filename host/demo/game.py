@@ -5,7 +5,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, State
+from controller.shared.protocol.messages import Command, State
 from host.actions import ACTIONS, HeldGestures
 from host.connection.receiver import Connected, Delivered, Received
 from host.ui.layout import Dock

@@ -5,8 +5,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from controller.protocol.messages import Command, GroundTruth
-from controller.recognition.event_metric import Answer, Event, Score, judge
+from controller.shared.event_metric import Answer, Event, Score, judge
+from controller.shared.protocol.messages import Command, GroundTruth
 from host.connection.receiver import Delivered, Received
 from tetris.engine.events import Event as GameEvent
 from tetris.engine.events import Locked

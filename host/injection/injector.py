@@ -15,8 +15,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import IO, Final
 
-from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import Kind
+from controller.shared.keymap.key_state import Stroke
+from controller.shared.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError, ends_with_process, open_backend
 from host.injection.watchdog import HANG_MS, now_ms
 

@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Collection
 from typing import Final, cast
 
-from controller.keymap.keymap import Kind
+from controller.shared.keymap.keymap import Kind
 from host.injection.backends import AUTO, NAMES, Backend, BackendError, open_backend
 
 HANG_MS: Final = 300  # without a line from the sender

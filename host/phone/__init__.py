@@ -9,7 +9,7 @@ from ipaddress import ip_address
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
-from controller.errors import UserError, how_to_install, reason
+from controller.shared.errors import UserError, how_to_install, reason
 
 if TYPE_CHECKING:
     from host.phone.server import PhoneServer

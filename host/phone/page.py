@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import pygame
 
-from controller.protocol.messages import Contact
+from controller.shared.protocol.messages import Contact
 from host.ui import naming, zones
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import FINGER_RADIUS_MM, PRESS_DEPTH_MM, DomeArea

@@ -23,7 +23,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from controller.protocol.messages import Contact
+from controller.shared.protocol.messages import Contact
 from host.phone import page
 from host.ui.pointer_input import DomeArea
 

@@ -18,10 +18,10 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Final, cast
 
-from controller import plugins
-from controller.errors import TroubleError, UserError, count
-from controller.protocol.messages import Command, Telemetry, Welcome
-from controller.protocol.teaching import Vocabulary
+from controller.shared import plugins
+from controller.shared.errors import TroubleError, UserError, count
+from controller.shared.protocol.messages import Command, Telemetry, Welcome
+from controller.shared.protocol.teaching import Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 
 WAITING: Final = 256  # limit of queued events, two seconds at 100 Hz

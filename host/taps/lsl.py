@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from controller.errors import how_to_install
-from controller.protocol.codec import image_from_bytes
-from controller.protocol.messages import Command, Telemetry, Welcome
+from controller.shared.errors import how_to_install
+from controller.shared.protocol.codec import image_from_bytes
+from controller.shared.protocol.messages import Command, Telemetry, Welcome
 from host.taps import Tap, TapError, TapUnavailableError, log
 
 NETWORK: Final = "network"

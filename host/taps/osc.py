@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
-from controller.errors import how_to_install
-from controller.protocol.codec import image_from_bytes
-from controller.protocol.messages import Command, Telemetry, Welcome
+from controller.shared.errors import how_to_install
+from controller.shared.protocol.codec import image_from_bytes
+from controller.shared.protocol.messages import Command, Telemetry, Welcome
 from host.taps import Tap, TapError, TapUnavailableError
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Final, cast
 
 import pygame
 
-from controller import plugins
-from controller.errors import UserError
-from controller.protocol.messages import Message
+from controller.shared import plugins
+from controller.shared.errors import UserError
+from controller.shared.protocol.messages import Message
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Lost, Received, Refused, Stale
 from host.phone import page

@@ -12,11 +12,11 @@ from typing import Final
 
 import pygame
 
-from controller.aliases import Say
-from controller.keymap import keymap
-from controller.keymap.key_state import KeyState
-from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
-from controller.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
+from controller.shared.aliases import Say
+from controller.shared.keymap import keymap
+from controller.shared.keymap.key_state import KeyState
+from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
+from controller.shared.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender

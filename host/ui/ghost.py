@@ -6,7 +6,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Contact
+from controller.shared.protocol.messages import Contact
 from host.ui import sprites
 from tetris.window.theme import Colour
 

@@ -11,8 +11,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol.codec import image_from_bytes
-from controller.protocol.messages import (
+from controller.shared.protocol.codec import image_from_bytes
+from controller.shared.protocol.messages import (
     Command,
     Contact,
     Health,
@@ -22,7 +22,7 @@ from controller.protocol.messages import (
     UserIdentified,
     Welcome,
 )
-from controller.protocol.teaching import GestureInfo, Vocabulary
+from controller.shared.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.pointer_input import DomeArea

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from controller.protocol.messages import Contact, Contacts
+from controller.shared.protocol.messages import Contact, Contacts
 
 PRESS_DEPTH_MM: Final = 9.0  # the middle of the simulated hands, 6.5 to 12 mm
 RIM_DEPTH_MM: Final = 13.0  # firm, as one press in twenty of those: the taxels feel it little

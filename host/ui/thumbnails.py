@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import pygame
 
-from controller.protocol.codec import image_from_bytes
+from controller.shared.protocol.codec import image_from_bytes
 from host.ui import dome
 from host.ui.pointer_input import DomeArea
 from tetris.window.theme import Colour

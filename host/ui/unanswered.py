@@ -11,7 +11,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.event_metric import LIGHT, RIVAL, SHORT_S
+from controller.shared.event_metric import LIGHT, RIVAL, SHORT_S
 
 _RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
 _FALL: Final = (1.3, 0.010)  # and ends below this

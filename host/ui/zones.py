@@ -8,7 +8,7 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from controller.protocol.teaching import CommandRule, GestureInfo
+from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.ui import sprites
 from host.ui.pointer_input import DomeArea
 

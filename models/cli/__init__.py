@@ -16,7 +16,7 @@ import importlib
 import pkgutil
 from types import ModuleType
 
-from controller.errors import unknown_command
+from controller.shared.errors import unknown_command
 
 
 def names() -> list[str]:

@@ -6,9 +6,10 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from controller import __version__, errors
-from controller.arguments import Parser
-from controller.errors import UserError
+from controller import __version__
+from controller.shared import errors
+from controller.shared.arguments import Parser
+from controller.shared.errors import UserError
 from models import cli as commands
 
 DESCRIPTION = "Make data, train the orb's networks on recordings, and judge bundles."

@@ -8,8 +8,8 @@ from dataclasses import fields
 from importlib.util import find_spec
 from typing import Any, Final
 
-from controller.arguments import number, whole
-from controller.errors import how_to_install
+from controller.shared.arguments import number, whole
+from controller.shared.errors import how_to_install
 
 # Module -> its package name.
 PACKAGES: Final = {

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from controller.arguments import whole
+from controller.shared.arguments import whole
 from models.cli import _options as options
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from controller.arguments import number
+from controller.shared.arguments import number
 from models.cli import _options as options
 
 SUMMARY: Final = "write a data set of simulated sessions"
@@ -63,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the data set."""
-    from controller.simulator.gesture_file import label_in
+    from controller.simulator.hand.gesture_file import label_in
     from models.data.simulate import DataSet, generate
 
     listed = arguments.gestures.split(",")

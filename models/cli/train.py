@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Final
 
-from controller.arguments import whole
+from controller.shared.arguments import whole
 from models.cli import _options as options
 from models.training.request import Request
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from controller.arguments import number
+from controller.shared.arguments import number
 from models.cli import _options as options
 
 SUMMARY: Final = "choose when a gesture counts, on labelled recordings"
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from controller.bundles import bundle
-    from controller.errors import count
+    from controller.shared.errors import count
     from models.data.examples import read_training
     from models.data.ground_truth import GroundTruth
     from models.evaluation import position_error

@@ -13,13 +13,13 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import files
-from controller.aliases import Mask
-from controller.recognition.frames import PreprocessSettings
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.images.frames import PreprocessSettings
+from controller.recognition.images.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.reader import Survey
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
+from controller.shared import files
+from controller.shared.aliases import Mask
 from controller.simulator.session import TEST_SEEDS
 
 Labels = Literal["true", "button", "key", "cue"]  # the simulator's truth, or a labeller's

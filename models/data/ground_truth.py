@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import Vocabulary
-from controller.recognition.event_metric import Event
 from controller.recordings.recording import UNKNOWN, Recording, mean_rate
+from controller.shared.event_metric import Event
 from models.data import label_repair
 from models.data.examples import COLUMNS, Choice, Labels, labellers, renumbered
 

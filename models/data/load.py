@@ -10,17 +10,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Say
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
-from controller.errors import count
-from controller.recognition.frames import PreprocessSettings, same_rate
-from controller.recognition.scale import FIRM
+from controller.recognition.images.frames import PreprocessSettings, same_rate
+from controller.recognition.images.scale import FIRM
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
 from controller.recordings.quality.taxels import respond
 from controller.recordings.reader import Survey
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
+from controller.shared.aliases import Say
+from controller.shared.errors import count
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,

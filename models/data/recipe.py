@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.touch_input import TouchInput
 
 STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe

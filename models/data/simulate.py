@@ -15,15 +15,15 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from controller import files
-from controller.aliases import Say
 from controller.recordings import recording, writer
-from controller.simulator.faults import Fault
-from controller.simulator.gesture_file import Repertoire, load
-from controller.simulator.hand import GESTURES
+from controller.shared import files
+from controller.shared.aliases import Say
+from controller.simulator.dome.faults import Fault
+from controller.simulator.hand.gesture_file import Repertoire, load
+from controller.simulator.hand.performance import GESTURES
+from controller.simulator.hand.user_style import UserStyle, person
 from controller.simulator.orb import OrbModel, preset
 from controller.simulator.session import DATA, Protocol, Session, simulate
-from controller.simulator.user_style import UserStyle, person
 from models import formatting, processes
 from models.results import storage
 

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Index, Mask
-from controller.errors import count
+from controller.shared.aliases import Index, Mask
+from controller.shared.errors import count
 from models.data.load import Data
 
 SPLITS: Final = ("session", "user", "time", "site")

@@ -16,7 +16,7 @@ from controller.bundles.bundle import Bundle
 from controller.recordings import reader
 from controller.recordings.quality.taxels import respond
 from controller.recordings.recording import Recording
-from controller.simulator.faults import KINDS, Fault
+from controller.simulator.dome.faults import KINDS, Fault
 from controller.simulator.session import TEST_SEEDS
 from models.data.simulate import DataSet, Hand
 

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Index, Mask
 from controller.recognition.touch_position import TouchImage
+from controller.shared.aliases import Index, Mask
 from models.data.examples import Examples, run_starts
 from models.data.splits import BLOCKS, SHARE, Parts, Split, covered, parts_of, spread
 

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from controller.aliases import Index
+from controller.shared.aliases import Index
 from models.results.evaluation import Figure
 
 LEVEL: Final = 0.95

@@ -8,12 +8,12 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Say
 from controller.bundles.bundle import Bundle
-from controller.errors import count
 from controller.recognition.debounce import NULL
 from controller.recordings import reader
 from controller.recordings.recording import Recording
+from controller.shared.aliases import Say
+from controller.shared.errors import count
 from models.data import test_sessions
 from models.data.examples import SAID, Choice
 from models.data.ground_truth import GroundTruth

@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Index
 from controller.recognition.debounce import NULL
-from controller.recognition.event_metric import LIGHT, RIVAL, SHORT_S, TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
+from controller.shared.aliases import Index
+from controller.shared.event_metric import LIGHT, RIVAL, SHORT_S, TAIL_S, Answer, Event, attach
 from models.data.ground_truth import GroundTruth
 from models.evaluation.replay import Stream
 from models.results.verdict import REASONS

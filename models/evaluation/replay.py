@@ -11,16 +11,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Windows
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import gestures_of
 from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
-from controller.recognition.event_metric import Answer
-from controller.recognition.frames import Image, PreprocessSettings, Window
+from controller.recognition.images.frames import Image, PreprocessSettings, Window
+from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.pipeline import Networks, Pipeline, Touch
-from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import PICOFARAD, Recording, RecordingError, refuse_misfit
+from controller.shared.aliases import Windows
+from controller.shared.event_metric import Answer
 from models.data.ground_truth import GroundTruth
 
 BATCH: Final = 64  # windows in a run of a network: more are no faster

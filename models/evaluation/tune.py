@@ -19,12 +19,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import files
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.recognition.debounce import DebounceSettings, Means, fire, smooth
-from controller.recognition.event_metric import Answer, Score, judge
 from controller.recognition.touch_position import PositionSpread
+from controller.shared import files
+from controller.shared.event_metric import Answer, Score, judge
 from models.evaluation import position_error
 from models.evaluation.event_counts import position_errors, tally
 from models.evaluation.replay import Stream

@@ -17,7 +17,7 @@ from controller.recognition.user_id import (
     uniform_belief,
     update_belief,
 )
-from controller.simulator.hand import GESTURES
+from controller.simulator.hand.performance import GESTURES
 from models.evaluation import bootstrap, scores
 from models.results.evaluation import Figure
 from models.results.training import OpenSetFigures

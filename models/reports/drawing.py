@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from controller import files
+from controller.shared import files
 
 # Variables of style.css and their values on light paper.
 COLOURS: Final = {

@@ -15,8 +15,8 @@ from typing import Any, Final
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from controller import config
 from controller.bundles.bundle import Bundle
+from controller.shared import config
 from models import formatting
 from models.reports import cards, figures, sections, tables
 from models.results import storage

@@ -35,7 +35,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class ClassFigures:
-    """Figures of one gesture by the event metric (controller/recognition/event_metric.py)."""
+    """Figures of one gesture by the event metric (controller/shared/event_metric.py)."""
 
     label: str  # its name
     events: int  # number of its events
@@ -129,7 +129,7 @@ class Broken:
     """Figures of a bundle under a fault."""
 
     on: str  # name of the set of sessions
-    fault: str  # as in controller/simulator/faults.py: "dead:2,3".
+    fault: str  # as in controller/simulator/dome/faults.py: "dead:2,3".
     meaning: str  # in words
     events: int  # true gestures
     event_accuracy: Figure  # share that the mean probability names rightly

@@ -11,8 +11,8 @@ from dataclasses import MISSING, asdict, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
-from controller import config, files
-from controller.errors import UserError, reason
+from controller.shared import config, files
+from controller.shared.errors import UserError, reason
 
 MAX_BYTES: Final = 64 << 20  # of a report, a page, a list of games: ours have a few megabytes
 DIGITS: Final = 6  # of numbers in JSON, after the point

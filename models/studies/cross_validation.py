@@ -16,9 +16,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.aliases import Say
-from controller.errors import count
 from controller.recordings.recording import software
+from controller.shared.aliases import Say
+from controller.shared.errors import count
 from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Choice, refuse_test_seed

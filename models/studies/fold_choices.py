@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.recognition.scale import FIRM
+from controller.recognition.images.scale import FIRM
 from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.load import Data

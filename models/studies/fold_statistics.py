@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Index
+from controller.shared.aliases import Index
 from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap

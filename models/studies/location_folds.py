@@ -12,9 +12,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.aliases import Index, Say
-from controller.errors import count
 from controller.recordings.recording import software
+from controller.shared.aliases import Index, Say
+from controller.shared.errors import count
 from models.data import load, splits, touch_images
 from models.data.augment import PLAIN, Symmetry
 from models.data.load import Data

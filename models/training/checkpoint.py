@@ -15,8 +15,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from controller import files, npz
-from controller.errors import UserError
+from controller.shared import files, npz
+from controller.shared.errors import UserError
 from models.results import storage
 
 MAX_BYTES: Final = 1 << 30

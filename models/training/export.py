@@ -16,13 +16,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller import files, npz
 from controller.bundles import bundle, container
 from controller.bundles.golden import Golden
 from controller.bundles.head import Head
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
 from controller.recognition.touch_input import TouchInput
+from controller.shared import files, npz
 from models.training import onnx_writer
 from models.training.networks import GAIN, GridPosition, Network, Scale
 

@@ -8,7 +8,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller.aliases import Index
+from controller.shared.aliases import Index
 from models.data.augment import Symmetry, vary_windows
 from models.data.examples import Examples
 from models.data.recipe import NetworkRecipe

@@ -7,7 +7,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller.aliases import Index
+from controller.shared.aliases import Index
 from models.data import touch_images
 from models.data.augment import Symmetry, vary_images
 from models.data.recipe import NetworkRecipe

@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller.aliases import Index
+from controller.shared.aliases import Index
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe, Recipe
 from models.data.splits import Split

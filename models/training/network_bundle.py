@@ -10,16 +10,16 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller import files
-from controller.aliases import Say
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import Vocabulary
-from controller.errors import count
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import NONE
 from controller.recognition.touch_input import TouchInput
 from controller.recordings.recording import software
+from controller.shared import files
+from controller.shared.aliases import Say
+from controller.shared.errors import count
 from models.data import splits, touch_images
 from models.data.augment import Symmetry
 from models.data.examples import read_training

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.adapt.lessons import Rehearsal, to_bytes
-from controller.aliases import Index
 from controller.bundles.inference import onnxruntime_engine
+from controller.shared.aliases import Index
 from models.data.examples import Examples
 
 WINDOWS: Final = 2500  # of a bundle, about: some 90 kB

@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from torch.nn import functional
 
-from controller.aliases import Index
 from controller.bundles.vocabulary import SELF, Vocabulary
+from controller.shared.aliases import Index
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe

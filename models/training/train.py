@@ -8,9 +8,9 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-from controller.aliases import Say
 from controller.bundles import bundle
 from controller.recordings.recording import software
+from controller.shared.aliases import Say
 from models.data import load
 from models.data.examples import read_training, refuse_test_seed
 from models.results import storage

@@ -10,14 +10,14 @@ import tomli_w
 import torch
 from numpy.typing import NDArray
 
-from controller import config, files
-from controller.aliases import Say
 from controller.bundles import bundle, container, users_table
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import EVERYBODY
-from controller.errors import count
 from controller.recognition.mapping import USERS
 from controller.recognition.user_id import Users
+from controller.shared import config, files
+from controller.shared.aliases import Say
+from controller.shared.errors import count
 from models.data import splits, touch_images
 from models.data.load import Data
 from models.data.recipe import USER

@@ -10,8 +10,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller.aliases import Index
 from controller.recognition.user_id import evidence
+from controller.shared.aliases import Index
 from models.data import splits
 from models.data.augment import vary_user_windows
 from models.data.examples import Examples

@@ -23,7 +23,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recordings import journal as records
 from controller.recordings import journal_file, reader
 from controller.recordings.journal import Kind

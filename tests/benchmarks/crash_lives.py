@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from controller.__main__ import main as controller
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recordings import journal_file
 from controller.recordings.recorder import SYNC_S, Recorder
 from controller.recordings.recording import Provenance

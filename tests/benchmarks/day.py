@@ -25,20 +25,20 @@ from numpy.typing import NDArray
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
 from controller.links.base import Link
-from controller.protocol.messages import Bye, Command, Hello, Message
-from controller.recognition.event_metric import TAIL_S, Event
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recognition.pipeline import Pipeline, Step
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
-from controller.simulator.faults import Fault
-from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES
+from controller.shared.event_metric import TAIL_S, Event
+from controller.shared.protocol.messages import Bye, Command, Hello, Message
+from controller.simulator.dome.faults import Fault
+from controller.simulator.hand.gesture_file import shipped
+from controller.simulator.hand.performance import GESTURES
+from controller.simulator.hand.session_script import SessionScript
+from controller.simulator.hand.user_style import draw_mood, draw_style
 from controller.simulator.orb import PRESETS, OrbSimulator
-from controller.simulator.session_script import SessionScript
-from controller.simulator.user_style import draw_mood, draw_style
 from tests.support.processes import memory_mib
 
 from .results import Results, command_line, row, say

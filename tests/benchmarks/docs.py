@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from controller.bundles.fingerprint import SHORT
-from controller.files import atomic_write
+from controller.shared.files import atomic_write
 
 from . import docs_parts, stored
 from .docs_parts import PARTS, Part, PartError

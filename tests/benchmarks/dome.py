@@ -30,10 +30,10 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
-from controller.protocol.messages import Contacts
-from controller.recognition.event_metric import Answer
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Pipeline
+from controller.shared.event_metric import Answer
+from controller.shared.protocol.messages import Contacts
 from controller.simulator.orb import preset as model_of
 from controller.simulator.virtual_orb import VirtualOrb
 from host.ui.pointer_input import DomeArea, PointerInput

@@ -19,13 +19,13 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.event_metric import Answer, Event, Score, judge
 from controller.recognition.pipeline import Pipeline
 from controller.sensors import base as sensors
 from controller.sensors.emulated import Emulated
 from controller.sensors.geometry import SensorAwayError
 from controller.sensors.hardware.emulated.faults import WiringFault
-from controller.simulator.hand import DISTRACTORS
+from controller.shared.event_metric import Answer, Event, Score, judge
+from controller.simulator.hand.performance import DISTRACTORS
 
 from .results import Results, command_line
 

@@ -21,11 +21,11 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
-from controller.protocol.messages import Contact
-from controller.recognition.event_metric import TAIL_S, Answer, Event, Score, judge
 from controller.recognition.pipeline import Pipeline
-from controller.simulator.faults import Fault
-from controller.simulator.hand import GESTURES
+from controller.shared.event_metric import TAIL_S, Answer, Event, Score, judge
+from controller.shared.protocol.messages import Contact
+from controller.simulator.dome.faults import Fault
+from controller.simulator.hand.performance import GESTURES
 from controller.simulator.orb import PRESETS, OrbModel
 from controller.simulator.virtual_orb import VirtualOrb
 from tests.support.recordings import drifting, sound

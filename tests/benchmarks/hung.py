@@ -19,8 +19,8 @@ from itertools import cycle
 from pathlib import Path
 from typing import Final
 
-from controller.protocol.link_events import Delivered, Lost
-from controller.protocol.messages import Heartbeat, State
+from controller.shared.protocol.link_events import Delivered, Lost
+from controller.shared.protocol.messages import Heartbeat, State
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 from tests.benchmarks.results import Results, command_line, say

@@ -88,7 +88,7 @@ if sys.argv[0] == "host":
             events.append((time.monotonic_ns(), "a stroke", ""))
         return write(text)
     sys.stdout.write = note_stroke
-    from controller.protocol.messages import Perform
+    from controller.shared.protocol.messages import Perform
     from host.connection.receiver import Receiver
     begin = Receiver.start
     def start(self):
@@ -112,7 +112,7 @@ runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 class Module:
     """One source file."""
 
-    path: str  # relative to the root, as in "controller/files.py"
+    path: str  # relative to the root, as in "controller/shared/files.py"
     lines: int  # how many
     tree: ast.Module  # its syntax tree
 

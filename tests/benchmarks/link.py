@@ -25,10 +25,10 @@ from typing import Any, Final
 
 import serial
 
-from controller.protocol import messages as protocol
-from controller.protocol.auth import FrameAuthenticator
-from controller.protocol.host_session import HostSession
-from controller.protocol.packets import Decoder, encode
+from controller.shared.protocol import messages as protocol
+from controller.shared.protocol.auth import FrameAuthenticator
+from controller.shared.protocol.host_session import HostSession
+from controller.shared.protocol.packets import Decoder, encode
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
 from host.connection.transport import open_transport
 

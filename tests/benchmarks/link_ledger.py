@@ -22,8 +22,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
-from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD, parse
+from controller.shared.keymap.key_state import Stroke
+from controller.shared.keymap.keymap import KEYBOARD, parse
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.transport import open_transport
 from host.injection.injector import Injector

@@ -29,7 +29,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from controller.protocol.messages import Welcome
+    from controller.shared.protocol.messages import Welcome
 
 CHUNK: Final = 16 * 1024
 FRAME: Final = 20  # bytes that Grant and Granted have on the wire
@@ -58,7 +58,7 @@ def on_line(take: Callable[[str], None]) -> None:
 def device(url: str) -> None:
     """Answer every grant at once, and send a command when a line says so: its time is its frame."""
     from controller.links import open_link
-    from controller.protocol.messages import Command, Grant, Granted, State
+    from controller.shared.protocol.messages import Command, Grant, Granted, State
 
     link = open_link(url, _welcome())
 
@@ -78,8 +78,8 @@ def device(url: str) -> None:
 
 def sessions(url: str) -> None:
     """Answer every grant with a device's session and nothing around it."""
-    from controller.protocol.device_session import DeviceSession
-    from controller.protocol.messages import Grant, Granted
+    from controller.shared.protocol.device_session import DeviceSession
+    from controller.shared.protocol.messages import Grant, Granted
 
     port = _port(url)
     descriptor = port.fileno()
@@ -129,7 +129,7 @@ def _port(url: str) -> Any:
 
 
 def _welcome() -> Welcome:
-    from controller.protocol.messages import COMMANDS
+    from controller.shared.protocol.messages import COMMANDS
     from tests.support.fake_device import welcome
 
     boot_nonce = int.from_bytes(os.urandom(4), "little")
@@ -183,8 +183,8 @@ def air() -> None:
     """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
     import queue
 
-    from controller.links.bluetooth.bluez import CHANNEL
     from controller.links.bluetooth.serial_profile import record
+    from controller.shared.bluetooth.bluez import CHANNEL
     from tests.support.bumble_radio import ORB, Air
 
     radio = Air(record(), CHANNEL)

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
 from controller.links import open_link
-from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.runtime.device import Device
@@ -34,6 +33,7 @@ from controller.runtime.loop import Loop
 from controller.runtime.process import IdleCollector
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
+from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 

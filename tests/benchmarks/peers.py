@@ -28,8 +28,8 @@ from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 from sklearn.linear_model import LogisticRegression, Ridge
 from torch import Tensor, nn
 
-from controller.aliases import Say
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.images.frames import PreprocessSettings
+from controller.shared.aliases import Say
 from models.data import load, splits, touch_images
 from models.data.augment import Symmetry
 from models.data.load import Data
@@ -51,7 +51,7 @@ SEED: Final = 0
 TREES: Final = 100
 # Whose change changes what is learned.
 CODE: Final = (
-    "controller.recognition.preprocess", "controller.recognition.touch_position",
+    "controller.recognition.images.preprocess", "controller.recognition.touch_position",
     "models.data.augment", "models.data.examples", "models.data.touch_images",
     "models.training.gesture_task", "models.training.location_task", "models.training.loop",
     "models.training.networks", "tests.benchmarks.peers",

@@ -26,7 +26,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller.__main__ import main as controller
-from controller.aliases import Images
+from controller.shared.aliases import Images
 from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Examples

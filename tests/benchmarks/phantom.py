@@ -14,11 +14,11 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Mask
 from controller.bundles import bundle as bundles
-from controller.protocol.messages import Contact
-from controller.recognition.preprocess import Preprocessor
-from controller.simulator.faults import Fault
+from controller.recognition.images.preprocess import Preprocessor
+from controller.shared.aliases import Mask
+from controller.shared.protocol.messages import Contact
+from controller.simulator.dome.faults import Fault
 from controller.simulator.orb import PRESETS, preset
 from controller.simulator.virtual_orb import VirtualOrb
 

@@ -23,7 +23,7 @@ from controller import adapt
 from controller.adapt import few_shot
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.images.preprocess import Preprocessor
 from controller.recordings.recording import Recording
 from controller.simulator.orb import PRESETS
 from models.data.ground_truth import GroundTruth

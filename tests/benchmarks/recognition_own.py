@@ -23,8 +23,8 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import EVERYBODY
 from controller.recordings.recording import Recording
+from controller.simulator.hand.user_style import UserStyle
 from controller.simulator.orb import PRESETS
-from controller.simulator.user_style import UserStyle
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED

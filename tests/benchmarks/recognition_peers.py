@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Say
 from controller.bundles.bundle import Bundle
 from controller.recognition.debounce import DebounceSettings
 from controller.recordings.recording import Recording
+from controller.shared.aliases import Say
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet, generate
 from models.data.test_sessions import People

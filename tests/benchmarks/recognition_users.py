@@ -27,7 +27,7 @@ from typing import Any, Final
 import numpy as np
 
 from controller.recognition.user_id import Users
-from controller.simulator.hand import GESTURES
+from controller.simulator.hand.performance import GESTURES
 from controller.simulator.orb import PRESETS
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
 from models.data.test_sessions import BENCHMARK_SEED

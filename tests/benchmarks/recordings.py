@@ -18,7 +18,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.images.frames import PreprocessSettings
 from controller.recordings import reader, writer
 from models.data.examples import Source, prepare, read_training
 from models.data.simulate import DataSet

@@ -16,13 +16,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol.messages import Contact
-from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES
+from controller.shared.protocol.messages import Contact
+from controller.simulator.hand.gesture_file import shipped
+from controller.simulator.hand.performance import GESTURES
+from controller.simulator.hand.session_script import SessionScript
+from controller.simulator.hand.user_style import draw_style
 from controller.simulator.orb import NOMINAL, PRESETS, OrbModel, OrbSimulator
 from controller.simulator.session import Session, simulate
-from controller.simulator.session_script import SessionScript
-from controller.simulator.user_style import draw_style
 from controller.simulator.virtual_orb import VirtualOrb
 
 from .results import Results, command_line

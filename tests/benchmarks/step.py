@@ -23,7 +23,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
-from controller.aliases import Array
+from controller.shared.aliases import Array
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -34,15 +34,15 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer, gestures_of
 from controller.bundles.inference.onnxruntime_engine import Network
-from controller.protocol.messages import NumberedCommand
-from controller.protocol.packets import encode
-from controller.recognition.frames import Window
+from controller.recognition.images.frames import Window
+from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.preprocess import Preprocessor
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry
 from controller.runtime.process import IdleCollector
+from controller.shared.protocol.messages import NumberedCommand
+from controller.shared.protocol.packets import encode
 from tests.support.processes import memory_mib
 
 from .results import Results, command_line

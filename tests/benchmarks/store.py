@@ -20,15 +20,15 @@ from multiprocessing.context import ForkProcess
 from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 
-from controller import leftovers
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import RECORD, BundleStore, StoredBundle, name_of
 from controller.recordings import journal_file
 from controller.recordings.recording import RecordingError
-from controller.runtime.link_recording import LinkRecording
-from controller.runtime.worker import Worker
+from controller.remote.link_recording import LinkRecording
+from controller.remote.worker import Worker
+from controller.shared import leftovers
 
 from .crash_lives import AT_ONCE, Life, kill, record, seal
 from .results import Results, command_line, say

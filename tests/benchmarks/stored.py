@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.bundles.fingerprint import SHORT
-from controller.files import atomic_write
+from controller.shared.files import atomic_write
 from models.results.storage import plain
 
 ROOT: Final = Path(__file__).resolve().parents[2]

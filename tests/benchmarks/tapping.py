@@ -22,9 +22,16 @@ from typing import Final
 
 import numpy as np
 
-from controller.protocol.messages import Command, Contact, Contacts, Grant, Granted, Message
-from controller.recognition.event_metric import Answer, Event, attach
-from controller.simulator.pointer import SINK_MM_S
+from controller.shared.event_metric import Answer, Event, attach
+from controller.shared.protocol.messages import (
+    Command,
+    Contact,
+    Contacts,
+    Grant,
+    Granted,
+    Message,
+)
+from controller.simulator.hand.pointer import SINK_MM_S
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.demo.demo import until_ms

@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 import pygame
 
-from controller.protocol.messages import Command, Contacts, Message
+from controller.shared.protocol.messages import Command, Contacts, Message
 from host import window_loop
 from host.app.application import OrbApp
 from host.connection.receiver import Delivered, Received, Receiver

@@ -24,7 +24,7 @@ from torch import nn
 from torch.utils.data import DataLoader, TensorDataset
 
 from controller.bundles import vocabulary
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.images.frames import PreprocessSettings
 from models.data.augment import Symmetry
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import DEFAULT, NetworkRecipe

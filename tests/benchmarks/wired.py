@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diagnostics import touch_checks
-from controller.protocol.messages import Contact
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
+from controller.shared.protocol.messages import Contact
 from controller.simulator.orb import preset
 
 ROWS, COLUMNS, PITCH_MM = 5, 5, 10.0

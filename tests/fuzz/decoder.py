@@ -10,10 +10,10 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable
 
-from controller.protocol import codec, teaching
-from controller.protocol import messages as m
-from controller.protocol.auth import FrameAuthenticator
-from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode
+from controller.shared.protocol import codec, teaching
+from controller.shared.protocol import messages as m
+from controller.shared.protocol.auth import FrameAuthenticator
+from controller.shared.protocol.packets import MAX_FRAME, Decoder, Packet, encode
 
 from .choices import Choices
 

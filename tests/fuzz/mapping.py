@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Final
 
 from controller.bundles import users_table
-from controller.errors import UserError
-from controller.keymap import keymap
-from controller.keymap.key_state import KeyState
-from controller.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.recognition.user_id import Users
+from controller.shared.errors import UserError
+from controller.shared.keymap import keymap
+from controller.shared.keymap.key_state import KeyState
+from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
 
 from .choices import Choices
 
@@ -60,7 +60,7 @@ def seeds() -> Iterable[bytes]:
     """Return inputs to begin with: the shipped mappings, and words in order."""
     for which in range(2):
         yield bytes([2 * which + 1]) + _KEYS
-    yield b"\5" + (resources.files("controller.keymap") / "default.toml").read_bytes()
+    yield b"\5" + (resources.files("controller.shared.keymap") / "default.toml").read_bytes()
     yield b"\7" + _GESTURES
     yield b"\0" + bytes([7, 56, 57, 58, 59])
     yield b"\6" + bytes([46, 1, 11, 0, 42, 43, 1, 44])

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from controller.protocol.packets import MAX_FRAME, encode
+from controller.shared.protocol.packets import MAX_FRAME, encode
 from tests.support.link_simulator import CHANGES, Wire, World
 
 from .choices import Choices

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 
 import pytest
 
-from controller.protocol.messages import Command, Contact, Contacts
+from controller.shared.protocol.messages import Command, Contact, Contacts
 from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Received, Receiver
 from host.connection.transport import open_transport

@@ -6,7 +6,7 @@ from itertools import count
 import pygame
 import pytest
 
-from controller.protocol import messages
+from controller.shared.protocol import messages
 from host import window_loop as loop
 from host.app.application import OrbApp
 from host.connection.receiver import Connected, Received, Refused

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.protocol.packets import Decoder, encode
+from controller.shared.protocol.packets import Decoder, encode
 from tests.fuzz import decoder, mapping, session
 
 HARNESSES = (decoder, session, mapping)

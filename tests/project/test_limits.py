@@ -10,26 +10,28 @@ import pytest
 
 VALUES = """
 controller/bundles/deploy/store.py: KEEP=8 _MAX_MESSAGE=200
-controller/config.py: MAX_BYTES=65536 MAX_PARTS=16 MAX_NESTING=16 _ANY_NUMBER=(0.0,1000000000.0)
-controller/files.py: _PIECE=1048576
-controller/keymap/key_state.py: SILENCE_S=1.0 LETTER_S=0.012
+controller/shared/config.py: MAX_BYTES=65536 MAX_PARTS=16 MAX_NESTING=16
+controller/shared/config.py: _ANY_NUMBER=(0.0,1000000000.0)
+controller/shared/files.py: _PIECE=1048576
+controller/shared/keymap/key_state.py: SILENCE_S=1.0 LETTER_S=0.012
 controller/links/listen.py: SEND_BUFFER=32768 PEERS=8
-controller/npz.py: MAX_DIRECTORY=131072 MAX_MEMBERS=256 MAX_HEADER=4096 MAX_DIMENSIONS=8
-controller/npz.py: _LOCATOR=20 _LOCAL_HEADER=30 _FLAGS=2062 _RATIO=1032
-controller/protocol/auth.py: SIZE=8 NONCE=16
-controller/protocol/device_session.py: BACKLOG=16384 GRANTED_BACKLOG=4194304
-controller/protocol/messages.py: VERSION=3 MAX_PAYLOAD=1024 MAX_TEXT=64 MAX_SENTENCE=500 PIECE=1000
-controller/protocol/messages.py: HEARTBEAT_MS=100 DEADMAN_MS=300 LOST_MS=1000 LOOP_FRAMES=3
-controller/protocol/messages.py: HUNG_MS=1000 SILENCE_MS=2000 LATE_MS=250
-controller/protocol/packets.py: SEALED=4 _INCOMPATIBLE=12 MAX_FRAME=1051 EVERY_VERSION=(1,3)
-controller/protocol/packets.py: NEVER=4294967295 _WINDOW=32 _LONGEST_MS=10000 _GRAIN_MS=2
-controller/protocol/retransmit.py: RESEND_MS=50 MOST=32
+controller/shared/npz.py: MAX_DIRECTORY=131072 MAX_MEMBERS=256 MAX_HEADER=4096 MAX_DIMENSIONS=8
+controller/shared/npz.py: _LOCATOR=20 _LOCAL_HEADER=30 _FLAGS=2062 _RATIO=1032
+controller/shared/protocol/auth.py: SIZE=8 NONCE=16
+controller/shared/protocol/device_session.py: BACKLOG=16384 GRANTED_BACKLOG=4194304
+controller/shared/protocol/messages.py: VERSION=3 MAX_PAYLOAD=1024 MAX_TEXT=64
+controller/shared/protocol/messages.py: MAX_SENTENCE=500 PIECE=1000
+controller/shared/protocol/messages.py: HEARTBEAT_MS=100 DEADMAN_MS=300 LOST_MS=1000 LOOP_FRAMES=3
+controller/shared/protocol/messages.py: HUNG_MS=1000 SILENCE_MS=2000 LATE_MS=250
+controller/shared/protocol/packets.py: SEALED=4 _INCOMPATIBLE=12 MAX_FRAME=1051 EVERY_VERSION=(1,3)
+controller/shared/protocol/packets.py: NEVER=4294967295 _WINDOW=32 _LONGEST_MS=10000 _GRAIN_MS=2
+controller/shared/protocol/retransmit.py: RESEND_MS=50 MOST=32
 controller/recognition/user_id.py: NOT_ENROLLED=0 MIN_PROBABILITY=1e-06
 controller/recordings/importer.py: MAX_BYTES=4294967296 SAMPLED=2000 _DIGITS=2
-controller/runtime/examples.py: MOST=60 MOST_S=10.0 LEAD_S=1.3 TAIL_S=0.5 FELT=0.04
-controller/runtime/examples.py: _MAX_BYTES=4194304
-controller/runtime/link_recording.py: MOST_S=1800.0 MOST_BYTES=209715200
-controller/runtime/teacher.py: MOST_SAVED=100
+controller/remote/examples.py: MOST=60 MOST_S=10.0 LEAD_S=1.3 TAIL_S=0.5 FELT=0.04
+controller/remote/examples.py: _MAX_BYTES=4194304
+controller/remote/link_recording.py: MOST_S=1800.0 MOST_BYTES=209715200
+controller/remote/teacher.py: MOST_SAVED=100
 controller/sensors/lines.py: FIRST_S=5.0 MEASURED=16 _STALE_S=0.5 _STALE_FRAMES=3.0 _RETRY_S=0.5
 controller/sensors/lines.py: _POLL_S=0.002 _CHUNK=16384 _PARSED=4 _DROPPED=256
 host/connection/device_store.py: MOST=64 _MAX_BYTES=262144

@@ -21,7 +21,7 @@ PROGRAM = """
 import json
 import pygame
 from controller.bundles import vocabulary
-from controller.protocol.messages import COMMANDS, Welcome
+from controller.shared.protocol.messages import COMMANDS, Welcome
 from controller.simulator.session import simulate
 from host.demo.autoplayer import MANUAL, Autoplayer
 from host.ui.orb_state import OrbState

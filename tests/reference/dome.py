@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
-from controller.aliases import Array, Mask
+from controller.shared.aliases import Array, Mask
 
 from . import material
 from .mesh import disc, taxels

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
-from controller.aliases import Array, Index
+from controller.shared.aliases import Array, Index
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,12 @@
 """The paper's own model of the inflated orb, equations (1) to (3) of section 3.3.
 
 It takes the stretch to be the same everywhere and the orb for a hemispheroid;
-`controller/simulator/membrane.py` solves a clamped rubber disc, and docs/simulator.md draws both.
+`controller/simulator/dome/membrane.py` solves a clamped rubber disc; docs/simulator.md draws both.
 """
 
 import numpy as np
 
-from controller.aliases import Array
+from controller.shared.aliases import Array
 
 
 def capacitance_of_stretch(stretch: Array) -> Array:

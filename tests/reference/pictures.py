@@ -15,9 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from controller.aliases import Array, Complex
-from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
+from controller.shared.aliases import Array, Complex
+from controller.simulator.dome import membrane
+from controller.simulator.dome.contact import ContactModel, FingerGroup, Fingers, Skin
 from tests.reference import paper_model
 
 from .dome import Dome

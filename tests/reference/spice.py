@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array
+from controller.shared.aliases import Array
 
 SUPPLY_V: Final = 3.3
 EDGE_S: Final = 50e-9  # of every switch

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.aliases import Array
+from controller.shared.aliases import Array
 
 from . import spice
 from .spice import SAMPLE_S, Parts, Timeline

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pygame
 
-from controller.protocol.messages import COMMANDS, Command, Contacts, Telemetry, Welcome
+from controller.shared.protocol.messages import COMMANDS, Command, Contacts, Telemetry, Welcome
 from host.app.application import SIZE, OrbApp
 from host.connection.receiver import Connected, Delivered, Received
 from tetris.engine.game import Game, Phase

@@ -20,12 +20,12 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
-from controller.keymap.keymap import load
-from controller.links.bluetooth.bluez import Bus, Properties
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 from controller.links.bluetooth.hid.reports import OUTPUTS, Report
+from controller.shared.bluetooth.bluez import Bus, Properties
+from controller.shared.keymap.keymap import load
 from tests.support.bumble_radio import attributes
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"

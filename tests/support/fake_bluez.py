@@ -20,8 +20,9 @@ from typing import Any
 
 import pytest
 
-from controller.links.bluetooth import bluez, registration
-from controller.links.bluetooth.bluez import BluetoothError, Bus
+from controller.links.bluetooth import registration
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import BluetoothError, Bus
 from tests.support import waiting
 
 MOCK = "org.bluez.Mock"

@@ -26,12 +26,12 @@ from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
 
-from controller.keymap.keymap import load
-from controller.links.bluetooth.bluez import Bus
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import OUTPUTS
-from controller.protocol.messages import Command, State
+from controller.shared.bluetooth.bluez import Bus
+from controller.shared.keymap.keymap import load
+from controller.shared.protocol.messages import Command, State
 
 ADAPTER = "/org/bluez/hci0"
 _PROPERTIES = "org.freedesktop.DBus.Properties"

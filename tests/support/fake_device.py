@@ -27,7 +27,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from controller.links import Link, open_link
-from controller.protocol import messages
+from controller.shared.protocol import messages
 
 REAL_STEP_MS = 20
 GRANTED_STEP_MS = 100

@@ -25,11 +25,11 @@ from controller.links import hid, rfcomm, usb
 from controller.links.bluetooth import serial_profile
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.reports import GAMEPAD, RELEASED, Report
-from controller.protocol.messages import Contact
-from controller.recognition.frames import Frame
-from controller.recognition.scale import SKIN
+from controller.recognition.images.frames import Frame
+from controller.recognition.images.scale import SKIN
 from controller.sensors import base
 from controller.sensors.geometry import Geometry
+from controller.shared.protocol.messages import Contact
 from tests.controller.sensors.test_mpr121 import FakeBus
 
 LANDS_S: Final = 6.0  # a host has come by then

@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from controller import npz
 from controller.bundles import container
 from controller.bundles.head import Head
+from controller.shared import npz
 from tests.support import user_bundles as enrolled
 
 VALUES: Final = (

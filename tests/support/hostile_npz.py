@@ -13,8 +13,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller import npz
 from controller.recordings import reader, recording, writer
+from controller.shared import npz
 
 ORIGIN: Final = recording.Provenance("d", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "0")
 COUNT: Final = 30

@@ -12,10 +12,10 @@ import zlib
 from collections import Counter
 from dataclasses import dataclass, field
 
-from controller.protocol import codec, link_events
-from controller.protocol.device_session import BACKLOG, DeviceSession
-from controller.protocol.host_session import HostSession
-from controller.protocol.messages import (
+from controller.shared.protocol import codec, link_events
+from controller.shared.protocol.device_session import BACKLOG, DeviceSession
+from controller.shared.protocol.host_session import HostSession
+from controller.shared.protocol.messages import (
     DEADMAN_MS,
     HUNG_MS,
     LATE_MS,
@@ -25,8 +25,8 @@ from controller.protocol.messages import (
     State,
     Telemetry,
 )
-from controller.protocol.packets import MAX_FRAME
-from controller.protocol.retransmit import MOST, RetransmitQueue, SessionHistory
+from controller.shared.protocol.packets import MAX_FRAME
+from controller.shared.protocol.retransmit import MOST, RetransmitQueue, SessionHistory
 from tests.support.fake_device import welcome
 
 TICK_MS = 10

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from controller.bundles import bundle
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import Plain, SessionRecorder
-from controller.cues import Cue, CueSession, Phase
 from controller.links.base import Link
-from controller.protocol.messages import Contact, Contacts, GroundTruth, Hello, Message, Perform
-from controller.recognition.frames import Frame, Image, Window
+from controller.recognition.images.frames import Frame, Image, Window
 from controller.recognition.pipeline import Networks, Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
@@ -21,6 +19,15 @@ from controller.runtime.device import Device, TimedPerform, VirtualHand
 from controller.runtime.loop import Loop
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry, SensorError
+from controller.shared.cues import Cue, CueSession, Phase
+from controller.shared.protocol.messages import (
+    Contact,
+    Contacts,
+    GroundTruth,
+    Hello,
+    Message,
+    Perform,
+)
 
 SHIPPED = bundle.read(bundle.default_path(10.0))
 HELLO = Hello(2, 2, "", "test", granted=False)

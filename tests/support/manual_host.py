@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from controller.protocol.auth import FrameAuthenticator, seals
-from controller.protocol.messages import (
+from controller.shared.protocol.auth import FrameAuthenticator, seals
+from controller.shared.protocol.messages import (
     VERSION,
     Command,
     Heartbeat,
@@ -16,7 +16,7 @@ from controller.protocol.messages import (
     NumberedCommand,
     Offer,
 )
-from controller.protocol.packets import Decoder, Packet, encode
+from controller.shared.protocol.packets import Decoder, Packet, encode
 
 HELLO = Hello(VERSION, VERSION, "", "a test", False)  # as the device's program is told of it
 JOIN = Join("", "a test", False, host_nonce=77, boot_nonce=0, done=0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from controller.recordings import recording
-from controller.simulator.faults import Fault
+from controller.simulator.dome.faults import Fault
 from controller.simulator.orb import PRESETS, OrbModel
 from controller.simulator.session import TEST_SEEDS, simulate
 from controller.simulator.virtual_orb import VirtualOrb

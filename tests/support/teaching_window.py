@@ -2,8 +2,8 @@
 
 import pygame
 
-from controller.protocol.messages import COMMANDS, Command, Message, Telemetry, Welcome
-from controller.protocol.teaching import (
+from controller.shared.protocol.messages import COMMANDS, Command, Message, Telemetry, Welcome
+from controller.shared.protocol.teaching import (
     DONE,
     FAILED,
     LEARNING,

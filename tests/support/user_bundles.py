@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import npz
 from controller.adapt import lessons
 from controller.adapt.examples import Example
 from controller.bundles import bundle, container
 from controller.bundles.head import Head
 from controller.bundles.inference.onnx_reader import Graph, Node
+from controller.shared import npz
 from models.training import onnx_writer
 
 SHIPPED = bundle.default_path(10.0)

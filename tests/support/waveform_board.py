@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from gpiozero.pins.mock import MockFactory
 
-from controller.aliases import Array
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.emulated.board import FakeChip
 from controller.sensors.hardware.emulated.pins import CircuitFactory
 from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
+from controller.shared.aliases import Array
 from tests.reference import spice, waveforms
 
 _LATE_S = 10e-6  # a sample may be this far from where ngspice took it

@@ -36,9 +36,9 @@ TESTS: Final = """
     controller/bundles/bundle controller/recognition/debounce controller/bundles/engines
     controller/bundles/onnx_reader controller/recordings/journal controller/capture/labels
     controller/capture/cue_plan controller/links/links controller/runtime/loop
-    controller/recognition/mapping controller/npz controller/recognition/pipeline
-    controller/recognition/preprocess controller/protocol/messages controller/recordings/recorder
-    controller/recordings/recording controller/recordings/recovery controller/bundles/store
+    controller/recognition/mapping controller/shared/npz controller/recognition/pipeline
+    controller/recognition/images/preprocess controller/shared/protocol/messages
+    controller/recordings/recorder controller/recordings/recording controller/bundles/store
     controller/start controller/capture/session_recorder controller/recognition/touch_position
     controller/bundles/vocabulary controller/cli/run
 """

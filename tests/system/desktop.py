@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Self
 
-from controller.protocol import psk
+from controller.shared.protocol import psk
 
 NEEDED: Final = ("Xvfb", "xdotool", "import")
 _ANSWER_S: Final = 20.0

@@ -13,7 +13,7 @@ from typing import Any
 
 from controller.links import Link, LinkError, open_link
 from controller.links.hid import HidLink
-from controller.protocol.messages import COMMANDS, Command, State
+from controller.shared.protocol.messages import COMMANDS, Command, State
 from tests.support.fake_device import welcome
 
 from .guest import Guest

@@ -19,7 +19,7 @@ import time
 from collections.abc import Coroutine
 from typing import Any
 
-from controller.links.bluetooth import bluez
+from controller.shared.bluetooth import bluez
 
 from .guest import ANSWER_S, CaseError, Guest
 

@@ -20,8 +20,8 @@ os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
 
 import pygame
 
-from controller.protocol.messages import Contact, Contacts
-from controller.protocol.teaching import Describe, GestureInfo, Vocabulary
+from controller.shared.protocol.messages import Contact, Contacts
+from controller.shared.protocol.teaching import Describe, GestureInfo, Vocabulary
 from host import window_loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs

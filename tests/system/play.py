@@ -13,7 +13,7 @@ import socket
 import sys
 import time
 
-from controller.protocol.messages import Grant, Granted
+from controller.shared.protocol.messages import Grant, Granted
 from host.connection.receiver import Connected, Delivered, Receiver
 from host.connection.transport import Transport, _Selected, open_transport
 from host.demo import demo

@@ -11,7 +11,7 @@ from typing import Any
 
 import pygame
 
-from controller.protocol.messages import Command
+from controller.shared.protocol.messages import Command
 from host.app import application
 from host.app.application import OrbApp
 from host.app.screens.learn import LearnScreen

@@ -16,7 +16,7 @@ from controller.bundles.deploy.store import (
     sensor_summary,
     summary,
 )
-from controller.protocol import codec, messages, packets
+from controller.shared.protocol import codec, messages, packets
 
 
 class TooSlowError(BundleError):

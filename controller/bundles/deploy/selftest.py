@@ -20,8 +20,8 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
 from controller.bundles.inference.networks import Recognizer
-from controller.errors import one_line
 from controller.recognition.pipeline import Pipeline
+from controller.shared.errors import one_line
 
 DEADLINE_S: Final = 60.0  # a slow board needs some seconds for the import
 STEPS: Final = 1000  # in a timed block

@@ -16,11 +16,11 @@ from typing import Any, Final
 
 import tomli_w
 
-from controller import config, files, leftovers
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
-from controller.errors import reason
+from controller.shared import config, files, leftovers
+from controller.shared.errors import reason
 
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the current and previous one, and the newest others

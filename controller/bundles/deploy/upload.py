@@ -10,7 +10,7 @@ from pathlib import Path
 
 from controller.bundles.container import MAX_BYTES
 from controller.bundles.deploy.store import INCOMING
-from controller.protocol.messages import (
+from controller.shared.protocol.messages import (
     DECLINED,
     PROVING,
     WANTED,

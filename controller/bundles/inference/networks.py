@@ -13,7 +13,7 @@ from controller.bundles.container import BundleError
 from controller.bundles.head import EVERYBODY, Head
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
-from controller.recognition.frames import Image, Window
+from controller.recognition.images.frames import Image, Window
 from controller.recognition.pipeline import Networks
 from controller.recognition.touch_input import TouchInput
 

@@ -16,10 +16,17 @@ from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
 from controller.links.base import Link
-from controller.links.bluetooth.bluez import ADAPTER, ALIAS, DEVICE, BluetoothError, Bus, Properties
+from controller.shared.bluetooth.bluez import (
+    ADAPTER,
+    ALIAS,
+    DEVICE,
+    BluetoothError,
+    Bus,
+    Properties,
+)
 
 if TYPE_CHECKING:
-    from controller.links.bluetooth.pairing_agent import PairingAgent
+    from controller.shared.bluetooth.pairing_agent import PairingAgent
 
 RETRY_S: Final = 2.0  # between two attempts while something is missing
 START_S: Final = 15.0  # for the first attempt: bluetoothd may be about to start
@@ -162,7 +169,7 @@ class RegistrationThread:
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
 
     async def _register(self, bus: Bus, adapter: str) -> None:
-        from controller.links.bluetooth.pairing_agent import NO_SCREEN, PairingAgent
+        from controller.shared.bluetooth.pairing_agent import NO_SCREEN, PairingAgent
 
         self._agent = agent = PairingAgent(bus)
         await agent.register(NO_SCREEN)

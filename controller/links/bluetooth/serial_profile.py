@@ -10,8 +10,10 @@ from dbus_fast import DBusError
 from dbus_fast.annotations import DBusObjectPath, DBusSignature, DBusUnixFd
 from dbus_fast.service import ServiceInterface, dbus_method
 
+from controller.links.bluetooth.registration import Registration
+
 # Annotations are evaluated as D-Bus types: no `from __future__ import annotations` here.
-from controller.links.bluetooth.bluez import (
+from controller.shared.bluetooth.bluez import (
     ADAPTER,
     ALIAS,
     CHANNEL,
@@ -24,7 +26,6 @@ from controller.links.bluetooth.bluez import (
     named,
     variant,
 )
-from controller.links.bluetooth.registration import Registration
 
 MANAGER: Final = "org.bluez.ProfileManager1"
 SOL_BLUETOOTH: Final = 274  # Linux, include/net/bluetooth/bluetooth.h, like the next two

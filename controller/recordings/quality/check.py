@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import MOST
+from controller.recognition.images.dead_taxels import MOST
 from controller.recordings.quality import labels, taxels
 from controller.recordings.quality.labels import FrameTiming, SourceLabels
 from controller.recordings.quality.taxels import Response, respond

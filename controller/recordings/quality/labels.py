@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.frames import same_rate
+from controller.recognition.images.frames import same_rate
 from controller.recordings.quality.taxels import Response
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Frames
+from controller.shared.aliases import Frames
 
 SPELL_S: Final = 0.5  # time for which the sensor is still at a level
 LEAST: Final = 4  # frames of it

@@ -11,19 +11,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.aliases import Frames, Mask
-from controller.recognition.dead_taxels import (
+from controller.recognition.images.dead_taxels import (
     DEAD_SLOPE,
     TaxelInterpolator,
     response_slope,
     without_lead,
 )
-from controller.recognition.frames import PreprocessSettings
-from controller.recognition.preprocess import Preprocessor
-from controller.recognition.scale import FIRM
-from controller.recognition.sensor_health import taxel_names
+from controller.recognition.images.frames import PreprocessSettings
+from controller.recognition.images.preprocess import Preprocessor
+from controller.recognition.images.scale import FIRM
+from controller.recognition.images.sensor_health import taxel_names
 from controller.recordings.quality.rest import rest_frames
 from controller.recordings.recording import PICOFARAD, Recording
+from controller.shared.aliases import Frames, Mask
 
 Map = NDArray[np.float64]  # (rows, columns), one number a taxel
 

@@ -4,8 +4,8 @@ Pure: wiring, reading, schedule, inversion, converters, pump. Edges: pins and kn
 (spidev). `emulated` puts a simulated circuit in place of the edges, and needs no hardware.
 """
 
-from controller.errors import TroubleError
 from controller.sensors.geometry import SensorAwayError, SensorError
+from controller.shared.errors import TroubleError
 
 
 class HardwareError(SensorError):

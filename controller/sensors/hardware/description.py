@@ -11,13 +11,13 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from controller import config
-from controller.config import ConfigError
-from controller.recognition.frames import Frame
-from controller.recognition.scale import SIGNS, Signal
+from controller.recognition.images.frames import Frame
+from controller.recognition.images.scale import SIGNS, Signal
 from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
 from controller.sensors.hardware.wiring import number, numbers
+from controller.shared import config
+from controller.shared.config import ConfigError
 
 UNNAMED: Final = "skin"  # of sensors whose description gives no name
 _SLOWEST: Final = 0.85  # of the rate that is asked for: beyond that too many frames come twice

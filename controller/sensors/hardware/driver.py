@@ -5,13 +5,13 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.inversion import Inversion
 from controller.sensors.hardware.pump import Pump, kilopascals
 from controller.sensors.hardware.scanner import Scan, Scanner
+from controller.shared.aliases import Array
 
 _DARK_FIRST: Final = 16  # looks at the rows' own readings before the first frame
 _DARK_EVERY: Final = 10  # frames from one later look to the next

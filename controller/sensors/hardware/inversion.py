@@ -14,7 +14,7 @@ no more than their noise are averaged over a few frames, and those that change b
 at once.
 
 Networks that learned from the virtual orb know images in which a share of the neighbours remains
-(controller/simulator/readout.py). `ghosting` puts it back:
+(controller/simulator/dome/readout.py). `ghosting` puts it back:
 
     C'_ij = C_ij (C_s + ghosting (n - 1) 41.2 pF) / (C_s + ghosting (T_j - C_ij))
 """
@@ -24,9 +24,9 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array
 from controller.sensors.hardware.wiring import Wiring
-from controller.simulator.readout import NOMINAL_PF, ReadoutModel
+from controller.shared.aliases import Array
+from controller.simulator.dome.readout import NOMINAL_PF, ReadoutModel
 
 LEAST_PF: Final = 0.05  # what no taxel is below: images divide by the rest
 _FULLEST: Final = 0.98  # a row whose shares sum up to more is broken, not large

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.aliases import Array
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.wiring import Wiring
+from controller.shared.aliases import Array
 
 
 @dataclass(frozen=True, slots=True)

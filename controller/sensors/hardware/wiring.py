@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from controller import config
-from controller.config import ConfigError
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.converters import CHANNELS, CHIPS
+from controller.shared import config
+from controller.shared.config import ConfigError
 
 Scheme = Literal["taxel", "column"]
 

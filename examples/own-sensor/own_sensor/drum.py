@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.recognition.frames import Frame
-from controller.recognition.scale import Signal
+from controller.recognition.images.frames import Frame
+from controller.recognition.images.scale import Signal
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.geometry import Geometry, SensorError
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pygame
 
-from controller.protocol.messages import Command
+from controller.shared.protocol.messages import Command
 from host.connection.receiver import Delivered, Received
 from host.targets import Target, TargetOptions
 

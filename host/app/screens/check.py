@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Final
 
-from controller.protocol.messages import Command, Contact, Report
-from controller.protocol.teaching import FAILED, Check, CheckRow, CheckStep, LearnStatus
+from controller.shared.protocol.messages import Command, Contact, Report
+from controller.shared.protocol.teaching import FAILED, Check, CheckRow, CheckStep, LearnStatus
 from host.app.screen import Orb, OrbScreen, rows
 from host.ui.naming import place, said
 from tetris.window.menu import Item, Menu, Row

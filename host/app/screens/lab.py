@@ -5,8 +5,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Report, StageTime
-from controller.protocol.teaching import InjectFault, Record, RecordingStatus
+from controller.shared.protocol.messages import Report, StageTime
+from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus
 from host.app import lab_view
 from host.app.lab_data import LabData
 from host.app.screen import Orb, OrbScreen

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from controller.protocol.messages import Command
-from controller.protocol.teaching import GestureInfo
+from controller.shared.protocol.messages import Command
+from controller.shared.protocol.teaching import GestureInfo
 from host.actions import ACTIONS
 from host.app import ghost, lesson
 from host.app.lesson import Step

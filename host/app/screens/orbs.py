@@ -6,10 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from controller.errors import UserError
-from controller.files import data_folder
-from controller.protocol.messages import Report
-from controller.protocol.teaching import Describe, Recalibrate, Vocabulary
+from controller.shared.errors import UserError
+from controller.shared.files import data_folder
+from controller.shared.protocol.messages import Report
+from controller.shared.protocol.teaching import Describe, Recalibrate, Vocabulary
 from host.app.orbs import OrbEntry, Orbs
 from host.app.programs import Programs, folder
 from host.app.screen import Orb, OrbScreen, rows

@@ -4,7 +4,7 @@ from functools import lru_cache, partial
 
 import pygame
 
-from controller.errors import UserError
+from controller.shared.errors import UserError
 from host.app.screen import Orb, OrbScreen, rows
 from host.phone import open_phone, own_addresses
 from tetris.window.menu import Item, Menu

@@ -3,8 +3,8 @@
 from functools import partial
 from pathlib import Path
 
-from controller.config import ConfigError
-from controller.protocol.messages import COMMANDS
+from controller.shared.config import ConfigError
+from controller.shared.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
 from host.app.screen import Orb, OrbScreen, rows

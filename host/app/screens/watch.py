@@ -8,8 +8,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, GroundTruth, Perform, Report
-from controller.recognition.event_metric import Score
+from controller.shared.event_metric import Score
+from controller.shared.protocol.messages import Command, GroundTruth, Perform, Report
 from host.actions import ACTIONS
 from host.app.screen import Orb
 from host.app.screens.game_page import GamePage, Line

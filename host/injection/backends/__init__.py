@@ -11,8 +11,8 @@ from abc import ABC, abstractmethod
 from types import ModuleType
 from typing import Final, cast
 
-from controller.errors import TroubleError
-from controller.keymap.keymap import Kind
+from controller.shared.errors import TroubleError
+from controller.shared.keymap.keymap import Kind
 
 AUTO: Final = "auto"
 NAMES: Final = ("uinput", "x11", "windows", "macos")
@@ -24,7 +24,7 @@ class BackendError(TroubleError, OSError):
 
 
 class Backend(ABC):
-    """A device that presses keys, named as in `controller.keymap.key_names`."""
+    """A device that presses keys, named as in `controller.shared.keymap.key_names`."""
 
     def press(self, key: str) -> None:
         """Press a key; OSError if the system refuses it."""

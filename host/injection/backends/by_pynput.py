@@ -7,9 +7,9 @@ import ctypes
 import ctypes.util
 from typing import Any, Final
 
-from controller.errors import how_to_install
-from controller.keymap.key_names import KEYS
-from controller.keymap.keymap import Kind
+from controller.shared.errors import how_to_install
+from controller.shared.keymap.key_names import KEYS
+from controller.shared.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = False  # the system does not release the keys of a dead program

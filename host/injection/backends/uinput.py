@@ -11,8 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from controller.keymap.key_names import KEYS, PAD, STICK, Axis
-from controller.keymap.keymap import Kind
+from controller.shared.keymap.key_names import KEYS, PAD, STICK, Axis
+from controller.shared.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = True  # the kernel releases the keys of a removed device

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from ctypes import c_size_t, c_uint8, c_uint16, c_uint32
 from typing import Final
 
-from controller.keymap.key_names import EXTENDED, KEYS
-from controller.keymap.keymap import Kind
+from controller.shared.keymap.key_names import EXTENDED, KEYS
+from controller.shared.keymap.keymap import Kind
 from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = False

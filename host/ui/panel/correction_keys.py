@@ -8,7 +8,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Correction, UploadStatus
+from controller.shared.protocol.messages import Correction, UploadStatus
 from host.ui.naming import said
 from tetris.window.language import Words
 

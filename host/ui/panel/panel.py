@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 import pygame
 
-from controller.protocol.messages import Contact
+from controller.shared.protocol.messages import Contact
 from host.ui import dome, ghost, naming, sprites, zones
 from host.ui.orb_state import Deviation, LinkState, OrbState
 from host.ui.panel.gesture_rows import GestureRows

@@ -16,14 +16,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.aliases import Index
 from controller.bundles import vocabulary
-from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES
+from controller.shared.aliases import Index
+from controller.simulator.hand.gesture_file import shipped
+from controller.simulator.hand.performance import GESTURES
+from controller.simulator.hand.session_script import SessionScript
+from controller.simulator.hand.user_style import person
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.session import LABELS
-from controller.simulator.session_script import SessionScript
-from controller.simulator.user_style import person
 from models.data import label_repair, splits, touch_images
 from models.data.augment import Symmetry
 from models.data.examples import Examples, Source, prepare

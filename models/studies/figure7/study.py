@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import torch
 
-from controller.aliases import Say
+from controller.shared.aliases import Say
 from controller.simulator.orb import PRESETS
 from models.data.recipe import RECIPES
 from models.results import storage

@@ -9,7 +9,7 @@ is found by W. Dinkelbach's iteration, On nonlinear fractional programming, Mana
 
 A game is what `host --demo --json` prints: its "events" are the intended gestures, its "commands"
 the recognised ones. One gesture is one use of the channel, and its output is the first command that
-answers it (controller/recognition/event_metric.py), or nothing. A further command for the same
+answers it (controller/shared/event_metric.py), or nothing. A further command for the same
 gesture is ignored, one for none is a false alarm.
 """
 
@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import rel_entr  # the [train] extra
 
-from controller.config import ConfigError, parse_json
-from controller.errors import UserError
-from controller.recognition.event_metric import Answer, Event, attach
+from controller.shared.config import ConfigError, parse_json
+from controller.shared.errors import UserError
+from controller.shared.event_metric import Answer, Event, attach
 from models.evaluation import bootstrap
 from models.results import storage
 from models.studies.information.histogram import mutual_information

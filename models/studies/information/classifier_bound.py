@@ -16,8 +16,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller.aliases import Mask
 from controller.bundles import vocabulary
+from controller.shared.aliases import Mask
 from models.data.augment import Symmetry, vary_windows
 from models.data.recipe import Augmentation
 from models.evaluation import bootstrap, scores

@@ -12,9 +12,9 @@ import numpy as np
 
 from controller.bundles.vocabulary import Entry, Vocabulary
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.frames import PreprocessSettings
-from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES
+from controller.recognition.images.frames import PreprocessSettings
+from controller.simulator.hand.gesture_file import shipped
+from controller.simulator.hand.performance import GESTURES
 from models.data.augment import Symmetry
 from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet

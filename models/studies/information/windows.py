@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles import vocabulary
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.images.frames import PreprocessSettings
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data.examples import (
     Choice,

@@ -20,8 +20,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller import config, files
-from controller.errors import UserError, reason
+from controller.shared import config, files
+from controller.shared.errors import UserError, reason
 from controller.simulator.orb import PRESETS
 from models.data import splits
 from models.data.examples import refuse_test_seed

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from controller.errors import count
+from controller.shared.errors import count
 from models.evaluation import bootstrap
 from models.reports import markdown
 from models.reports.tables import Table

@@ -21,9 +21,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from controller.aliases import Say
-from controller.errors import TroubleError, count
 from controller.recordings.recording import software
+from controller.shared.aliases import Say
+from controller.shared.errors import TroubleError, count
 from models import formatting, processes
 from models.results import storage
 from models.studies.sweep import report

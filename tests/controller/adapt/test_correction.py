@@ -14,7 +14,14 @@ from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.cli.run import options_of
-from controller.protocol.messages import (
+from controller.recognition.pipeline import Pipeline
+from controller.recordings import reader
+from controller.remote.bundle_updates import BundleUpdater
+from controller.runtime.assemble import open_device, prepare
+from controller.runtime.device import Device
+from controller.runtime.parts import Parts
+from controller.runtime.renewal import exchange, refreshed
+from controller.shared.protocol.messages import (
     DECLINED,
     IN_USE,
     PROVING,
@@ -24,13 +31,6 @@ from controller.protocol.messages import (
     Telemetry,
     UploadStatus,
 )
-from controller.recognition.pipeline import Pipeline
-from controller.recordings import reader
-from controller.runtime.assemble import open_device, prepare
-from controller.runtime.bundle_updates import BundleUpdater
-from controller.runtime.device import Device
-from controller.runtime.parts import Parts
-from controller.runtime.renewal import exchange, refreshed
 from host.ui.panel.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench
 from tetris.window import language
@@ -191,7 +191,7 @@ def test_the_loop_hands_over_the_latest_images_and_switches(exchanged: bool) -> 
 def run_of_a_bundle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Run]:
     """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
-    monkeypatch.setattr("controller.files.state_folder", lambda: tmp_path / "state")
+    monkeypatch.setattr("controller.shared.files.state_folder", lambda: tmp_path / "state")
     words = (
         f"--sensor virtual --rate 10 --link listen://127.0.0.1:0 --record {tmp_path} "
         "--user ab --session 1"

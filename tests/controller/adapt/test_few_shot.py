@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from controller import adapt, npz
+from controller import adapt
 from controller.adapt import AdaptError, Example, few_shot, lessons
 from controller.adapt.examples import paced, touched, vary
 from controller.bundles import bundle as bundles
@@ -15,10 +15,11 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
 from controller.bundles.head import EVERYBODY
 from controller.bundles.inference.networks import Recognizer, gestures_of
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.images.preprocess import Preprocessor
+from controller.shared import npz
+from controller.simulator.hand.user_style import person
 from controller.simulator.orb import preset
 from controller.simulator.session import simulate
-from controller.simulator.user_style import person
 from tests.support import user_bundles
 
 SHIPPED = bundles.default_path(10.0)

@@ -8,10 +8,10 @@ import pytest
 from controller.adapt.examples import Example
 from controller.adapt.symmetry import guess
 from controller.bundles import bundle as bundles
-from controller.recognition.preprocess import Preprocessor
-from controller.simulator.gesture_file import parse, shipped
+from controller.recognition.images.preprocess import Preprocessor
+from controller.simulator.hand.gesture_file import parse, shipped
+from controller.simulator.hand.user_style import person
 from controller.simulator.session import simulate
-from controller.simulator.user_style import person
 
 RATE_HZ = 10.0
 PREPROCESS = bundles.read(bundles.default_path(RATE_HZ)).preprocess

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller import npz
 from controller.bundles import bundle, container
 from controller.bundles.container import BundleError
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.inference.onnxruntime_engine import Network
 from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
+from controller.shared import npz
 
 SHIPPED = bundle.default_path(10.0)
 

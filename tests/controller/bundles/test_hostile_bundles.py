@@ -20,7 +20,7 @@ from controller.bundles.deploy.store import (
 )
 from controller.cli import install
 from controller.recognition.debounce import Debouncer
-from controller.recognition.preprocess import Preprocessor
+from controller.recognition.images.preprocess import Preprocessor
 from tests.support import hostile_bundles
 
 PARTS = hostile_bundles.parts()

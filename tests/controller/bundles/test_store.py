@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from controller import files
 from controller.__main__ import main
 from controller.bundles import bundle as bundles
 from controller.bundles import container
@@ -20,8 +19,9 @@ from controller.bundles.container import BundleError
 from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
 from controller.cli.run import options_of
-from controller.leftovers import LOCK
 from controller.runtime.assemble import deployed
+from controller.shared import files
+from controller.shared.leftovers import LOCK
 from tests.support.killed import at_each_call
 from tests.support.onnx_files import model, node, value
 

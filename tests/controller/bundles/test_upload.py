@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import INCOMING
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.protocol.codec import fitted
-from controller.protocol.link_events import Connected, Delivered, Lost, Received
-from controller.protocol.messages import (
+from controller.remote.bundle_updates import BundleUpdater
+from controller.shared.protocol.codec import fitted
+from controller.shared.protocol.link_events import Connected, Delivered, Lost, Received
+from controller.shared.protocol.messages import (
     DECLINED,
     IN_USE,
     PIECE,
@@ -29,8 +30,7 @@ from controller.protocol.messages import (
     UploadStatus,
     Welcome,
 )
-from controller.protocol.packets import Decoder, encode
-from controller.runtime.bundle_updates import BundleUpdater
+from controller.shared.protocol.packets import Decoder, encode
 from host.connection.bundle_upload import (
     NO_OUTCOME,
     PATIENCE_S,

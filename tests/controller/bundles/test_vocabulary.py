@@ -6,7 +6,7 @@ import pytest
 
 from controller.bundles import bundle, vocabulary
 from controller.bundles.vocabulary import VocabularyError
-from controller.simulator.gesture_file import shipped as hands
+from controller.simulator.hand.gesture_file import shipped as hands
 
 
 def test_the_paper_s_gestures_ship_and_ask_for_what_the_bundle_does() -> None:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.capture.cue_plan import CuePlan, parse_plan, read_plan
-from controller.cues import (
+from controller.shared.cues import (
     Cue,
     CueSession,
     CueTiming,
@@ -18,7 +18,7 @@ from controller.cues import (
     ExampleRequest,
     Phase,
 )
-from controller.errors import UserError
+from controller.shared.errors import UserError
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example

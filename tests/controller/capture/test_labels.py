@@ -4,8 +4,8 @@ import pytest
 
 from controller.capture.labels import Exclusion, FrameLabels, Labeller
 from controller.capture.session_recorder import cue_lines
-from controller.cues import Cue, Phase
 from controller.recordings.recording import UNKNOWN, Mark
+from controller.shared.cues import Cue, Phase
 from tests.controller.capture.test_cues import cues as cued
 
 LABELS = ("null", "press", "pinch")

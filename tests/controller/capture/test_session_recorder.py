@@ -5,16 +5,16 @@ from typing import Any
 
 import pytest
 
-from controller.aliases import State
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
-from controller.protocol.messages import Command, Contacts, Grant, Message
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
+from controller.shared.aliases import State
+from controller.shared.protocol.messages import Command, Contacts, Grant, Message
 from tests.controller.capture.test_cues import cues
 from tests.support.loop_bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
 

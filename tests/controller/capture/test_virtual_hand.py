@@ -9,13 +9,13 @@ import pytest
 from controller.__main__ import main
 from controller.capture.simulated_hand import CuedHand
 from controller.cli.run import options_of
-from controller.cues import Cue, Phase
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
 from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Virtual, knows, show
+from controller.shared.cues import Cue, Phase
 from controller.simulator.virtual_orb import VirtualOrb
 from tests.support import ROOT
 from tests.support.recordings import of, origin

@@ -96,7 +96,7 @@ sys.exit(main({words!r}))
 
 @posix
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("module", ["controller.errors", ""])
+@pytest.mark.parametrize("module", ["controller.shared.errors", ""])
 def test_ctrl_c_while_modules_are_imported_ends_it_silently(command: str, module: str) -> None:
     own = "controller.cli." + COMMANDS[command][0].partition(":")[0]
     program = INTERRUPTED_AT.format(module=module or own, words=command.split())

@@ -21,7 +21,6 @@ from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.cli.run import options_of
-from controller.protocol import messages as wire
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
@@ -31,7 +30,8 @@ from controller.runtime.assemble import TOKEN
 from controller.runtime.device import Device, VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.virtual import show
-from controller.shutdown import signals
+from controller.shared.protocol import messages as wire
+from controller.shared.shutdown import signals
 from tests.support import manual_host
 from tests.support.loop_bench import MessageLog
 from tests.support.manual_host import HandMadeHost

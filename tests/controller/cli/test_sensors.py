@@ -10,9 +10,9 @@ import pytest
 
 from controller.__main__ import main
 from controller.cli import sensors
-from controller.links import ports
 from controller.sensors import base
 from controller.sensors.hardware.description import read
+from controller.shared import ports
 
 if sys.platform == "win32":
     pytest.skip("Windows has no ptys", allow_module_level=True)

@@ -20,9 +20,9 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.links import LinkError, open_link
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE, SERIAL_PATH, SERVICE_UUID
 from controller.links.rfcomm import RfcommLink
-from controller.protocol.messages import Bye, Command, Hello, State, Welcome
+from controller.shared.bluetooth.bluez import ADAPTER, DEVICE, SERIAL_PATH, SERVICE_UUID
+from controller.shared.protocol.messages import Bye, Command, Hello, State, Welcome
 
 DEVICE_PATH = "/org/bluez/hci0/dev_" + HOST.replace(":", "_")
 PROFILES = "org.bluez.ProfileManager1"

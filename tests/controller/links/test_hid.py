@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from controller.errors import UserError
 from controller.links import LinkError, open_link
 from controller.links.bluetooth.hid import hosts
 from controller.links.bluetooth.hid.hosts import StoredHosts
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.links.hid import HidLink
-from controller.protocol.messages import VERSION, Bye, Command, Hello, Message, State
+from controller.shared.errors import UserError
+from controller.shared.protocol.messages import VERSION, Bye, Command, Hello, Message, State
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, address, scene
 from tests.support.fake_device import welcome
 

@@ -13,7 +13,7 @@ from bumble import core, hci, sdp
 
 from controller.links.bluetooth.hid.l2cap import REPORTS
 from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, RELEASED, Report, gamepad
-from controller.protocol.messages import Command, State
+from controller.shared.protocol.messages import Command, State
 from tests.reference import hid
 from tests.support.bumble_orb import HOST, ORB, ClassicHost, ClassicOrb, devices
 

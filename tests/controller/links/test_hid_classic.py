@@ -19,13 +19,13 @@ if shutil.which("dbus-daemon") is None:
 if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
     pytest.skip("the played radio needs local packet sockets", allow_module_level=True)
 
-from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
 from controller.links.bluetooth.hid.classic import ClassicTransport, L2capSockets
 from controller.links.bluetooth.hid.hosts import StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad
-from controller.protocol.messages import State
+from controller.shared.bluetooth.bluez import BluetoothError, Bus
+from controller.shared.protocol.messages import State
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, HidTable, RefusedError, address, scene
 
 __all__ = ["address"]

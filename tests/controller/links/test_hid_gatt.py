@@ -15,10 +15,10 @@ pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extr
 if shutil.which("dbus-daemon") is None:
     pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
-from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid.gatt import GattTransport
 from controller.links.bluetooth.hid.hosts import StoredHosts
 from controller.links.bluetooth.hid.reports import PNP_ID, RELEASED, REPORT_MAP, gamepad, keyboard
+from controller.shared.bluetooth.bluez import BluetoothError, Bus
 from tests.reference import hid
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, HidTable, RefusedError, address, scene
 

@@ -7,8 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.keymap.key_state import KeyState
-from controller.keymap.keymap import KeyMapError, load, parse
 from controller.links.bluetooth.hid.held_keys import GAP_S, follow, key_state
 from controller.links.bluetooth.hid.reports import (
     OUTPUTS,
@@ -18,7 +16,9 @@ from controller.links.bluetooth.hid.reports import (
     gamepad,
     keyboard,
 )
-from controller.protocol.messages import Command, Telemetry
+from controller.shared.keymap.key_state import KeyState
+from controller.shared.keymap.keymap import KeyMapError, load, parse
+from controller.shared.protocol.messages import Command, Telemetry
 
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "press", True, 40.0)
 MAP = """

@@ -25,9 +25,9 @@ from controller.links.byte_link import REQUESTS
 from controller.links.listen import PEERS, ListenLink
 from controller.links.serial_port import PortLink
 from controller.links.stdout import StdoutLink
-from controller.protocol import messages as wire
-from controller.protocol import retransmit
-from controller.protocol.device_session import WRONG_KEY
+from controller.shared.protocol import messages as wire
+from controller.shared.protocol import retransmit
+from controller.shared.protocol.device_session import WRONG_KEY
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HELLO, JOIN, HandMadeHost, plain
 from tests.support.waiting import until

@@ -6,7 +6,15 @@ import pytest
 
 from controller.links import Access, Link, LinkError, open_link, split
 from controller.links.multi import MultiLink, create
-from controller.protocol.messages import Bye, Command, Contact, Contacts, Hello, Message, State
+from controller.shared.protocol.messages import (
+    Bye,
+    Command,
+    Contact,
+    Contacts,
+    Hello,
+    Message,
+    State,
+)
 from tests.support.fake_device import welcome
 
 HELLO = Hello(1, 1, "", "a laptop", False)

@@ -18,8 +18,8 @@ from controller.__main__ import main as controller
 from controller.cli import pair
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
-from controller.links.bluetooth import pairing_agent
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE
+from controller.shared.bluetooth import pairing_agent
+from controller.shared.bluetooth.bluez import ADAPTER, DEVICE
 from host.cli import pair as host_pair
 from host.connection import discovery, rfcomm
 

@@ -15,12 +15,12 @@ pytest.importorskip("dbus_fast", reason="needs dbus-fast (the extra [bluetooth])
 
 
 from controller.links import open_link, rfcomm
-from controller.links.bluetooth.bluez import CHANNEL, SERVICE_UUID
 from controller.links.bluetooth.serial_profile import record
 from controller.links.rfcomm import RfcommLink
-from controller.protocol.host_session import HostSession
-from controller.protocol.link_events import Received
-from controller.protocol.messages import Bye, Command, Hello, Message, Perform
+from controller.shared.bluetooth.bluez import CHANNEL, SERVICE_UUID
+from controller.shared.protocol.host_session import HostSession
+from controller.shared.protocol.link_events import Received
+from controller.shared.protocol.messages import Bye, Command, Hello, Message, Perform
 from host.connection import rfcomm as host_rfcomm
 from host.connection import sdp
 from host.connection.receiver import Connected, Delivered, Lost, Receiver

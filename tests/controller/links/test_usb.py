@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from controller.keymap import keymap
 from controller.links import LinkError, open_link, usb
 from controller.links.bluetooth.hid.reports import (
     GAMEPAD,
@@ -24,7 +23,8 @@ from controller.links.bluetooth.hid.reports import (
 )
 from controller.links.usb import PATIENCE_S, UsbLink, UsbReports
 from controller.links.usb_gadget import CONFIGFS, FUNCTIONS, UDCS, Gadget
-from controller.protocol.messages import Bye, Command, Hello, State
+from controller.shared.keymap import keymap
+from controller.shared.protocol.messages import Bye, Command, Hello, State
 from tests.reference import hid
 from tests.support.fake_device import welcome
 from tests.support.waiting import until

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from controller.bundles import bundle, users_table
-from controller.errors import UserError
 from controller.recognition import mapping
+from controller.shared.errors import UserError
 from tests.support import ROOT
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")

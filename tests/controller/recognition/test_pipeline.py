@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.aliases import State
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.frames import Frame, Window
+from controller.recognition.images.frames import Frame, Window
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.touch_position import PositionSpread
+from controller.shared.aliases import State
 from tests.support.loop_bench import SHIPPED, Certain
 
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.recognition.frames import Image
+from controller.recognition.images.frames import Image
 from controller.recognition.touch_input import TouchInput
 
 CROP = TouchInput(crop=15)

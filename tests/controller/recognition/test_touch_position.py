@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.recognition.frames import Image
+from controller.recognition.images.frames import Image
 from controller.recognition.touch_position import PositionSpread, TouchImage
 
 QUIET = np.ones((5, 5), dtype=np.float32)

@@ -14,8 +14,7 @@ from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.cli.run import options_of
-from controller.protocol.messages import Command, UserIdentified
-from controller.recognition.frames import Frame, Image, Window
+from controller.recognition.images.frames import Frame, Image, Window
 from controller.recognition.mapping import Mapping, Rule
 from controller.recognition.pipeline import Networks, Pipeline, Step
 from controller.recordings.recorder import Recorder
@@ -25,6 +24,7 @@ from controller.runtime.device import Device, VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.virtual import Virtual, show
+from controller.shared.protocol.messages import Command, UserIdentified
 from tests.support import user_bundles as enrolled
 from tests.support.loop_bench import MessageLog
 

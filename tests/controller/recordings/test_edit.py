@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller import npz
-from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import edit, reader, writer
 from controller.recordings.recording import Mark, Recording, RecordingError, SimulatedTruth
+from controller.shared import npz
+from controller.shared.event_metric import Event
 from tests.support.recordings import of
 
 SOURCE = "one.npz"

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller import npz
 from controller.__main__ import main
 from controller.recordings import reader
+from controller.shared import npz
 from tests.support import ROOT, SUPPORT
 from tests.support.hostile_npz import FILES, but, headed, one, says, zeros
 

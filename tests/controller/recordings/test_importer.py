@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller import config
-from controller.errors import UserError
 from controller.recordings import edit, importer
 from controller.recordings.description import Description, described
 from controller.recordings.recording import Recording, RecordingError
+from controller.shared import config
+from controller.shared.errors import UserError
 
 # The description of docs/recording.md.
 CAPFINGERID = """

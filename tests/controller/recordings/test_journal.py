@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller import npz
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal as journals
 from controller.recordings import reader, writer
 from controller.recordings.journal import AMENDABLE, Journal, Kind, decode
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import LABELLERS, Mark, Recording, RecordingError
+from controller.shared import npz
 from tests.support.fake_disk import BLOCK, FakeFile
 from tests.support.small_journal import (
     FRAME_BYTES,

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller import files
 from controller.capture.session_recorder import RunFiles
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal_file, reader, recorder, writer
@@ -23,6 +22,7 @@ from controller.recordings.journal import decode
 from controller.recordings.journal_file import JournalFile
 from controller.recordings.recorder import Recorder, refuse_taken
 from controller.recordings.recording import Mark, RecordingError
+from controller.shared import files
 from tests.support import ROOT
 from tests.support.fake_disk import FakeFile
 from tests.support.small_journal import ORIGIN, image, numbers

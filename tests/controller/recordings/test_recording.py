@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller import npz
 from controller.bundles import bundle
-from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Mark, RecordingError, SimulatedTruth, refuse_misfit
+from controller.shared import npz
+from controller.shared.event_metric import Event
 from tests.support import small_journal
 
 ORIGIN = replace(small_journal.ORIGIN, rows=5, columns=5)

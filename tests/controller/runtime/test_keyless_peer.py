@@ -9,11 +9,11 @@ import pytest
 
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.links.base import HUSH_S, LogLimit
-from controller.protocol import messages as wire
 from controller.recordings import reader
+from controller.remote.bundle_updates import BundleUpdater
 from controller.runtime import loop
-from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
+from controller.shared.protocol import messages as wire
 from controller.simulator.virtual_orb import PERFORMANCES, VirtualOrb
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, Bench, World
 

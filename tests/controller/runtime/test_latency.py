@@ -5,10 +5,10 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from controller.cli.run import options_of
-from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime import process
 from controller.runtime.assemble import open_device, prepare
 from controller.runtime.latency import HOPS, LatencyReporter, LatencyStatistics
+from controller.shared.protocol.messages import LatencyReport, StageTime
 
 
 def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:

@@ -5,7 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from controller.protocol.messages import (
+from controller.recognition.images.frames import Frame
+from controller.recognition.pipeline import Pipeline
+from controller.runtime.device import Device, telemetry
+from controller.runtime.loop import Loop
+from controller.shared.protocol.messages import (
     Bye,
     Command,
     Contacts,
@@ -18,10 +22,6 @@ from controller.protocol.messages import (
     State,
     Telemetry,
 )
-from controller.recognition.frames import Frame
-from controller.recognition.pipeline import Pipeline
-from controller.runtime.device import Device, telemetry
-from controller.runtime.loop import Loop
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from controller.protocol.messages import Command, Contacts, State, Telemetry
-from controller.recognition.frames import Frame
+from controller.recognition.images.frames import Frame
+from controller.recognition.images.scale import Signal
 from controller.recognition.pipeline import Pipeline
-from controller.recognition.scale import Signal
 from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.sensors import calibration_store
 from controller.sensors.geometry import SensorAwayError
+from controller.shared.protocol.messages import Command, Contacts, State, Telemetry
 from tests.support.loop_bench import FINGER, SHIPPED, Bench, Certain
 
 

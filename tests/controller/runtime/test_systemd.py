@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from controller.diagnostics import bluetooth
-from controller.links.bluetooth.bluez import SERVICE_UUID, explain
 from controller.runtime.device import HOLD_S, LongPress
 from controller.runtime.process import BEATS, WatchdogHeartbeat
+from controller.shared.bluetooth.bluez import SERVICE_UUID, explain
 from tests.support import ROOT
 
 if sys.platform == "win32":

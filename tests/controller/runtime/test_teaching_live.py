@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from controller.cli import install
-from controller.protocol.messages import Telemetry
-from controller.protocol.teaching import DONE, GestureInfo, UserInfo, Vocabulary
+from controller.shared.protocol.messages import Telemetry
+from controller.shared.protocol.teaching import DONE, GestureInfo, UserInfo, Vocabulary
 from host.app.lessons import Lessons, Trial
 from host.connection.receiver import Connected, Delivered, Lost, Receiver, Stale
 from host.connection.virtual_orb import VirtualOrbProcess

@@ -13,7 +13,6 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 
 from gpiozero.pins.mock import MockFactory
 
-from controller.protocol.messages import Contact
 from controller.sensors import base as sensors
 from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware import HardwareError
@@ -23,6 +22,7 @@ from controller.sensors.hardware.emulated.circuit import Circuit
 from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
 from controller.sensors.hardware.pins import GpioPins
 from controller.sensors.hardware.wiring import CircuitWiring, Electrodes, Scheme, Wiring
+from controller.shared.protocol.messages import Contact
 
 
 @pytest.mark.parametrize("scheme", get_args(Scheme))

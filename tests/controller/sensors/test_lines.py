@@ -12,10 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.aliases import Frames
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.links import ports
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recording import Recording
@@ -23,6 +21,8 @@ from controller.sensors import base as sensors
 from controller.sensors import lines
 from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware.description import Description
+from controller.shared import ports
+from controller.shared.aliases import Frames
 from tests.support import ROOT
 from tests.support.described import described
 

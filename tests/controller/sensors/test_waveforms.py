@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.aliases import Array
+from controller.shared.aliases import Array
 from tests.reference import waveforms
 
 pytest.importorskip("gpiozero", reason="the driver's pins are gpiozero's mock pins")
 
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.wiring import CircuitWiring, Scheme, Wiring
-from controller.simulator.readout import ReadoutModel, read
+from controller.simulator.dome.readout import ReadoutModel, read
 from tests.support.waveform_board import board
 
 pytestmark = pytest.mark.slow
@@ -85,7 +85,7 @@ def virtual() -> Array:
 
 
 def test_the_virtual_orbs_read_out_says_the_same_but_for_its_ghosts() -> None:
-    # controller/simulator/readout.py leaves a share of a row's neighbours in the reading.
+    # controller/simulator/dome/readout.py leaves a share of a row's neighbours in the reading.
     told = virtual()
     error = told[:, 1] / told[:, 0] - TRUE_Z
     assert np.sqrt(np.mean(error**2)) < 0.04

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.aliases import Array
-from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, Fingers, Skin
-from controller.simulator.green_functions import drag_system, poisson
-from controller.simulator.hand import SLOTS, Performance, perform
-from controller.simulator.mechanics import Mechanics, MechanicsModel
+from controller.shared.aliases import Array
+from controller.simulator.dome import membrane
+from controller.simulator.dome.contact import ContactModel, Fingers, Skin
+from controller.simulator.dome.green_functions import drag_system, poisson
+from controller.simulator.dome.mechanics import Mechanics, MechanicsModel
+from controller.simulator.hand.performance import SLOTS, Performance, perform
+from controller.simulator.hand.user_style import draw_style
 from controller.simulator.orb import NOMINAL, OrbSimulator
-from controller.simulator.user_style import draw_style
 from tests.reference import paper_model
 
 FORGETFUL = MechanicsModel(memory=((0.0, 1.0),))

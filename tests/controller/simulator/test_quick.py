@@ -5,15 +5,15 @@ import itertools
 import numpy as np
 import pytest
 
-from controller.protocol.messages import Contact
-from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import DISTRACTORS, GESTURES, perform
-from controller.simulator.lowpass import Coloured
-from controller.simulator.pointer import click
-from controller.simulator.readout import ReadoutModel
+from controller.shared.protocol.messages import Contact
+from controller.simulator.dome.lowpass import Coloured
+from controller.simulator.dome.readout import ReadoutModel
+from controller.simulator.hand.gesture_file import shipped
+from controller.simulator.hand.performance import DISTRACTORS, GESTURES, perform
+from controller.simulator.hand.pointer import click
+from controller.simulator.hand.session_script import SessionScript
+from controller.simulator.hand.user_style import draw_style
 from controller.simulator.session import simulate
-from controller.simulator.session_script import SessionScript
-from controller.simulator.user_style import draw_style
 from controller.simulator.virtual_orb import VirtualOrb
 
 RATE_HZ = 40.0

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from controller.aliases import Array
-from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
-from controller.simulator.green_functions import poisson
+from controller.shared.aliases import Array
+from controller.simulator.dome import membrane
+from controller.simulator.dome.contact import ContactModel, FingerGroup, Fingers, Skin
+from controller.simulator.dome.green_functions import poisson
 from tests.reference import material
 from tests.reference import mesh as meshes
 from tests.reference.dome import Dome, Press

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.recognition.event_metric import Event
-from controller.simulator import session_script
-from controller.simulator.hand import DISTRACTORS, GESTURES
+from controller.shared.event_metric import Event
+from controller.simulator.hand import session_script
+from controller.simulator.hand.performance import DISTRACTORS, GESTURES
+from controller.simulator.hand.user_style import person
 from controller.simulator.orb import NOMINAL
 from controller.simulator.session import DATA, LABELS, Protocol, Session, simulate
-from controller.simulator.user_style import person
 
 
 def played(protocol: Protocol, minutes: float) -> Session:

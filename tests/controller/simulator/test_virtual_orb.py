@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.protocol.messages import Contact
-from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, Fingers, Skin
-from controller.simulator.electronics import ElectronicsModel
-from controller.simulator.hand import DISTRACTORS, GESTURES, ONSET_SHARE, perform
+from controller.shared.protocol.messages import Contact
+from controller.simulator.dome import membrane
+from controller.simulator.dome.contact import ContactModel, Fingers, Skin
+from controller.simulator.dome.electronics import ElectronicsModel
+from controller.simulator.dome.readout import ReadoutModel, read, scan_times
+from controller.simulator.hand.performance import DISTRACTORS, GESTURES, ONSET_SHARE, perform
+from controller.simulator.hand.user_style import draw_mood, draw_style
 from controller.simulator.orb import OrbModel, OrbSimulator
-from controller.simulator.readout import ReadoutModel, read, scan_times
 from controller.simulator.session import LABELS, simulate
-from controller.simulator.user_style import draw_mood, draw_style
 from controller.simulator.virtual_orb import VirtualOrb
 from tests.reference import paper_model
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from controller.__main__ import main
-from controller.recognition.frames import Frame, PreprocessSettings
-from controller.recognition.preprocess import Preprocessor
-from controller.recognition.scale import SKIN, Signal
+from controller.recognition.images.frames import Frame, PreprocessSettings
+from controller.recognition.images.preprocess import Preprocessor
+from controller.recognition.images.scale import SKIN, Signal
 from controller.recordings import reader
 from controller.recordings.recording import RecordingError, refuse_misfit
 from controller.sensors.virtual import Virtual

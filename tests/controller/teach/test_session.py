@@ -10,7 +10,7 @@ import pytest
 from controller.__main__ import main
 from controller.bundles import vocabulary
 from controller.recordings import reader
-from controller.simulator import gesture_file
+from controller.simulator.hand import gesture_file
 from tests.support import ROOT
 
 FAST = ("teach", "--sensor", "virtual")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pygame
 import pytest
 
-from controller.protocol.messages import Contacts, State
+from controller.shared.protocol.messages import Contacts, State
 from host.app.application import SIZE
 from host.connection.receiver import Connected, Delivered, Lost
 from host.ui.layout import Dock

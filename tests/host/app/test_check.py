@@ -1,7 +1,7 @@
 """The page of the checks: a finger shows the place, and the verdict has the worst first."""
 
-from controller.protocol.messages import Command
-from controller.protocol.teaching import Check, CheckRow, CheckStep
+from controller.shared.protocol.messages import Command
+from controller.shared.protocol.teaching import Check, CheckRow, CheckStep
 from host.app.application import OrbApp
 from host.app.screens.check import CheckScreen
 

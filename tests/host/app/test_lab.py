@@ -9,10 +9,10 @@ import numpy as np
 import pygame
 import pytest
 
-from controller.protocol.codec import quantise_image
-from controller.protocol.messages import COMMANDS, Message, Telemetry, Welcome
-from controller.protocol.teaching import InjectFault, Record, RecordingStatus
-from controller.simulator.faults import KINDS
+from controller.shared.protocol.codec import quantise_image
+from controller.shared.protocol.messages import COMMANDS, Message, Telemetry, Welcome
+from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus
+from controller.simulator.dome.faults import KINDS
 from host.app.application import SIZE, OrbApp
 from host.app.lab_data import FRAMES, SECONDS, LabData, Quality
 from host.app.screens.lab import FAULTS, LabScreen

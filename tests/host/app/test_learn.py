@@ -8,8 +8,8 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 import pygame
 
-from controller.protocol.messages import Command
-from controller.protocol.teaching import CommandRule, GestureInfo, Vocabulary
+from controller.shared.protocol.messages import Command
+from controller.shared.protocol.teaching import CommandRule, GestureInfo, Vocabulary
 from host.app import lesson
 from host.app.lesson import Step
 from host.app.screens.learn import LearnScreen

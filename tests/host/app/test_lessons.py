@@ -1,7 +1,7 @@
 """The host's side of teaching: what the orb said, what is to be sent, and how a trial went."""
 
-from controller.protocol.messages import Command, Telemetry
-from controller.protocol.teaching import (
+from controller.shared.protocol.messages import Command, Telemetry
+from controller.shared.protocol.teaching import (
     DONE,
     LEARNING,
     Describe,

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from controller.protocol.messages import COMMANDS, Message, UploadOffer, Welcome
+from controller.shared.protocol.messages import COMMANDS, Message, UploadOffer, Welcome
 from host.app import pairing_run
 from host.app.orbs import OWN, OrbEntry, Orbs
 from host.app.pairing_run import CANCELLED, PairingRun

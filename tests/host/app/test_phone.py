@@ -12,7 +12,7 @@ import pytest
 from websockets.sync.client import ClientConnection
 
 import host.phone
-from controller.protocol.messages import Contacts
+from controller.shared.protocol.messages import Contacts
 from host.app.screens import phone as screen
 from host.connection.receiver import Lost
 from host.phone import PhoneError

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pygame
 import pytest
 
-from controller.protocol.messages import Contacts, Correction, State
+from controller.shared.protocol.messages import Contacts, Correction, State
 from host.actions import ACTIONS
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, playing, said

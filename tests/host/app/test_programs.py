@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import pygame
 import pytest
 
-from controller.keymap.key_state import Stroke
-from controller.protocol.messages import Command
+from controller.shared.keymap.key_state import Stroke
+from controller.shared.protocol.messages import Command
 from host.app import programs
 from host.app.programs import Programs
 from host.app.screens.programs import ProgramsScreen

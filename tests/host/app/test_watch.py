@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pygame
 
-from controller.protocol.messages import Command, GroundTruth, Perform
+from controller.shared.protocol.messages import Command, GroundTruth, Perform
 from host.app.screens.watch import WatchScreen
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.app_window import FELT, WELCOME, Window

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import pytest
 
 from controller.links import open_link
-from controller.protocol import psk
+from controller.shared.protocol import psk
 from host.cli import find
 from host.connection import discovery
 from host.connection.device_store import DeviceStore

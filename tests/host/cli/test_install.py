@@ -12,7 +12,7 @@ import pytest
 
 from controller.bundles import bundle as bundles
 from controller.bundles import container
-from controller.protocol.messages import DECLINED, Message, UploadOffer, UploadStatus
+from controller.shared.protocol.messages import DECLINED, Message, UploadOffer, UploadStatus
 from host.__main__ import main as host
 from host.cli import install
 from host.connection.bundle_upload import BundleUpload

@@ -31,7 +31,8 @@ runpy.run_module("host", run_name="__main__", alter_sys=True)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
 @pytest.mark.parametrize(
-    "module", ["host.cli", "controller.errors", "host.cli.play", "numpy", "pygame", "host.ui.dome"]
+    "module",
+    ["host.cli", "controller.shared.errors", "host.cli.play", "numpy", "pygame", "host.ui.dome"],
 )
 def test_interrupt_while_modules_are_imported_is_silent(module: str) -> None:
     done = subprocess.run(

@@ -18,10 +18,10 @@ import pytest
 import serial
 
 from controller.links import open_link
-from controller.links.ports import why
-from controller.protocol import messages
-from controller.protocol.messages import Command, Granted, Hello, State, Telemetry
-from controller.protocol.packets import Decoder, encode
+from controller.shared.ports import why
+from controller.shared.protocol import messages
+from controller.shared.protocol.messages import Command, Granted, Hello, State, Telemetry
+from controller.shared.protocol.packets import Decoder, encode
 from host.connection import receiver as receiver_module
 from host.connection.receiver import (
     Connected,

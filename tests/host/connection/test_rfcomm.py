@@ -20,11 +20,11 @@ if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
 
 
-from controller import errors
 from controller.cli import pair as orb_pair
 from controller.links import LinkError, open_link
-from controller.links.bluetooth import bluez
-from controller.links.bluetooth.bluez import SERVICE_UUID
+from controller.shared import errors
+from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.bluez import SERVICE_UUID
 from host.cli import pair
 from host.connection import rfcomm, sdp
 from host.connection.transport import LinkError as HostLinkError

@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 
-from controller.protocol.messages import Command, GroundTruth, Welcome
+from controller.shared.protocol.messages import Command, GroundTruth, Welcome
 from host.connection.receiver import Delivered
 from host.demo import demo
 from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer

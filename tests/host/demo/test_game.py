@@ -7,7 +7,7 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.protocol.messages import State
+from controller.shared.protocol.messages import State
 from host.connection.receiver import Connected, Delivered
 from host.demo.game import AGAIN_S, DemoGame
 from tests.support.app_window import FELT, WELCOME, said

@@ -9,9 +9,9 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD, parse
-from controller.protocol.messages import Command, Message, State, Telemetry
+from controller.shared.keymap.key_state import Stroke
+from controller.shared.keymap.keymap import KEYBOARD, parse
+from controller.shared.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import Backend
 from host.injection.injector import Sender

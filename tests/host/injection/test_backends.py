@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from controller.keymap.key_names import KEYS
+from controller.shared.keymap.key_names import KEYS
 from host.injection import backends
 from host.injection.backends import BackendError, by_pynput, windows
 

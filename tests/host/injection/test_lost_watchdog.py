@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.keymap.key_state import Stroke
+from controller.shared.keymap.key_state import Stroke
 from host.injection import injector as injector_module
 from host.injection.backends import Backend, BackendError
 from host.injection.injector import Injector

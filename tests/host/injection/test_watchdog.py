@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.keymap.key_state import Stroke
+from controller.shared.keymap.key_state import Stroke
 from host.injection.backends import Backend, BackendError
 from host.injection.injector import MUTE_MS, Injector
 from host.injection.watchdog import HANG_MS, Watchdog
@@ -204,7 +204,7 @@ def test_program_that_starts_no_watchdog_is_told_why() -> None:
 SENDER = """
 import sys, time
 from host.injection.injector import Injector
-from controller.keymap.key_state import Stroke
+from controller.shared.keymap.key_state import Stroke
 injector = Injector("auto", "keyboard", ["a"], command=sys.argv[1:])
 injector.start()
 injector.send([Stroke("a", True)])

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.protocol.messages import Command
+from controller.shared.protocol.messages import Command
 from host.demo.autoplayer import shipped_gestures
 from host.phone import page
 from host.phone.server import MAX_BYTES

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from controller.protocol.messages import Command, Contacts
+from controller.shared.protocol.messages import Command, Contacts
 from host.app.application import OrbApp
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess

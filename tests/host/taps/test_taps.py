@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from controller.protocol.codec import quantise_image
-from controller.protocol.messages import Command, Message, Telemetry, Welcome
+from controller.shared.protocol.codec import quantise_image
+from controller.shared.protocol.messages import Command, Message, Telemetry, Welcome
 from host import taps
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import Tap, TapError, TapThread, TapUnavailableError, open_taps

@@ -9,10 +9,10 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.errors import UserError
-from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import KEYBOARD, parse
-from controller.protocol.messages import Command, Contacts, Message, State, Telemetry
+from controller.shared.errors import UserError
+from controller.shared.keymap.key_state import Stroke
+from controller.shared.keymap.keymap import KEYBOARD, parse
+from controller.shared.protocol.messages import Command, Contacts, Message, State, Telemetry
 from host import targets
 from host import window_loop as loop
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale

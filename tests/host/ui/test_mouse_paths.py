@@ -15,7 +15,7 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.protocol.messages import Command, Grant, Granted
+from controller.shared.protocol.messages import Command, Grant, Granted
 from host import window_loop as loop
 from host.app.application import OrbApp
 from host.connection.receiver import Delivered, Lost, Received, Receiver

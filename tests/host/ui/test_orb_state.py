@@ -1,7 +1,7 @@
 """The orb as it is shown follows a change of its gestures."""
 
-from controller.protocol.messages import Telemetry
-from controller.protocol.teaching import Vocabulary
+from controller.shared.protocol.messages import Telemetry
+from controller.shared.protocol.teaching import Vocabulary
 from host.ui.orb_state import OrbState
 from tests.support.fake_device import welcome
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from controller.protocol.messages import Contact, Contacts
+from controller.shared.protocol.messages import Contact, Contacts
 from controller.simulator.virtual_orb import DEEPEST_MM
 from host.ui import pointer_input
 from host.ui.pointer_input import DomeArea, Mode, PointerInput

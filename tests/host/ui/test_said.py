@@ -13,9 +13,9 @@ from tests.support import ROOT
 from tetris.window.language import load, table
 
 SENT = (  # what the orb sends to a window, by module
-    "controller/runtime/teacher.py",
-    "controller/runtime/examples.py",
-    "controller/runtime/link_recording.py",
+    "controller/remote/teacher.py",
+    "controller/remote/examples.py",
+    "controller/remote/link_recording.py",
     "controller/adapt/few_shot.py",
     "controller/adapt/commands.py",
     "controller/adapt/correction.py",
@@ -25,7 +25,7 @@ CALLS = ("AdaptError", "BundleError", "SensorError", "ExampleError", "RecordingE
 CHECKS = (
     "controller/diagnostics/skin_checks.py",
     "controller/diagnostics/press_checks.py",
-    "controller/runtime/link_check.py",
+    "controller/remote/link_check.py",
 )
 ANSWERS = ("_failed", "_status", "untaken")
 BOARD = ("swapped_rows", "swapped_columns", "mirrored", "turned", "stiff", "weak")

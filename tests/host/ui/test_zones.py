@@ -8,8 +8,8 @@ import numpy as np
 import pygame
 
 from controller.bundles import vocabulary
-from controller.protocol.teaching import CommandRule, GestureInfo
 from controller.recognition import mapping
+from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.demo.autoplayer import shipped_gestures
 from host.ui import zones
 from host.ui.pointer_input import DomeArea

@@ -80,7 +80,7 @@ sys.exit(main(["evaluate", "--sessions", "1", "--minutes", "1"]))
     [
         "models.cli._command_line",
         "argparse",
-        "controller.errors",
+        "controller.shared.errors",
         "models.cli",
         "numpy._core.multiarray",
         "onnxruntime.capi._pybind_state",

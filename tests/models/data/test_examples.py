@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.recognition.frames import PreprocessSettings
+from controller.recognition.images.frames import PreprocessSettings
 from controller.recordings import reader, writer
 from controller.recordings.recording import Recording, RecordingError, unlabelled
 from models.data.examples import Source, prepare, read_training

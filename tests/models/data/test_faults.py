@@ -8,7 +8,7 @@ import pytest
 from controller.bundles import bundle
 from controller.recordings import writer
 from controller.recordings.quality.taxels import respond
-from controller.simulator.faults import KINDS, Fault
+from controller.simulator.dome.faults import KINDS, Fault
 from models.__main__ import main
 from models.data import test_sessions as faults
 from tests.support.pytest_types import Capture

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.recognition.event_metric import Answer, Event, judge
+from controller.shared.event_metric import Answer, Event, judge
 from models.data.ground_truth import GroundTruth
 from models.evaluation.evaluate import evaluate, summarise
 from models.evaluation.event_counts import Tally, tally

@@ -7,9 +7,9 @@ import pytest
 
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import RecordingError
+from controller.shared.event_metric import Answer
 from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from tests.support.recordings import of, origin, played

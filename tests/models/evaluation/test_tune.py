@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from controller.bundles import bundle, container
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.debounce import Debouncer, DebounceSettings
-from controller.recognition.event_metric import Answer, Score, judge
 from controller.recordings import writer
 from controller.recordings.recording import Recording
+from controller.shared.event_metric import Answer, Score, judge
 from models.__main__ import main
 from models.cli import tune as cli
 from models.data.ground_truth import GroundTruth

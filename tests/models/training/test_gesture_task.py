@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.aliases import Index
+from controller.shared.aliases import Index
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 

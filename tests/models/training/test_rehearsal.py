@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from controller import npz
 from controller.adapt.lessons import UNTOUCHED
 from controller.bundles import bundle, container
+from controller.shared import npz
 from models.data import examples
 from models.data.examples import Examples, Source
 from models.data.simulate import DataSet

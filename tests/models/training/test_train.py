@@ -18,7 +18,7 @@ from controller.bundles.inference import onnx_reader
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.touch_input import TouchInput
 from controller.recordings import reader, writer
-from controller.simulator import gesture_file
+from controller.simulator.hand import gesture_file
 from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED

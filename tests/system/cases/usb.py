@@ -10,7 +10,7 @@ from typing import Any
 
 from controller.links import LinkError, open_link
 from controller.links.usb import UsbLink
-from controller.protocol.messages import State
+from controller.shared.protocol.messages import State
 from tests.support.fake_device import welcome
 
 from ..guest import CaseError, Guest, Process

@@ -13,7 +13,11 @@ from typing import Final
 
 from dbus_fast.service import ServiceInterface
 
-from controller.links.bluetooth.bluez import (
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, HidChannels, record
+from controller.links.bluetooth.hid.reports import Report
+from controller.links.bluetooth.serial_profile import BT_SECURITY, MANAGER, MEDIUM, SOL_BLUETOOTH
+from controller.shared.bluetooth.bluez import (
     ADAPTER,
     ROOT,
     BluetoothError,
@@ -23,10 +27,6 @@ from controller.links.bluetooth.bluez import (
     devices,
     variant,
 )
-from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
-from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, HidChannels, record
-from controller.links.bluetooth.hid.reports import Report
-from controller.links.bluetooth.serial_profile import BT_SECURITY, MANAGER, MEDIUM, SOL_BLUETOOTH
 
 PROFILE: Final = "/orbtouch/classic"
 CONNECT_S: Final = 12.0  # for an absent host a connection fails after about five

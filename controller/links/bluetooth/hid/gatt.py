@@ -19,16 +19,6 @@ from dbus_fast import DBusError, Message, MessageType, PropertyAccess, Variant
 from dbus_fast.annotations import DBusBytes, DBusDict, DBusSignature
 from dbus_fast.service import ServiceInterface, dbus_method, dbus_property
 
-from controller.links.bluetooth.bluez import (
-    ADAPTER,
-    BLUEZ,
-    DEVICE,
-    BluetoothError,
-    Bus,
-    Properties,
-    bonded,
-    devices,
-)
 from controller.links.bluetooth.hid.gatt_services import (
     APPEARANCE,
     HID,
@@ -40,6 +30,16 @@ from controller.links.bluetooth.hid.gatt_services import (
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.reports import Report
 from controller.links.bluetooth.registration import logged
+from controller.shared.bluetooth.bluez import (
+    ADAPTER,
+    BLUEZ,
+    DEVICE,
+    BluetoothError,
+    Bus,
+    Properties,
+    bonded,
+    devices,
+)
 
 APPLICATION: Final = "/orbtouch/hid"
 ADVERTISEMENT: Final = "/orbtouch/advertisement"

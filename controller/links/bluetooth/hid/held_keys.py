@@ -2,9 +2,9 @@
 
 from typing import Final
 
-from controller.keymap.key_state import KeyState
-from controller.keymap.keymap import KeyMap
-from controller.protocol.messages import Command, Message, State, Telemetry, hold_ms
+from controller.shared.keymap.key_state import KeyState
+from controller.shared.keymap.keymap import KeyMap
+from controller.shared.protocol.messages import Command, Message, State, Telemetry, hold_ms
 
 GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 

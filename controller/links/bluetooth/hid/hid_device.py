@@ -10,13 +10,13 @@ import logging
 from abc import abstractmethod
 from collections.abc import Callable
 
-from controller.keymap.keymap import KeyMap
-from controller.links.bluetooth.bluez import DEVICE, Properties
 from controller.links.bluetooth.hid import held_keys
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import HeldReports, Report
 from controller.links.bluetooth.registration import Registration
-from controller.protocol.messages import Message
+from controller.shared.bluetooth.bluez import DEVICE, Properties
+from controller.shared.keymap.keymap import KeyMap
+from controller.shared.protocol.messages import Message
 
 log = logging.getLogger(__name__)
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from controller.config import MAX_BYTES, parse_json
-from controller.files import atomic_write, read_bytes, state_folder
-from controller.keymap.keymap import NEXT_HOST
+from controller.shared.config import MAX_BYTES, parse_json
+from controller.shared.files import atomic_write, read_bytes, state_folder
+from controller.shared.keymap.keymap import NEXT_HOST
 
 WAIT_S: Final = 10.0  # for the wanted host, before any other becomes active
 _ADDRESS: Final = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}")

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
-from controller.keymap.key_state import Stroke
-from controller.keymap.keymap import Outputs
+from controller.shared.keymap.key_state import Stroke
+from controller.shared.keymap.keymap import Outputs
 
 KEYBOARD: Final = 1  # report ids
 GAMEPAD: Final = 2

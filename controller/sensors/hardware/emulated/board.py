@@ -7,8 +7,6 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array
-from controller.errors import how_to_install
 from controller.sensors.hardware import MissingHardwareError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS, CHIPS
@@ -16,7 +14,9 @@ from controller.sensors.hardware.emulated.circuit import Circuit
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
-from controller.simulator.readout import NOMINAL_PF
+from controller.shared.aliases import Array
+from controller.shared.errors import how_to_install
+from controller.simulator.dome.readout import NOMINAL_PF
 
 _COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
 _SPREAD_PF: Final = 2.9  # of the taxels: paper, section 3.2

@@ -12,11 +12,11 @@ from typing import Final
 
 import numpy as np
 
-from controller.aliases import Array
 from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
-from controller.simulator.readout import NOMINAL_PF
+from controller.shared.aliases import Array
+from controller.simulator.dome.readout import NOMINAL_PF
 
 # The parts, with their tolerances; each orb draws its own.
 _CAPACITOR_PF: Final = (100.0, 0.02)  # from each row to ground, and its relative deviation

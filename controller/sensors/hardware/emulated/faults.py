@@ -8,7 +8,7 @@ WiringFault.parse("leaky:0,0=5")         # a taxel that conducts, here with 5 MO
 from collections.abc import Mapping
 from typing import ClassVar, Final
 
-from controller.simulator.faults import Fault, Kind, read_kinds
+from controller.simulator.dome.faults import Fault, Kind, read_kinds
 
 KINDS: Final = read_kinds("controller.sensors.hardware.emulated")
 

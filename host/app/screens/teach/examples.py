@@ -6,8 +6,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, Report
-from controller.protocol.teaching import DONE, FAILED, ExampleTaken
+from controller.shared.protocol.messages import Command, Report
+from controller.shared.protocol.teaching import DONE, FAILED, ExampleTaken
 from host.app.screens.teach.new_gesture import DetailsPage, Plan
 from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.touch_watch import TouchEvent

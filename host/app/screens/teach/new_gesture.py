@@ -6,8 +6,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import COMMANDS
-from controller.protocol.teaching import GestureInfo
+from controller.shared.protocol.messages import COMMANDS
+from controller.shared.protocol.teaching import GestureInfo
 from host.app.screens.teach.page import Course, TeachPage, command_name
 from host.ui import naming
 from host.ui.thumbnails import ROTATIONS, Base, arrows, hooks

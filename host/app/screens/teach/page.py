@@ -7,8 +7,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import COMMANDS, Command, Report, Telemetry
-from controller.protocol.teaching import RecordingStatus
+from controller.shared.protocol.messages import COMMANDS, Command, Report, Telemetry
+from controller.shared.protocol.teaching import RecordingStatus
 from host.app.lessons import failed
 from host.app.screen import Orb, OrbScreen
 from host.app.screens.teach.touch_watch import TouchEvent, TouchWatch

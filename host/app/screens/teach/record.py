@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 import pygame
 
-from controller.cues import NULL_LABEL, Cue, CueSession, CueTiming, ExampleRequest, Phase
-from controller.protocol.messages import Command, Contact, Perform
-from controller.protocol.teaching import Record, RecordLabel
+from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, ExampleRequest, Phase
+from controller.shared.protocol.messages import Command, Contact, Perform
+from controller.shared.protocol.teaching import Record, RecordLabel
 from host.app import ghost
 from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.touch_watch import TouchEvent

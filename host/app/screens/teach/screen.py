@@ -5,8 +5,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Correction, Report, UploadStatus
-from controller.protocol.teaching import GestureInfo, LearnStatus
+from controller.shared.protocol.messages import Correction, Report, UploadStatus
+from controller.shared.protocol.teaching import GestureInfo, LearnStatus
 from host.app.screens.teach.examples import ExamplesPage
 from host.app.screens.teach.new_gesture import NAMES, Plan, new_plan, plan_of
 from host.app.screens.teach.page import (

@@ -7,11 +7,11 @@ from pathlib import Path
 from random import Random
 from typing import Final
 
-from controller.cues import NULL_LABEL, ExampleRequest
-from controller.errors import UserError, how_to_install, reason
-from controller.files import atomic_write, data_folder
-from controller.protocol.link_events import Connected, Delivered
-from controller.protocol.messages import Report
+from controller.shared.cues import NULL_LABEL, ExampleRequest
+from controller.shared.errors import UserError, how_to_install, reason
+from controller.shared.files import atomic_write, data_folder
+from controller.shared.protocol.link_events import Connected, Delivered
+from controller.shared.protocol.messages import Report
 from host.app.screen import rows
 from host.app.screens.teach import trainer
 from host.app.screens.teach.page import Course, TeachPage

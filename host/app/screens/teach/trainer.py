@@ -14,8 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from controller.errors import reason
-from controller.files import read_text
+from controller.shared.errors import reason
+from controller.shared.files import read_text
 
 COMMAND: Final = (sys.executable, "-m", "models")
 NEEDED: Final = ("models", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from controller.protocol.messages import Command, Report
+from controller.shared.protocol.messages import Command, Report
 from host.app.lessons import Trial
 from host.app.screens.teach.page import Course, NamePage, TeachPage, gesture_name
 from host.app.screens.teach.touch_watch import PAUSE_S, TouchEvent

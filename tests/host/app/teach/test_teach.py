@@ -3,8 +3,8 @@
 import pygame
 import pytest
 
-from controller.protocol.messages import Command
-from controller.protocol.teaching import (
+from controller.shared.protocol.messages import Command
+from controller.shared.protocol.teaching import (
     ExampleDrop,
     ExampleEnd,
     ExampleStart,

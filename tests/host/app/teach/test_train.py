@@ -9,9 +9,9 @@ from random import Random
 import pygame
 import pytest
 
-from controller.cues import NULL_LABEL, Phase
-from controller.files import data_folder
-from controller.protocol.messages import (
+from controller.shared.cues import NULL_LABEL, Phase
+from controller.shared.files import data_folder
+from controller.shared.protocol.messages import (
     IN_USE,
     Command,
     Message,
@@ -19,7 +19,13 @@ from controller.protocol.messages import (
     UploadOffer,
     UploadStatus,
 )
-from controller.protocol.teaching import Record, RecordingStatus, RecordLabel, Undo, Vocabulary
+from controller.shared.protocol.teaching import (
+    Record,
+    RecordingStatus,
+    RecordLabel,
+    Undo,
+    Vocabulary,
+)
 from host.app.screens.teach import trainer
 from host.app.screens.teach.record import UNTOUCHED, RecordPage
 from host.app.screens.teach.train import ResultPage, TrainingPage, TrainPage, requests

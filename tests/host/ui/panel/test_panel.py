@@ -10,10 +10,10 @@ import numpy as np
 import pygame
 import pytest
 
-from controller.protocol import messages
-from controller.protocol.codec import quantise_image
-from controller.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
-from controller.protocol.teaching import GestureInfo, Vocabulary
+from controller.shared.protocol import messages
+from controller.shared.protocol.codec import quantise_image
+from controller.shared.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
+from controller.shared.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.demo.game import DemoGame
 from host.ui import naming, orb_state, sprites

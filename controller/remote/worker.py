@@ -1,0 +1,51 @@
+"""Work with files on a thread, in order, so that the loop never waits for a disk."""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from controller.shared.protocol.messages import Message
+
+MOST: Final = 64  # works that may wait
+
+Work = Callable[[], Iterable[Message]]  # returns the messages about its outcome
+
+_log = logging.getLogger("controller")
+
+
+class Worker:
+    """A thread that is started with the first work, and ends with the program."""
+
+    def __init__(self) -> None:
+        self._todo: queue.SimpleQueue[Work] = queue.SimpleQueue()
+        self._done: queue.SimpleQueue[Message] = queue.SimpleQueue()
+        self._thread: threading.Thread | None = None
+
+    def begin(self, work: Work) -> bool:
+        """Add a work; return False if too many wait, and it is dropped."""
+        if self._todo.qsize() >= MOST:
+            return False
+        self._todo.put(work)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="files", daemon=True)
+            self._thread.start()
+        return True
+
+    def tell(self, message: Message) -> None:
+        """Add a message before those that a work returns later; for works."""
+        self._done.put(message)
+
+    def poll(self) -> list[Message]:
+        """Return new messages, oldest first, without waiting."""
+        return [self._done.get_nowait() for _ in range(self._done.qsize())]
+
+    def _run(self) -> None:
+        while True:
+            work = self._todo.get()
+            try:
+                for message in work():
+                    self._done.put(message)
+            except Exception:  # the thread goes on
+                _log.exception("the orb could not do that")

@@ -1,0 +1,1 @@
+"""What device and host share: protocol, key maps, errors, files, configuration and ports."""

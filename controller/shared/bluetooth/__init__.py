@@ -1,0 +1,1 @@
+"""BlueZ over D-Bus, for both ends: devices, adapters and pairing."""

@@ -1,0 +1,1 @@
+"""The dome's physics: membrane, contact, electronics and read-out."""

@@ -1,0 +1,1 @@
+"""The simulated hand: gestures as data, users, and scripts of sessions."""

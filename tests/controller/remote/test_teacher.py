@@ -1,0 +1,377 @@
+"""Teaching without a link's other end: examples, recordings, faults, and what is refused."""
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller import adapt
+from controller.adapt import Example
+from controller.bundles import bundle as bundles
+from controller.bundles.deploy.store import BundleStore
+from controller.cli.run import options_of
+from controller.recordings import reader
+from controller.remote import examples, link_recording
+from controller.remote.bundle_updates import BundleUpdater
+from controller.remote.handlers import handlers
+from controller.remote.teacher import Teacher
+from controller.runtime.assemble import TOKEN, open_device, prepare
+from controller.runtime.device import Device
+from controller.runtime.parts import Parts
+from controller.runtime.renewal import exchange
+from controller.shared.protocol.messages import Contact, Message
+from controller.shared.protocol.teaching import (
+    DONE,
+    FAILED,
+    LEARNING,
+    Check,
+    CheckStep,
+    DeleteExamples,
+    Describe,
+    ExampleDrop,
+    ExampleEnd,
+    ExampleStart,
+    ExampleTaken,
+    Forget,
+    GestureInfo,
+    InjectFault,
+    Learn,
+    LearnStatus,
+    Recalibrate,
+    Record,
+    RecordingStatus,
+    RecordLabel,
+    SaveAs,
+    SetCommand,
+    Vocabulary,
+)
+from tests.controller.adapt.test_correction import SHIPPED, copied, images
+from tests.support.waiting import until
+
+FINGER = Contact(1, 2.0, 2.0, 9.0, 7.0)
+
+
+@dataclass
+class Orb:
+    """A virtual orb whose time only `run` moves."""
+
+    parts: Parts
+    device: Device
+    updater: BundleUpdater
+    teacher: Teacher
+
+    def run(self, seconds: float, *fingers: Contact) -> list[Message]:
+        self.device.sensor.touch(fingers, self.device.now_s)
+        said: list[Message] = []
+        for _ in range(round(seconds * 10.0)):
+            self.device.advance(10.0)
+            said += self.teacher.poll(self.device)
+        return said
+
+    def ask(self, message: Message) -> list[Message]:
+        return self.teacher.take(message, self.device)
+
+    def answer(self) -> Message:
+        """Wait for the next message of the worker."""
+        said: list[Message] = until(lambda: self.teacher.poll(self.device))
+        return said[0]
+
+    def example(self, number: int, *fingers: Contact) -> Message:
+        assert self.ask(ExampleStart(number, "poke")) == []
+        self.run(0.5, *fingers)
+        self.ask(ExampleEnd(number, True))
+        said = self.run(1.0)
+        return said[0] if said else self.answer()
+
+
+@pytest.fixture
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Orb]]:
+    """What starts an orb whose host has a token, or that is open to all, with options."""
+    monkeypatch.setattr("controller.shared.files.data_folder", lambda: tmp_path)
+    monkeypatch.setattr("controller.shared.files.state_folder", lambda: tmp_path / "state")
+    made: list[Orb] = []
+
+    def begin(*options: str, token: str = "secret") -> Orb:
+        monkeypatch.setenv(TOKEN, token)
+        words = ["--sensor", "virtual", "--rate", "10", "--link", "listen://127.0.0.1:0"]
+        parts = prepare(options_of([*words, *options]))
+        orb = Orb(parts, open_device(parts, 1), *handlers(lambda: parts))
+        made.append(orb)
+        orb.run(3.0)
+        return orb
+
+    yield begin
+    for orb in made:
+        orb.device.close()
+        orb.parts.link.close()
+
+
+def stored(folder: Path) -> list[str]:
+    return sorted(path.name for path in (folder / "teaching" / "examples").iterdir())
+
+
+def test_an_example_is_on_the_disk_and_comes_again_after_a_restart(
+    make: Callable[..., Orb], tmp_path: Path
+) -> None:
+    taken = make().example(7, FINGER)
+    assert isinstance(taken, ExampleTaken)
+    assert (taken.number, taken.label, taken.felt, taken.text) == (7, "poke", True, "")
+    assert 0.3 < taken.seconds < 1.0
+    assert min(taken.image) == taken.image[12]  # the middle, where the finger was
+    assert stored(tmp_path) == ["example-7.npz"]
+    kept = examples.ExampleStore(tmp_path / "teaching" / "examples", (5, 5), 10.0)
+    (one,) = kept.of("poke")
+    assert one.example.span is not None
+    assert one.example.span[0] >= bundles.read(SHIPPED).settings.preprocess.window  # at rest
+    (tmp_path / "teaching" / "examples" / "example-8.npz").write_bytes(b"half")
+    orb = make()  # the first one was killed
+    assert orb.ask(Describe()) == []
+    said: list[Message] = until(lambda: orb.teacher.poll(orb.device))
+    while not isinstance(said[-1], ExampleTaken):
+        said.append(orb.answer())
+    vocabulary, *infos, again = said
+    assert isinstance(vocabulary, Vocabulary)
+    assert vocabulary.folder == str(tmp_path / "teaching")
+    labels = [one.label for one in infos if isinstance(one, GestureInfo)]
+    assert ("null", *labels) == vocabulary.labels
+    assert again == taken
+    (refused,) = orb.ask(ExampleStart(7, "poke"))
+    assert refused == ExampleTaken(7, "poke", False, "there is an example 7 already", 0.0, b"")
+    orb.ask(ExampleDrop(7))
+    orb.ask(DeleteExamples())
+    done = orb.answer()
+    assert isinstance(done, LearnStatus)
+    assert done.text.startswith("examples deleted: 1, recordings: 0")
+    assert stored(tmp_path) == []  # the half-written one is gone, too
+
+
+def test_what_was_not_felt_is_not_kept(
+    make: Callable[..., Orb], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orb = make()
+    nothing = orb.example(1)
+    assert isinstance(nothing, ExampleTaken)
+    assert not nothing.felt
+    assert nothing.text == "nothing touched the orb; make it again"
+    orb.ask(ExampleStart(2, "poke"))
+    (long,) = orb.run(12.0, FINGER)
+    assert isinstance(long, ExampleTaken)
+    assert "longer than 10 s" in long.text
+    orb.ask(ExampleStart(3, "poke"))
+    orb.ask(ExampleEnd(3, False))
+    assert orb.run(1.0) == []
+    (odd,) = orb.ask(ExampleStart(4, "Poke me"))
+    assert isinstance(odd, ExampleTaken)
+    assert "no name" in odd.text
+    monkeypatch.setattr(examples, "MOST", 0)
+    full = orb.example(5, FINGER)
+    assert isinstance(full, ExampleTaken)
+    assert "examples are waiting" in full.text
+    assert not (tmp_path / "teaching").exists()
+
+
+@pytest.mark.parametrize("case", ["no key", "a bundle of its own"])
+def test_an_orb_that_cannot_be_taught_says_why(make: Callable[..., Orb], case: str) -> None:
+    orb = make(token="") if case == "no key" else make("--bundle", str(SHIPPED))
+    orb.ask(Describe())
+    vocabulary = orb.answer()
+    assert isinstance(vocabulary, Vocabulary)
+    why = vocabulary.objection
+    assert ("--key FILE" if case == "no key" else "--bundle") in why
+    assert vocabulary.folder == ""
+    assert orb.ask(ExampleStart(1, "poke")) == [ExampleTaken(1, "poke", False, why, 0.0, b"")]
+    for request in (Learn("poke", "", "none", False, ""), Recalibrate(), SaveAs("a")):
+        assert orb.ask(request) == [LearnStatus(FAILED, 1.0, why)]
+
+
+def test_what_cannot_be_done_is_refused_at_once(make: Callable[..., Orb]) -> None:
+    orb = make()
+    refused = {
+        Learn("poke", "", "none", False, ""): "there is no example of 'poke'",
+        Learn("poke", "", "some", False, ""): "rotations 'some'",
+        Learn("poke", "Drop!", "none", False, ""): "'Drop!' is no command",
+        Forget("poke"): "there is no gesture 'poke'",
+        SetCommand("poke", "hold"): "there is no gesture 'poke'",
+    }
+    for request, why in refused.items():
+        (answer,) = orb.ask(request)
+        assert isinstance(answer, LearnStatus)
+        assert answer.state == FAILED
+        assert why in answer.text
+
+
+def test_a_command_is_set_unless_a_mapping_file_has_it(
+    make: Callable[..., Orb], tmp_path: Path
+) -> None:
+    orb = make()
+    assert orb.ask(SetCommand("pinch", "hold")) == [LearnStatus(LEARNING, 0.0, "learning")]
+    assert until(orb.updater.poll).text == "pinch: hold"
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text('pinch = "drop"\n')
+    (refused,) = make("--mapping", str(mapping)).ask(SetCommand("pinch", "hold"))
+    assert isinstance(refused, LearnStatus)
+    assert refused.text == f"the commands are those of {mapping}; edit it"
+
+
+@pytest.mark.parametrize("label", ["press", "twist_ccw"])  # the first and the last
+def test_every_gesture_can_be_forgotten_but_null(make: Callable[..., Orb], label: str) -> None:
+    orb = make()
+    (refused,) = orb.ask(Forget("null"))
+    assert refused == LearnStatus(FAILED, 1.0, "there is no gesture 'null'")
+    assert orb.ask(Forget(label)) == [LearnStatus(LEARNING, 0.0, "learning")]
+
+
+def test_a_gesture_is_learned_and_forgotten_while_every_other_change_waits(
+    make: Callable[..., Orb],
+) -> None:
+    orb = make()
+    for number in (1, 2):
+        orb.example(number, FINGER, replace(FINGER, id=2, x=0.5, y=3.5))
+    started = orb.ask(Learn("poke", "hold", "none", False, ""))
+    assert started == [LearnStatus(LEARNING, 0.0, "learning")]
+    (busy,) = orb.ask(Forget("press"))
+    assert isinstance(busy, LearnStatus)
+    assert (busy.state, busy.text[:21]) == (LEARNING, "the orb is still busy")
+    learned = until(orb.updater.poll)
+    assert (learned.state, learned.progress) == (DONE, 1.0)
+    assert learned.text.startswith("poke is learned from 2 examples")
+    assert orb.updater.loaded.parts is not None
+    assert orb.updater.loaded.parts.bundle.labels[-1] == "poke"
+    assert len(learned.kept) == 6
+    assert all(0.0 <= share <= 1.0 for share in learned.kept)
+
+
+def test_a_bundle_is_saved_once_under_a_name(make: Callable[..., Orb], tmp_path: Path) -> None:
+    orb = make()
+    states = []
+    for name in ("mine", "mine", "../mine"):
+        orb.ask(SaveAs(name))
+        answer = orb.answer()
+        assert isinstance(answer, LearnStatus)
+        states.append(answer.state)
+    assert states == [DONE, FAILED, FAILED]
+    assert (tmp_path / "teaching" / "saved" / "mine.orb").read_bytes() == SHIPPED.read_bytes()
+
+
+def test_a_recording_has_the_cues_that_the_host_asked_for(
+    make: Callable[..., Orb], tmp_path: Path
+) -> None:
+    orb = make()
+    assert orb.ask(RecordLabel("press")) == [RecordingStatus(False, "nothing is recorded now")]
+    (began,) = orb.ask(Record(True))
+    assert isinstance(began, RecordingStatus)
+    assert began.on
+    assert orb.ask(Record(True)) == [began]  # there is one already
+    for label, seconds in (("press", 1.0), ("null", 0.5)):
+        assert orb.ask(RecordLabel(label)) == []
+        orb.run(seconds, FINGER)
+    assert orb.ask(RecordLabel("poke")) == [RecordingStatus(True, "there is no gesture 'poke'")]
+    orb.ask(Record(False))
+    assert orb.answer() == RecordingStatus(False, began.text)
+    (path,) = (tmp_path / "teaching" / "recordings").iterdir()
+    assert reader.load(path).cue.tolist() == [1] * 10 + [0] * 5
+
+
+def test_a_recording_ends_by_itself_at_its_limit(
+    make: Callable[..., Orb], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link_recording, "MOST_S", 5.0)
+    orb = make()
+    (began,) = orb.ask(Record(True))
+    assert isinstance(began, RecordingStatus)
+    assert orb.run(4.9, FINGER) == []
+    assert orb.device.recorder is not None
+    said = orb.run(0.3, FINGER)
+    assert orb.device.recorder is None
+    assert (said or [orb.answer()]) == [
+        RecordingStatus(False, f"that is long enough, so the recording ended: {began.text}")
+    ]
+    assert link_recording.MOST_BYTES == 200 * 1024**2
+
+
+def test_a_check_has_no_answer_at_once_and_ends_when_it_is_told_to(
+    make: Callable[..., Orb],
+) -> None:
+    orb = make()
+    assert orb.ask(Check(True)) == []
+    assert orb.answer() == CheckStep("rest", 0, 0, 0.0)
+    assert orb.ask(Check(False)) == []
+    until(lambda: CheckStep("over", 0, 0, 1.0) in orb.teacher.poll(orb.device))
+
+
+def test_a_description_of_gestures_that_have_changed_since_is_made_again(
+    make: Callable[..., Orb], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orb, described = make(), threading.Event()
+    describe = orb.teacher.describe
+
+    def signalled(parts: Parts) -> tuple[Message, ...]:
+        old = describe(parts)
+        described.set()
+        return old
+
+    monkeypatch.setattr(orb.teacher, "describe", signalled)
+    orb.ask(Describe())
+    assert described.wait(10.0)
+    known = orb.parts.bundle.labels
+    changed = replace(orb.parts.bundle, labels=(*known, "poke"))
+    monkeypatch.setattr(orb.teacher, "_current", lambda: replace(orb.parts, bundle=changed))
+    described.clear()
+    until(lambda: orb.teacher.poll(orb.device) != [] or described.is_set())
+    assert described.is_set()  # the old description was dropped, and another one begun
+
+
+def test_a_fault_comes_and_goes(make: Callable[..., Orb]) -> None:
+    orb = make()
+    (given,) = orb.ask(InjectFault("open_row", 2, 0))
+    assert given == LearnStatus(DONE, 1.0, "the orb has a fault: open_row")
+    assert orb.device.sensor.read(orb.device.now_s + 0.1)[2].max() < 10.0  # pF
+    (odd,) = orb.ask(InjectFault("open_row", 9, 0))
+    assert isinstance(odd, LearnStatus)
+    assert odd.state == FAILED
+    orb.ask(InjectFault("", 0, 0))
+    assert orb.device.sensor.read(orb.device.now_s + 0.2)[2].min() > 30.0
+
+
+def test_the_untouched_orb_is_measured_again(make: Callable[..., Orb]) -> None:
+    orb = make()
+    assert orb.device.pipeline.rest is not None
+    (done,) = orb.ask(Recalibrate())
+    assert done == LearnStatus(DONE, 1.0, "the orb is measured again; do not touch it")
+    orb.run(0.1)
+    assert orb.device.pipeline.rest is None
+    orb.run(3.0)
+    assert orb.device.pipeline.rest is not None
+
+
+def test_a_running_orb_takes_a_bundle_with_another_gesture(make: Callable[..., Orb]) -> None:
+    orb = make()
+    made = adapt.teach(SHIPPED.read_bytes(), [Example("poke", images((10, 16)))])
+
+    def work() -> str:
+        out = BundleStore().folder.parent / "new.orb"
+        out.write_bytes(bundles.assembled(made.manifest, made.parts))
+        return copied(BundleStore())(out, "")
+
+    orb.updater.begin(work, lambda done, text: LearnStatus(DONE if done else FAILED, 1.0, text))
+    outcome = until(orb.updater.poll)
+    assert outcome.state == DONE
+    vocabulary, *infos = orb.updater.loaded.reports
+    assert isinstance(vocabulary, Vocabulary)
+    assert (vocabulary.labels[-1], vocabulary.undo, vocabulary.taught) == ("poke", True, 1)
+    assert isinstance(infos[-1], GestureInfo)
+    assert (infos[-1].taught, infos[-1].examples, len(infos[-1].image)) == (True, 1, 25)
+    assert orb.updater.loaded.parts is not None
+    rest = orb.device.pipeline.rest
+    assert rest is not None
+    exchange(orb.updater.loaded.parts, orb.device)
+    step = orb.device.advance(10.0)
+    assert step is not None
+    assert step.ready
+    assert step.probabilities.shape == (6,)
+    now = orb.device.pipeline.rest
+    assert now is not None
+    assert np.abs(now / rest - 1.0).max() < 0.05
