@@ -1,20 +1,23 @@
-"""Size and shape of the source tree, and how many modules and calls one frame takes.
+"""Size and shape of the source tree: lines, files, commands, imports, documentation.
 
-    python -m tests.benchmarks.layout [--root DIR] [--static] [--json]
+    python -m tests.benchmarks.layout [--root DIR] [--json]
 
     lines       of all Python files of the product, blank ones and comments included
+    elsewhere   lines that stand beside them: tests, examples, TOML, pages, sketches
     files       Python files; `longest` is the one with the most lines
-    entries     modules and packages directly inside a package, without __init__ and __main__
+    loose       folders with more than 14 Python files, without __init__ and __main__
+    fmt         comments that switch the formatter off
     function    median length of functions and methods, lines from `def` to the end
     documented  share of public functions, methods and classes that have a docstring
     shapes      of the functions that take or return arrays (NDArray or an alias), the share whose
                 shapes are named, by an alias with its shape in a comment or in the docstring
-    path        modules whose functions every frame enters on its way from the sensor's read to the
-                stroke of a key, without those that stand for the hardware and the finger
-    calls       calls of the project's own functions from one read of the sensor to the next, in
-                `controller --replay assets/demo.npz`: the median
+    arrows      pairs (a, b) of modules and packages directly inside a package, of which a imports b
+    circles     groups of modules that import each other, imports of types and in functions included
+    verbs       of all programs: each program without a verb, and each verb, or its own verbs
+    options     of all verbs, one that two verbs share counted twice; `distinct`: by program, once
+    words       of README.md and docs/*.md
 
---root measures another tree by the same rules; its programs then run with it as their path.
+--root measures another tree by the same rules; its programs run with it as their path.
 """
 
 import ast
@@ -24,88 +27,29 @@ import re
 import statistics
 import subprocess
 import sys
-import tempfile
 import textwrap
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 from .results import command_line
 
 PACKAGES: Final = ("controller", "host", "models", "orbtouch", "tetris")
-STROKES: Final = 12  # frames that press a key, of which the path is taken
-PATIENCE_S: Final = 120.0
-_EMULATED: Final = "controller/sensors/emulated.py"
-_HARDWARE: Final = (
-    _EMULATED, "controller/sensors/hardware/emulated/", "controller/sensors/virtual",
-    "controller/simulator/",
-)  # fmt: skip
-_STROKE: Final = "a stroke"  # in place of a file
-_QUEUES: Final = ("/protocol/retransmit.py", "/protocol/outbox.py", "controller/outbox.py")
+PROGRAMS: Final = ("controller", "host", "models", "tetris")  # `orbtouch` has their verbs
+LOOSE_FILES: Final = 14  # the most that a folder should have
+ELSEWHERE: Final = {
+    "tests": "tests/**/*.py",
+    "examples": "examples/**/*.py",
+    "toml": "[chmoat]*/**/*.toml",
+    "pages": "[hma]*/**/*.html",
+    "sketches": "firmware/**/*.ino",
+}
 _SHAPE: Final = re.compile(r"\(\s*[A-Za-z0-9_.* +/-]+\s*,[^()]*\)|shape", re.IGNORECASE)
 _ARRAY: Final = re.compile(r"\b(NDArray|ndarray|ArrayLike)\b")
-_MAPPING: Final = """
-[everywhere]
-drop = { arm = true }
-
-[profile.keys]
-left = "left"
-right = "right"
-down = "down"
-rotate_cw = "up"
-rotate_ccw = "z"
-"""
-# Runs a program and notes when it enters a function of the tree: nanoseconds, file, function.
-_TRACED: Final = """
-import atexit, json, runpy, sys, threading, time
-root, out, sys.argv = sys.argv[1], sys.argv[2], sys.argv[3:]
-PACKAGES = ("controller/", "host/", "models/", "tetris/")
-events, files = [], {}
-def note(frame, event, arg, now=time.monotonic_ns):
-    if event == "call":
-        code = frame.f_code
-        path = files.get(code.co_filename)
-        if path is None:
-            name = code.co_filename
-            path = name[len(root) + 1 :] if name.startswith(root) else ""
-            files[name] = path = path if path.startswith(PACKAGES) else ""
-        if path and code.co_name[0] != "<":
-            events.append((now(), path, code.co_name))
-def keep():
-    sys.setprofile(None)
-    threading.setprofile(None)
-    with open(out, "w") as file:
-        json.dump(events, file)
-atexit.register(keep)
-if sys.argv[0] == "host":
-    import itertools
-    write = sys.stdout.write
-    def note_stroke(text):
-        if text.startswith("press "):
-            events.append((time.monotonic_ns(), "a stroke", ""))
-        return write(text)
-    sys.stdout.write = note_stroke
-    from controller.shared.protocol.messages import Perform
-    from host.connection.receiver import Receiver
-    begin = Receiver.start
-    def start(self):
-        begin(self)
-        def perform():
-            touches = itertools.cycle([("press", 0.6), ("press", 3.4)])
-            time.sleep(6.0)
-            self.send(Perform(1, "pinch", 2.0, 2.0))
-            for number, (label, x) in enumerate(touches, 2):
-                time.sleep(1.5)
-                self.send(Perform(number, label, x, 2.0))
-        threading.Thread(target=perform, daemon=True).start()
-    Receiver.start = start
-threading.setprofile(note)
-sys.setprofile(note)
-runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
-"""
+_OPTION: Final = re.compile(r"^  (?:-\w, )?(--[a-z][a-z-]*)", re.MULTILINE)
+_VERBS: Final = re.compile(r"^(?:commands:|  COMMAND)\n((?: {2,}.*\n)+)", re.MULTILINE)
+_VERB: Final = re.compile(r"^ {2,4}([a-z][a-z_-]*)(?: {2,}|$)", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,45 +57,57 @@ class Module:
     """One source file."""
 
     path: str  # relative to the root, as in "controller/shared/files.py"
-    lines: int  # how many
+    text: str
     tree: ast.Module  # its syntax tree
+
+    @property
+    def lines(self) -> int:
+        """Number of lines."""
+        return len(self.text.splitlines())
+
+    @property
+    def name(self) -> str:
+        """Dotted name, as in "controller.shared.files"."""
+        return self.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
 def main() -> int:
     here = Path(__file__).resolve().parents[2]
-    options = command_line(__doc__, root=here, static=False).parse_args()
+    options = command_line(__doc__, root=here).parse_args()
     root = options.root.resolve()
-    figures = static(root)
-    if not options.static:
-        figures |= running(root)
+    figures = sources(root) | commands(root)
     print(json.dumps(figures) if options.json else _text(figures))
     return 0
 
 
-def static(root: Path) -> dict[str, Any]:
-    """Return what the source alone shows."""
+def sources(root: Path) -> dict[str, Any]:
+    """Return what the sources alone show."""
     modules = [module for package in PACKAGES for module in read(root, package)]
-    tests = read(root, "tests")
     longest = max(modules, key=lambda module: module.lines)
-    shaped, others = array_aliases(root, modules)
+    shaped, others = array_aliases(modules)
     functions = [length for module in modules for length in function_lengths(module.tree)]
     documented = [has for module in modules for has in docstrings(module.tree)]
     shapes = [named for module in modules for named in array_functions(module.tree, shaped, others)]
+    graph = imports(modules)
+    pages = [root / "README.md", *sorted((root / "docs").glob("*.md"))]
     return {
         "lines": sum(module.lines for module in modules),
         "lines_of": {
             p: sum(m.lines for m in modules if m.path.startswith(p + "/")) for p in PACKAGES
         },
+        "elsewhere": {kind: _lines(root, pattern) for kind, pattern in ELSEWHERE.items()},
         "files": len(modules),
         "longest": [longest.path, longest.lines],
         "over_350": sum(module.lines > 350 for module in modules),
-        "entries": {package: entries(root / package) for package in PACKAGES},
-        "tests_lines": sum(module.lines for module in tests),
-        "tests_files": len(tests),
+        "loose": loose(modules),
+        "fmt": sum(len(re.findall(r"# fmt: (?:skip|off)", module.text)) for module in modules),
         "function_median": statistics.median(functions),
         "documented": round(sum(documented) / len(documented), 4),
         "array_functions": len(shapes),
         "shapes": round(sum(shapes) / len(shapes), 4),
+        "arrows": {package: len(arrows(graph, package)) for package in PACKAGES},
+        "circles": circles(graph),
+        "words": sum(len(page.read_text("utf-8").split()) for page in pages),
     }
 
 
@@ -160,18 +116,22 @@ def read(root: Path, package: str) -> list[Module]:
     found = []
     for path in sorted((root / package).rglob("*.py")):
         text = path.read_text(encoding="utf-8")
-        name = path.relative_to(root).as_posix()
-        found.append(Module(name, len(text.splitlines()), ast.parse(text)))
+        found.append(Module(path.relative_to(root).as_posix(), text, ast.parse(text)))
     return found
 
 
-def entries(folder: Path) -> int:
-    """Return how many modules and packages lie directly in a package."""
-    if not folder.is_dir():
-        return 0
-    modules = {p.stem for p in folder.glob("*.py")} - {"__init__", "__main__"}
-    packages = {p.name for p in folder.iterdir() if p.is_dir() and any(p.glob("*.py"))}
-    return len(modules | packages)
+def _lines(root: Path, pattern: str) -> int:
+    return sum(len(p.read_text("utf-8").splitlines()) for p in root.glob(pattern) if p.is_file())
+
+
+def loose(modules: list[Module]) -> dict[str, int]:
+    """Return how many files lie directly in each folder that has too many."""
+    counts: dict[str, int] = {}
+    for module in modules:
+        folder, _, name = module.path.rpartition("/")
+        if name not in ("__init__.py", "__main__.py"):
+            counts[folder] = counts.get(folder, 0) + 1
+    return {folder: n for folder, n in counts.items() if n > LOOSE_FILES}
 
 
 def function_lengths(tree: ast.Module) -> Iterator[int]:
@@ -190,12 +150,12 @@ def docstrings(tree: ast.Module) -> Iterator[bool]:
                     yield ast.get_docstring(node) is not None
 
 
-def array_aliases(root: Path, modules: list[Module]) -> tuple[set[str], set[str]]:
+def array_aliases(modules: list[Module]) -> tuple[set[str], set[str]]:
     """Return the names of array types such as `Frame`: those with a shape beside them, others."""
     shaped: set[str] = set()
     others = {"NDArray", "ndarray", "ArrayLike"}
     for module in modules:
-        lines = (root / module.path).read_text(encoding="utf-8").splitlines()
+        lines = module.text.splitlines()
         for node in module.tree.body:
             if isinstance(node, ast.Assign) and _ARRAY.match(ast.unparse(node.value)):
                 names = {target.id for target in node.targets if isinstance(target, ast.Name)}
@@ -206,11 +166,8 @@ def array_aliases(root: Path, modules: list[Module]) -> tuple[set[str], set[str]
 def array_functions(tree: ast.Module, shaped: set[str], others: set[str]) -> Iterator[bool]:
     """Yield for each function with arrays whether their shapes are named."""
     plain, alias = (re.compile(rf"\b({'|'.join(sorted(names))})\b") for names in (others, shaped))
-    methods = {
-        child: node.name
-        for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for child in node.body
-    }  # fmt: skip
-    classes = {n.name: n for n in ast.walk(tree) if isinstance(n, ast.ClassDef)}
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    owners = {child: node for node in classes for child in node.body}
     for node in ast.walk(tree):
         if not isinstance(node, ast.FunctionDef):
             continue
@@ -220,120 +177,75 @@ def array_functions(tree: ast.Module, shaped: set[str], others: set[str]) -> Ite
         if not (plain.search(text) or alias.search(text)):
             continue
         doc = ast.get_docstring(node) or ""
-        if node.name == "__init__" and node in methods:
-            doc += ast.get_docstring(classes[methods[node]]) or ""
+        if node.name == "__init__" and node in owners:
+            doc += ast.get_docstring(owners[node]) or ""
         yield not plain.search(text) or bool(_SHAPE.search(doc))
 
 
-def running(root: Path) -> dict[str, Any]:
-    """Return the modules on the path of a frame, and the calls that a frame takes."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = key_path(root, Path(folder))
-        return {"path": len(path), "path_modules": path, "calls": replay_calls(root, Path(folder))}
+def imports(modules: list[Module]) -> dict[str, set[str]]:
+    """Return, by module, the modules of the project that it imports, anywhere in its file."""
+    graph: dict[str, set[str]] = {module.name: set() for module in modules}
+    for module in modules:
+        for node in ast.walk(module.tree):
+            if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names = {f"{node.module}.{alias.name}" for alias in node.names}
+                graph[module.name] |= {n if n in graph else node.module for n in names}
+            elif isinstance(node, ast.Import):
+                graph[module.name] |= {alias.name for alias in node.names}
+    return {name: (found & graph.keys()) - {name} for name, found in graph.items()}
 
 
-def replay_calls(root: Path, folder: Path) -> float:
-    """Return how many calls a frame of the demo's replay takes, in the median."""
-    out = folder / "replay.json"
-    command = _command(root, out, "controller", "--replay", str(root / "assets" / "demo.npz"))
-    subprocess.run(
-        command, check=True, cwd=folder, env=_environment(root), stdout=subprocess.DEVNULL
-    )
-    events = json.loads(out.read_text())
-    reads = [
-        i
-        for i, (_, path, name) in enumerate(events)
-        if (path[-10:], name) == ("/replay.py", "read")
-    ]
-    return statistics.median(b - a for a, b in pairwise(reads))
+def arrows(graph: dict[str, set[str]], package: str) -> set[tuple[str, str]]:
+    """Return the pairs of direct members of a package of which the first imports the second."""
+    inside = {name: name.split(".")[1] for name in graph if name.startswith(package + ".")}
+    pairs = {(inside[a], inside[b]) for a in inside for b in graph[a] if b in inside}
+    return {(a, b) for a, b in pairs if a != b}
 
 
-def key_path(root: Path, folder: Path) -> list[str]:
-    """Return the modules that a frame enters on its way from the sensor to a key."""
-    mapping = folder / "keys.toml"
-    mapping.write_text(_MAPPING)
-    device, host = folder / "device.json", folder / "host.json"
-    command = _command(
-        root, device, "controller", "--sensor", "emulated", "--link", "listen://127.0.0.1:0"
-    )
-    orb = subprocess.Popen(
-        command, cwd=folder, env=_environment(root), stdout=subprocess.PIPE, text=True
-    )
-    try:
-        player = subprocess.Popen(
-            _command(
-                root, host, "host", "--target", "keyboard", "--dry-run", "--headless",
-                "--keys", str(mapping), "--link", f"socket://127.0.0.1:{_port(orb)}",
-            ),
-            cwd=folder, env=_environment(root), stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        try:
-            _await_strokes(player)
-        finally:
-            player.terminate()
-            player.communicate(timeout=PATIENCE_S)
-    finally:
-        orb.terminate()
-        orb.communicate(timeout=PATIENCE_S)
-    return _entered(json.loads(device.read_text()), json.loads(host.read_text()))
+def circles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Return the groups of modules that reach each other by imports."""
+    reach: dict[str, set[str]] = {}
+    for start in graph:
+        seen: set[str] = set()
+        ahead = list(graph[start])
+        while ahead:
+            name = ahead.pop()
+            if name not in seen:
+                seen.add(name)
+                ahead += graph[name]
+        reach[start] = seen
+    groups = {
+        frozenset(b for b in reach[a] if a in reach[b]) for a in graph if a in reach[a]
+    }  # a module in its own reach is part of a circle
+    return sorted(sorted(group) for group in groups)
 
 
-def _command(root: Path, out: Path, *words: str) -> list[str]:
-    """Return the command that runs a program of the tree and traces it into a file."""
-    return [sys.executable, "-c", _TRACED, str(root), str(out), *words]
+def commands(root: Path) -> dict[str, Any]:
+    """Return the verbs of the programs, and how many options they have."""
+    verbs, options, distinct = [], 0, 0
+    for program in PROGRAMS:
+        seen: set[str] = set()
+        ahead: list[tuple[str, ...]] = [(program,)]
+        while ahead:
+            words = ahead.pop(0)
+            text = help_of(root, words)
+            inner = [verb for block in _VERBS.findall(text) for verb in _VERB.findall(block)]
+            ahead += [(*words, verb) for verb in inner]
+            own = set(_OPTION.findall(text)) - {"--help", "--version"}
+            if own or not inner:
+                verbs.append(" ".join(words))
+            options += len(own)
+            seen |= own
+        distinct += len(seen)
+    return {"verbs": len(verbs), "verb_names": verbs, "options": options, "distinct": distinct}
 
 
-def _environment(root: Path) -> dict[str, str]:
-    return {
-        **os.environ, "PYTHONPATH": str(root), "PYTHONUNBUFFERED": "1", "SDL_VIDEODRIVER": "dummy",
-        "OMP_NUM_THREADS": "1",
-    }  # fmt: skip
-
-
-def _port(orb: subprocess.Popen[str]) -> int:
-    """Return the port that the device prints."""
-    assert orb.stdout is not None
-    for line in orb.stdout:
-        if found := re.search(r"127\.0\.0\.1:(\d+)", line):
-            return int(found[1])
-    raise SystemExit("the device printed no port")
-
-
-def _await_strokes(player: subprocess.Popen[str]) -> None:
-    """Return when enough keys have gone down."""
-    assert player.stdout is not None
-    found = 0
-    end_s = time.monotonic() + PATIENCE_S
-    for line in player.stdout:
-        found += line.startswith("press ")
-        if found == STROKES or time.monotonic() > end_s:
-            break
-
-
-Event = tuple[int, str, str]  # nanoseconds, file, function
-
-
-def _entered(device: list[Event], host: list[Event]) -> list[str]:
-    """Return the files in which every frame entered a function, from its read to its stroke."""
-    reads = [t for t, path, name in device if name == "read" and path == _EMULATED]
-    commands = [t for t, path, name in device if path.endswith(_QUEUES) and name == "put"]
-    strokes = [t for t, path, _ in host if path == _STROKE]
-    sets = []
-    for command, following in pairwise([*commands, sys.maxsize]):
-        stroke = min((t for t in strokes if command < t < following), default=None)
-        if stroke is None:
-            continue
-        read = max(t for t in reads if t < command)
-        end = min([stroke, *(t for t in reads if t > command)])
-        sets.append(
-            {path for t, path, _ in device if read <= t <= end}
-            | {path for t, path, _ in host if command <= t <= stroke}
-        )
-    if not sets:
-        raise SystemExit("no command led to a stroke")
-    return sorted(
-        path for path in set.intersection(*sets) if not path.startswith((*_HARDWARE, _STROKE))
-    )
+def help_of(root: Path, words: tuple[str, ...]) -> str:
+    """Return the help of a program or one of its verbs."""
+    command = [sys.executable, "-m", words[0], *words[1:], "--help"]
+    environment = os.environ | {"PYTHONPATH": str(root), "COLUMNS": "100"}
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
+    return done.stdout
 
 
 def _text(figures: dict[str, Any]) -> str:
