@@ -30,7 +30,7 @@ _CIRCUIT: Final = NOMINAL.electronics
 
 # `paper-snr` is as noisy as the paper's own figures say: taxels drift and readings scatter so much
 # that the histogram statistics of section 6 come out as printed (H(z) = 2.71 and I(z, y) = 0.13,
-# read as nats: tests/benchmarks/information.py). The match is not unique.
+# read as nats: docs/paper.md, section 6). The match is not unique.
 PRESETS: Final[dict[str, OrbModel]] = {
     "nominal": NOMINAL,
     "paper-snr": replace(

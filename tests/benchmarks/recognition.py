@@ -1,13 +1,12 @@
-"""Recognition of gestures and places, with peers: the recognition rows of the goals.
+"""Recognition of gestures and places: the recognition rows of the goals.
 
-    python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--only ours|peers] [--json]
+    python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--retrain] [--json]
 
 Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts, and for
 each dead taxel and each electrode whose lead is off another 2,000 events. Intervals are 95 %, by
-resampling sessions (users for `new_user_event_accuracy`). Thresholds are the bundle's; the peers'
-are chosen on development sessions. Peers' networks are kept in `--cache`; peers are judged on the
-first 60 sessions. A command's time is that of the newest frame used. `dead_taxel...` and
-`dead_electrode...` are the worst of all places.
+resampling sessions (users for `new_user_event_accuracy`). Thresholds are the bundle's. A command's
+time is that of the newest frame used. `dead_taxel...` and `dead_electrode...` are the worst of all
+places. Bundles of users are kept in `--cache`; `--retrain` trains them anew.
 
 The goal for `location_error` on paper-snr is beyond what the sensor tells there: an exact Bayesian
 estimate from 283,000 noise-free images errs by 0.161 ± 0.003 grid units at 10 Hz where rest is
@@ -33,7 +32,6 @@ from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Figure, Result
 
 from . import recognition_few, recognition_users
-from .recognition_peers import judge_peers
 from .results import Results, command_line, figure_row, say
 
 USERS: Final = 20
@@ -71,12 +69,11 @@ class Size:
     sessions: int = 200  # of each preset
     minutes: float = 10.0  # of each session
     broken: int = 11  # sessions for each dead taxel and electrode
-    judged: int = 60  # sessions that the peers are judged on
     mouse: int = 20  # sessions of a mouse
     every: int = 1  # of the taxels and electrodes, each so many-th is tried
 
 
-QUICK: Final = Size(sessions=6, minutes=4.0, broken=1, judged=3, mouse=2, every=6)
+QUICK: Final = Size(sessions=6, minutes=4.0, broken=1, mouse=2, every=6)
 
 
 def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Figure]:
@@ -146,13 +143,13 @@ def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) ->
     return worst
 
 
-def keep(results: Results, preset: str, measured: dict[str, Figure], suffix: str = "") -> None:
+def keep(results: Results, preset: str, measured: dict[str, Figure]) -> None:
     """Print and keep figures as results."""
     column = list(PRESETS).index(preset)
     for name, figure in measured.items():
         unit, goals = ROWS[name]
         goal = goals[column] if goals else None
-        results.keep(figure_row(name + suffix, figure, unit, preset=preset, goal=goal))
+        results.keep(figure_row(name, figure, unit, preset=preset, goal=goal))
 
 
 def main() -> None:
@@ -160,28 +157,16 @@ def main() -> None:
         __doc__, bundle=bundles.default_path(), quick=False, retrain=False,
         cache=recognition_users.cache(),
     )  # fmt: skip
-    parser.add_argument("--only", choices=("ours", "peers"), help="default: both")
-    parser.add_argument("--no-peers", dest="only", action="store_const", const="ours")
     arguments, results = parser.parse_args(), Results("recognition")
     size, loaded = QUICK if arguments.quick else Size(), bundles.read(arguments.bundle)
     begun = time.process_time()
-    for preset in PRESETS if arguments.only != "peers" else ():
+    for preset in PRESETS:
         keep(results, preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
         keep(results, preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         who = recognition_users.QUICK if arguments.quick else recognition_users.Size()
         again = arguments.retrain
         results.rows += recognition_users.rows(preset, who, arguments.cache, again=again)
-    if arguments.only != "ours":
-        people = {
-            preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
-            for preset in PRESETS
-        }
-        judged = judge_peers(
-            loaded, people, size.judged, arguments.cache, say, again=arguments.retrain
-        )
-        for (name, preset), result in judged.items():
-            keep(results, preset, figures(result), f"@{name}")
     print(f"{time.process_time() - begun:.0f} s of one core's time")
     results.finish(arguments.json)
 

@@ -30,7 +30,7 @@ from controller.remote.link_recording import LinkRecording
 from controller.remote.worker import Worker
 from controller.shared import leftovers
 
-from .crash_lives import AT_ONCE, Life, kill, record, seal
+from .killed_recordings import AT_ONCE, Life, kill, record, seal
 from .results import Results, command_line, say
 
 PROGRAMS = 3

@@ -12,9 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.__main__ import main as controller
 from controller.recognition.images.frames import Frame
-from controller.recordings import journal_file
 from controller.recordings.recorder import SYNC_S, Recorder
 from controller.recordings.recording import Provenance
 
@@ -66,29 +64,6 @@ def seal(life: Life) -> None:
     life.added.value = 1000
     life.ready.set()
     recorder.close()
-
-
-def recover(life: Life) -> None:
-    """Recover what is in the folder; killed meanwhile."""
-    life.ready.set()
-    for journal in journal_file.leftovers(life.folder):
-        journal_file.recover(journal)
-
-
-def control(life: Life) -> None:
-    """Run `controller` itself; count the frames that it hands over."""
-    add = Recorder.add
-
-    def counted(self: Recorder, *args: Any, **kwargs: Any) -> None:
-        add(self, *args, **kwargs)
-        life.added.value += 1
-
-    Recorder.add = counted  # type: ignore[method-assign]
-    nowhere = os.open(os.devnull, os.O_RDWR)
-    for stream in (0, 1, 2):
-        os.dup2(nowhere, stream)
-    path = life.folder / "one.npz"
-    controller(["--sensor", "virtual", "--seed", str(life.seed), "--record", str(path)])
 
 
 def kill(lives: list[Life], work: Callable[[Life], None], number: int = signal.SIGKILL) -> None:
