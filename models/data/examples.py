@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +24,11 @@ from controller.simulator.session import TEST_SEEDS
 
 Labels = Literal["true", "button", "key", "cue"]  # the simulator's truth, or a labeller's
 Choice = Literal["auto", "true", "button", "key", "cue"]
+SOURCES: Final[tuple[Labels, ...]] = get_args(Labels)
+PEOPLE_SOURCES: Final = SOURCES[1:]  # labels that people give
+CHOICES: Final[tuple[Choice, ...]] = get_args(Choice)
 PITCHES: Final = 0.02  # greatest relative difference between the pitches of recordings
 SAID: Final = 3  # recordings left out that an error names
-COLUMNS: Final[dict[Labels, str]] = {
-    "true": "label", "button": "button", "key": "key", "cue": "cue"
-}  # fmt: skip
 
 Column = NDArray[np.int16]  # (frames,): class of each frame, -1 unknown
 
@@ -49,11 +49,11 @@ def run_starts(frame: NDArray[np.integer], *keys: NDArray[np.integer], gap: int 
 
 def column(recording: Recording, labels: Labels) -> Column:
     """Return the truth, or the labels of one labeller, (frames,)."""
-    return np.asarray(getattr(recording, COLUMNS[labels]))
+    return np.asarray(getattr(recording, "label" if labels == "true" else labels))
 
 
 def labellers(
-    recording: Recording, among: Iterable[Labels] = tuple(COLUMNS), least: int = 1
+    recording: Recording, among: Iterable[Labels] = SOURCES, least: int = 1
 ) -> list[Labels]:
     """Return the sources of labels that name a gesture; with `least` 0, a gesture or null."""
     return [name for name in among if (column(recording, name) >= least).any()]

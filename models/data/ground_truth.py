@@ -14,7 +14,7 @@ from controller.bundles.vocabulary import Vocabulary
 from controller.recordings.recording import UNKNOWN, Recording, mean_rate
 from controller.shared.event_metric import Event
 from models.data import label_repair
-from models.data.examples import COLUMNS, Choice, Labels, labellers, renumbered
+from models.data.examples import SOURCES, Choice, Labels, labellers, renumbered
 
 _PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's mark
 
@@ -75,7 +75,7 @@ def classes_of(
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
     """Return the label of each frame, -1 unknown, (n,), people's moved to the touches."""
-    listed: tuple[Labels, ...] = tuple(COLUMNS) if choice == "auto" else (choice,)
+    listed: tuple[Labels, ...] = SOURCES if choice == "auto" else (choice,)
     for least in (1, 0):  # labels with a gesture, else labels of null alone
         if named := labellers(recording, listed, least):
             break

@@ -23,8 +23,9 @@ from controller.shared.aliases import Say
 from controller.shared.errors import count
 from models.data import label_repair
 from models.data.examples import (
-    COLUMNS,
+    PEOPLE_SOURCES,
     SAID,
+    SOURCES,
     Choice,
     Column,
     Examples,
@@ -185,7 +186,7 @@ class _Reader:
 
     def _labeller(self, recording: Recording) -> Labels:
         """Return the source of the labels; _LeftOutError if none of them names a gesture."""
-        listed: tuple[Labels, ...] = ("button", "key", "cue", "true")
+        listed: tuple[Labels, ...] = (*PEOPLE_SOURCES, "true")
         if self.choice != "auto":
             listed = (self.choice,)
         elif self.recipe.truth and (recording.label != UNKNOWN).mean() > KNOWN:
@@ -271,7 +272,7 @@ def _scale(recordings: Recordings) -> float:
         except RecordingError:  # noted when it is read
             continue
         response = respond(recording)
-        named = np.any([column(recording, name) > 0 for name in COLUMNS], axis=0) & response.known
+        named = np.any([column(recording, name) > 0 for name in SOURCES], axis=0) & response.known
         energy = response.energy[named if named.any() else response.touched]
         if len(energy):
             firm.append(float(np.quantile(energy, 0.75)))

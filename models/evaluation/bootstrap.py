@@ -4,8 +4,8 @@ Events of one session share a hand, an orb and a day, so they are not independen
 Without any failure resampling would give an interval of length zero; then the bound is the rate at
 which so long a run without one has a probability of 5 % (3 / n, the rule of three).
 
-Windows of one event are nearly one observation. The intervals of `event_mean` and `event_gain`
-resample events: they cover other touches of the same sessions, not other days or people.
+Windows of one event are nearly one observation. The interval of `event_gain` resamples events: it
+covers other touches of the same sessions, not other days or people.
 """
 
 from collections.abc import Callable, Sequence
@@ -59,12 +59,6 @@ def median(values: Sequence[NDArray[np.floating]], seed: int = 0) -> Figure:
 def mean(values: Sequence[NDArray[np.floating]], seed: int = 0) -> Figure:
     """Return the mean of measurements such as errors, (measurements,) for each session."""
     return _pooled(values, np.mean, seed)
-
-
-def event_mean(part: Values, event: Index) -> Figure:
-    """Return the mean of a measurement of windows, NaN left out, by their events, (windows,)."""
-    known = np.isfinite(part)
-    return _ratio_figure(*group_sums(part[known], event[known]), draws=EVENT_DRAWS)
 
 
 def event_gain(log_p: Values, y: Index, event: Index) -> Figure:

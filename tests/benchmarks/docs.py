@@ -10,7 +10,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Final
 
 from controller.bundles.fingerprint import SHORT
@@ -82,18 +81,11 @@ def render(root: Path = ROOT, folder: Path = FOLDER) -> None:
 
 def draw(folder: Path = PICTURES) -> None:
     """Draw the pictures of docs/paper.md from stored results."""
-    from models.studies.figure7 import report as figure7
-    from models.studies.information import report, tables
+    from models.studies.paper import drawings
 
-    found = {name: stored.load(name) for name in ("figure7", "information", "games")}
-    known = {name: one.results for name, one in found.items() if one is not None}
-    if len(known) == len(found):
-        study = {**known["information"], "games": known["games"]["games"]}
-        figure7.draw(known["figure7"], folder)
-        with TemporaryDirectory() as drawn:
-            for path in report.write(Path(drawn), tables.with_nan(study)):
-                if path.suffix == ".svg":
-                    atomic_write(folder / path.name, path.read_bytes())
+    for name in ("figure7", "information"):
+        if (found := stored.load(name)) is not None:
+            drawings.draw(found.results, folder)
 
 
 def main() -> int:

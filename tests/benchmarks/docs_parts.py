@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from typing import Any, Final
 
 from controller.bundles import bundle
-from controller.bundles.bundle import SLOW, USUAL
+from controller.bundles.bundle import USUAL
 from controller.bundles.fingerprint import SHORT, fingerprint
 
 from .results import say
@@ -122,21 +122,19 @@ PARTS: Final = (
         "games",
         (
             "python -m tests.benchmarks.information_games {out}",
-            "models information --only none --games {out}/nominal {out}/paper-snr {out}/keyboard "
-            "--out {out}",
+            "models paper --games {out}/nominal {out}/paper-snr {out}/keyboard --out {out}",
         ),
-        "information.json",
+        "paper.json",
         minutes=8.0,
     ),
-    Part("bundle-information", ("python -m tests.benchmarks.information_bundle --json",)),
     Part("command-cost", ("python -m tests.benchmarks.command_cost --json",)),
     Part(
-        "information", ("models information --out {out}",), "information.json", minutes=40.0,
-        study=True, bundle=SLOW,
+        "information", ("models paper --only section6 bound --out {out}",), "paper.json",
+        minutes=1.5,
     ),
     Part(
-        "figure7", ("models figures --out {out}",), "figure7.json", minutes=30.0, study=True,
-        bundle="",
+        "figure7", ("models paper --only figure7 --out {out}",), "paper.json", minutes=30.0,
+        study=True, bundle="",
     ),
 )  # fmt: skip
 

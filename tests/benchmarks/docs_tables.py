@@ -10,7 +10,7 @@ from models.reports import cards, markdown
 from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Evaluation
-from models.studies.information import tables as information
+from models.studies.paper import tables as paper
 
 from .stored import Stored, caption
 
@@ -148,47 +148,25 @@ def driver(found: Found) -> str:
 
 
 def _study(stored: Stored) -> Any:
-    """Return the results of `models information`, NaN where a list has null."""
-    return information.with_nan(stored.results)
+    """Return the results of `models paper`, NaN where a list has null."""
+    return paper.with_nan(stored.results)
 
 
 def games(found: Found) -> str:
     """Return the channels of played games."""
-    return markdown.table(information.games(_study(found["games"])))
+    return markdown.table(paper.games(_study(found["games"])))
 
 
 def play(found: Found) -> str:
     """Return what a player notices of the played games."""
-    table = information.games(_study(found["games"]))
+    table = paper.games(_study(found["games"]))
     rows = {row[0]: row for row in table.rows}
     return markdown.table(Table(["the demo's hand", *table.head[1:]], [rows[one] for one in _PLAY]))
 
 
-def bundle_information(found: Found) -> str:
-    """Return the bounds that the bundle's answers give, at its own rate."""
-    of = information.with_nan(found["bundle-information"].results["sets"])
-    lines = [
-        [words, *(information.interval(own[key]) for own in of.values())]
-        for words, key in (
-            ("entropy of the label of a window", "h_y"),
-            ("≥ I(window; label)", "window"),
-            ("entropy of a whole gesture", "h_gesture"),
-            ("≥ I(gesture; label)", "gesture"),
-        )
-    ]
-    return markdown.table(Table(["bits, on other people", *of], lines))
-
-
-def information_study(found: Found) -> str:
-    """Return all tables of the study."""
-    return information.text({**_study(found["information"]), "games": {}})
-
-
-def figure7(found: Found) -> str:
-    """Return the tables of figure 7."""
-    from models.studies.figure7 import report  # matplotlib: the [train] extra
-
-    return report.text(found["figure7"].results)
+def study(name: str) -> Callable[[Found], str]:
+    """Return a renderer of all tables of a stored study."""
+    return lambda found: paper.text(_study(found[name]))
 
 
 def command_cost(found: Found) -> str:
@@ -220,7 +198,6 @@ BLOCKS: Final = (
     Block("command-cost", MEASUREMENTS, ("command-cost",), command_cost),
     Block("play", "docs/play.md", ("games",), play),
     Block("games", PAPER, ("games",), games),
-    Block("bundle-information", PAPER, ("bundle-information",), bundle_information),
-    Block("information", PAPER, ("information",), information_study),
-    Block("figure7", PAPER, ("figure7",), figure7),
+    Block("information", PAPER, ("information",), study("information")),
+    Block("figure7", PAPER, ("figure7",), study("figure7")),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Games whose channel `models information --games` measures: the demo's, and the keyboard's.
+"""Games whose channel `models paper --games` measures: the demo's, and the keyboard's.
 
     python -m tests.benchmarks.information_games FOLDER [--games N] [--minutes M]
 

@@ -13,7 +13,7 @@ from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
 from models.reports.page import ReportData
-from models.studies.information import channel
+from models.studies.paper import channel
 from models.studies.sweep import run
 from tests.support.pytest_types import Patch
 from tests.support.report_results import evaluation
@@ -29,7 +29,7 @@ UNFIT = [kind for kind in KINDS if kind not in REPLACEABLE]
 # What is read: the option's words, with {} for the file and {data} for a folder.
 READ = [
     pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=name)
-    for torch in [("train", "folds", "sweep", "figures", "information")]
+    for torch in [("train", "folds", "sweep", "paper")]
     for name, words in {
         "evaluate BUNDLE": "evaluate {}",
         "evaluate DATA": f"evaluate {BUNDLE} {{}}",
@@ -43,8 +43,9 @@ READ = [
         "train --mapping": "train {data} --task user --mapping {} --out {data}/new.orb",
         "folds DATA": "folds {} --out {data}/new.json",
         "sweep FILE": "sweep {}",
-        "information DATA": "information {} --only none",
-        "information --games": "information --only none --games {}",
+        "paper BUNDLE": "paper {} --out {data}",
+        "paper DATA": f"paper {BUNDLE} {{}} --out {{data}}",
+        "paper --games": "paper --games {} --out {data}",
     }.items()
 ]
 # What is written: it is refused before anything is done.
@@ -118,8 +119,7 @@ def test_a_report_whose_data_were_tampered_with_is_refused(tmp_path: Path) -> No
     ("name", "words"),
     [
         ("dataset.json", "simulate --out {data} --users 1 --sessions 1 --minutes 0.5"),
-        pytest.param("figure7.json", "figures --out {data}", marks=NEEDS_TORCH),
-        pytest.param("information.json", "information --out {data}", marks=NEEDS_TORCH),
+        pytest.param("paper.json", "paper --out {data}", marks=NEEDS_TORCH),
     ],
 )
 def test_file_in_a_folder_is_one_sentence(name: str, words: str, kind: str, tmp_path: Path) -> None:

@@ -43,3 +43,12 @@ def test_medians_and_means_pool_what_the_sessions_measured() -> None:
     assert np.isnan(bootstrap.mean([]).value)
     assert bootstrap.f1([8, 9], [10, 10], [10, 10]).value == pytest.approx(0.85)
     assert str(bootstrap.f1([8, 9], [10, 10], [10, 10])).startswith("0.8500 (0.8")
+
+
+def test_who_is_always_sure_and_right_knows_all_of_the_label() -> None:
+    y = np.arange(300) % 3
+    found = bootstrap.event_gain(np.zeros(300), y, np.arange(300))
+    assert found.value == pytest.approx(np.log(3))
+    assert found.low <= found.value
+    part = np.where(np.arange(300) < 150, 0.0, np.nan)  # what was not tested does not count
+    assert bootstrap.event_gain(part, y, np.arange(300)).value == pytest.approx(np.log(3))

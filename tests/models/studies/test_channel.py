@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from models.results.storage import UserFileError
-from models.studies.information import channel
+from models.studies.paper import channel
 
 LN2 = math.log(2)
 

@@ -29,7 +29,7 @@ from controller.shared.errors import UserError
 from controller.shared.event_metric import Answer, Event, attach
 from models.evaluation import bootstrap
 from models.results import storage
-from models.studies.information.histogram import mutual_information
+from models.studies.paper.section6 import mutual_information
 
 TOLERANCE: Final = 1e-9  # nats between the bounds of the capacity
 ROUNDS: Final = 20_000
@@ -107,15 +107,6 @@ class Session:
     minutes: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Game:
-    """A game as a demo prints it; times in milliseconds."""
-
-    seconds: float
-    events: tuple[tuple[float, float, str], ...]  # begin, end, and intended command
-    commands: tuple[tuple[float, str], ...]  # time, and recognised command
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
     """Some sessions of one player, pooled."""
@@ -145,20 +136,28 @@ def read(path: Path) -> Session:
 
 
 def session(value: Any) -> Session:
-    """Return a game, plain data, as a session."""
-    game = storage.from_plain(_Game, value)
-    events = [Event(on / 1000, off / 1000, name) for on, off, name in game.events]
-    answers = [Answer(ms / 1000, name) for ms, name in game.commands]
-    return Session(events, answers, game.seconds / 60.0)
+    """Return a game, plain data with times in milliseconds, as a session; ValueError: it is none.
+
+    Its entries are `events`, [[begin, end, intended command], ...], `commands`, [[time, recognised
+    command], ...], and `seconds`.
+    """
+    kinds = tuple[tuple[float, float, str], ...], tuple[tuple[float, str], ...]
+    events, commands = (
+        storage.from_plain(kind, value[key])
+        for kind, key in zip(kinds, ("events", "commands"), strict=True)
+    )
+    return Session(
+        [Event(on / 1000, off / 1000, name) for on, off, name in events],
+        [Answer(ms / 1000, name) for ms, name in commands],
+        storage.from_plain(float, value["seconds"]) / 60.0,
+    )
 
 
-def gather(
-    sessions: Iterable[Session], commands: Sequence[str] = (), pause_s: float | None = None
-) -> Played:
+def gather(sessions: Iterable[Session]) -> Played:
     """Return the sessions of one player pooled; raise GameError if they have no gesture.
 
-    Commands are those that occur, in alphabetical order, and the pause from one gesture's last
-    touch to the next is the median of the sessions, unless they are given.
+    Commands are those that occur, in alphabetical order. The pause from one gesture's last touch to
+    the next is the median of the sessions.
     """
     meant: list[str] = []
     outputs: list[str] = []
@@ -178,18 +177,18 @@ def gather(
         minutes += one.minutes
     if not meant:
         raise GameError("the games have no intended gesture; play longer")
-    names = [*(commands or sorted({*meant, *outputs} - {NOTHING})), NOTHING]
+    commands = sorted({*meant, *outputs} - {NOTHING})
+    names = [*commands, NOTHING]
     of_meant, of_output = (
         np.array([names.index(one) for one in kinds]) for kinds in (meant, outputs)
     )
-    lasts = np.array(hand)
-    mean_s = [lasts[own if own.any() else slice(None)].mean()
-              for own in (of_meant == i for i in range(len(names) - 1))]  # fmt: skip
-    if pause_s is None:
-        pause_s = float(np.median(pause)) if pause else 0.0
+    lasts, mean_s = np.array(hand), []
+    for number in range(len(commands)):
+        own = of_meant == number
+        mean_s.append(lasts[own if own.any() else slice(None)].mean())
+    seconds = np.array(mean_s) + (float(np.median(pause)) if pause else 0.0)
     late_s = float(np.median(late)) if late else np.nan
-    seconds = np.array(mean_s) + pause_s
-    return Played(tuple(names[:-1]), of_meant, of_output, seconds, late_s, minutes, alarms)
+    return Played(tuple(commands), of_meant, of_output, seconds, late_s, minutes, alarms)
 
 
 def figures(played: Played) -> dict[str, Any]:

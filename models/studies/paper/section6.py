@@ -1,4 +1,4 @@
-"""Histogram estimates of a sensor's entropy and information: section 6 of the paper, figure 9.
+"""Section 6 of the paper: a sensor's entropy and information by histograms, and figure 9.
 
 The paper scales every sensor to [0, 1] for each gesture on its own, puts scaled values and labels
 into 25-bin histograms, and prints H(y), H(z) and I(z, y) as "bits"; the figures are nats (R's
@@ -6,6 +6,7 @@ into 25-bin histograms, and prints H(y), H(z) and I(z, y) as "bits"; the figures
 z; `scaling="global"` does not.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -13,18 +14,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import entr  # the [train] extra
 
+from controller.recordings.recording import UNKNOWN, Recording
+from controller.simulator.orb import PRESETS
+from controller.simulator.session import TEST_SEEDS, simulate
+from models.data.examples import PEOPLE_SOURCES, column, labellers, renumbered
+
 BINS: Final = 25  # paper, section 6
 PAPER_FRAMES: Final = 34_795
+PAPER_MINUTES: Final = 29.2  # two such sessions hold the paper's frames
+PAPER_RATE_HZ: Final = 10.0
 PAPER_H_Y: Final = 1.28  # nats
 PAPER_H_Z: Final = 2.71  # nats, mean over the sensors: paper, section 6
 PAPER_INFORMATION: Final = 0.13  # nats
 PAPER_STATIC: Final = 0.57  # share of frames without a gesture
+REST_S: Final = 10.0  # paper, section 4.1: C0 is the mean of the first ten seconds
+SEEDS: Final = 5  # simulated people and orbs
 BITS: Final = 1.0 / np.log(2.0)  # bits in a nat
 SHUFFLES: Final = 5
 
 Scaling = Literal["paper", "global"]
 Signals = NDArray[np.floating]  # (frames, sensors), C / C0
 Classes = NDArray[np.integer]  # (frames,), from 0
+Session = tuple[NDArray[np.float64], NDArray[np.int64]]  # signals, classes
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +45,76 @@ class Statistics:
     h_z: NDArray[np.float64]  # entropy of each sensor's quantised signal
     h_y: NDArray[np.float64]  # entropy of the labels, the same for each
     information: NDArray[np.float64]  # mutual information of each sensor with the labels
+
+
+def simulated(preset: str) -> list[Session]:
+    """Return the paper's frames and the button's labels of one person's two sessions, by seed."""
+    found = []
+    for seed in range(SEEDS):
+        signals, labels = [], []
+        for run in range(2):
+            session = simulate(
+                TEST_SEEDS.start + 10 * seed + run,
+                PAPER_MINUTES,
+                user=seed,
+                model=PRESETS[preset],
+                protocol="blocks",
+            )
+            signals.append(fixed_ratio(session.frames, PAPER_RATE_HZ))
+            labels.append(session.button.astype(np.int64))
+        both = np.concatenate(signals), np.concatenate(labels)
+        found.append((both[0][:PAPER_FRAMES], both[1][:PAPER_FRAMES]))
+    return found
+
+
+def recorded(recordings: Sequence[Recording]) -> Session:
+    """Return z and labels, as people gave them, of all frames; ValueError for several sensors.
+
+    Labels are the button's, else the keys', else the cues', else the truth.
+    """
+    names = max((one.origin.labels for one in recordings), key=len)
+    grids = {f"{one.origin.rows}×{one.origin.columns} taxels" for one in recordings}
+    if len(grids) > 1:
+        raise ValueError(f"recordings of {' and of '.join(sorted(grids))}; estimate from one kind")
+    signals, labels = [], []
+    for one in recordings:
+        given = column(one, next(iter(labellers(one, PEOPLE_SOURCES)), "true"))
+        label = renumbered(given, one.origin.labels, names).astype(np.int64)
+        known = (label != UNKNOWN) & ~one.excluded
+        signals.append(fixed_ratio(one.frames, one.origin.rate_hz)[known])
+        labels.append(label[known])
+    return np.concatenate(signals), np.concatenate(labels)
+
+
+def fixed_ratio(frames: NDArray[np.float32], rate_hz: float) -> NDArray[np.float64]:
+    """Return z, (n, taxels), of frames (n, rows, columns) divided by their first ten seconds."""
+    rest = frames[: max(1, round(REST_S * rate_hz))].mean(axis=0)
+    return np.asarray((frames / rest).reshape(len(frames), -1), dtype=np.float64)
+
+
+def measure(sessions: Sequence[Session]) -> dict[str, float]:
+    """Return section 6 as printed, and its corrections: means over sessions and sensors, nats."""
+    rows = [_corrections(z, y) for z, y in sessions]
+    return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
+
+
+def _corrections(z: Signals, y: Classes) -> dict[str, float]:
+    """Return the means over the sensors for z (frames, sensors) and labels (frames,), nats."""
+    own, whole = statistics(z, y), statistics(z, y, "global")
+    sound = statistics(z, y, "global", corrected=True).information
+    return {
+        "p_static": float((y == 0).mean()),
+        "h_uniform": float(np.log(len(np.unique(y)))),
+        "h_y": float(own.h_y[0]),
+        "h_z": float(own.h_z.mean()),
+        "information": float(own.information.mean()),
+        "information_global": float(whole.information.mean()),
+        "information_corrected": float(sound.mean()),
+        "least": float(sound.min()),
+        "most": float(sound.max()),
+        "null": null_information(z, y),
+        "null_slow": null_information(z, y, slow=True),
+    }
 
 
 def statistics(

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from models.studies.information.histogram import BITS, entropy, null_information, statistics
+from models.studies.paper.section6 import (
+    BITS,
+    entropy,
+    null_information,
+    recorded,
+    statistics,
+)
+from tests.support.recordings import of, origin, played
 
 
 def test_the_papers_label_entropy_is_nats_printed_as_bits() -> None:
@@ -59,3 +66,17 @@ def test_the_correction_is_that_of_infomeasure() -> None:
     ours = statistics(z, y, "global", corrected=True, bins=7).information[0]
     peer = infomeasure.mutual_information(z[:, 0].astype(int), y, approach="miller_madow", base="e")
     assert ours == pytest.approx(peer, abs=1e-9)
+
+
+def test_the_paper_takes_all_frames_the_first_ten_seconds_and_the_button() -> None:
+    recording = played()
+    z, y = recorded([recording])
+    assert z.shape == (len(recording.frames), 25)
+    assert z[:100].mean(axis=0) == pytest.approx(1.0)
+    assert y.tolist() == recording.button.tolist()
+
+
+def test_sensors_of_two_kinds_are_not_mixed() -> None:
+    small = of(np.ones((50, 2, 2)), origin(2, 2), label=np.zeros(50))
+    with pytest.raises(ValueError, match="one kind"):
+        recorded([played(), small])

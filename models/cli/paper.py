@@ -1,0 +1,84 @@
+"""`models paper`: figures 7 and 9 of the paper and its section 6, repeated and corrected."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from models.cli import _options as options
+
+if TYPE_CHECKING:
+    from models.studies.paper.channel import Session
+
+SUMMARY: Final = "repeat the paper's figures and its estimates of information"
+DESCRIPTION: Final = (
+    "Teach by a simulated user as in section 4.2 of the paper, train by both recipes on both "
+    "presets, and draw figure 7; repeat section 6 and figure 9, correct it, and bound the "
+    "information that a bundle's answers carry on other days (docs/paper.md). With recordings, "
+    "section 6 and the bound are those of the recordings; with games, their bits per minute. "
+    "Results are kept and not measured again; half an hour on one core."
+)
+EXAMPLE: Final = "Try it (two minutes): models paper --out report --only section6"
+PARTS: Final = ("figure7", "section6", "bound")
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.set_defaults(resumes=True)
+    add = parser.add_argument
+    add("bundle", type=Path, nargs="?", help="of the bound (default: the one that ships)")
+    add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
+    words = "folder for results and drawings; made if need be"
+    add("--out", type=Path, required=True, metavar="DIR", help=words)
+    add("--only", nargs="+", choices=PARTS, default=[], help="some parts (default: all)")
+    add("--full", action="store_true", help="figure 7 by the paper's own amounts: some hours")
+    words = (
+        "measure played games alone, files or folders of them, one player each: "
+        "host --demo --headless --speed 0 --json > FILE"
+    )
+    add("--games", type=Path, nargs="+", default=[], metavar="FILE", help=words)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure, draw, and print."""
+    options.require("repeating the paper", "torch", "sklearn", "matplotlib")
+    from controller.bundles import bundle
+    from models.data import examples
+    from models.results import storage
+    from models.studies.paper import channel, drawings, figure7, study, tables
+
+    out = storage.folder_target(arguments.out)
+    kept = out / study.MEASURED
+    sets = study.simulated()
+    if arguments.data:
+        files = examples.recording_sets(arguments.data)
+        sets = [study.SessionSet(name.replace("|", "_"), tuple(own)) for name, own in files.items()]
+    players = _players(arguments.games)
+    found = study.measure(
+        () if players else sets,
+        arguments.only,
+        arguments.bundle or bundle.default_path(),
+        figure7.PAPERS_OWN if arguments.full else figure7.Settings(),
+        kept,
+        options.say,
+    )
+    for name, played in players.items():
+        found["games"][name] = channel.figures(channel.gather(played))
+    storage.write_json(kept, found)
+    print(tables.text(found))
+    for path in [kept, *drawings.draw(found, out)]:
+        options.say(f"wrote {path}")
+    return 0
+
+
+def _players(paths: list[Path]) -> "dict[str, list[Session]]":
+    """Return the games of each folder, and of all single files."""
+    from models.studies.paper import channel
+
+    made: dict[str, list[Session]] = {}
+    for path in paths:
+        files = sorted(path.rglob("[!.]*.json")) if path.is_dir() else [path]
+        if not files:
+            raise ValueError(f"there are no games in {path}; make one with: {channel.HOW_TO_PLAY}")
+        name = path.name if path.is_dir() else "games"
+        made.setdefault(name, []).extend(channel.read(file) for file in files)
+    return made

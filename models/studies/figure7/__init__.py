@@ -1,1 +1,0 @@
-"""Figure 7 of the paper: both recipes by the paper's protocol and on unseen days."""

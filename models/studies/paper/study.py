@@ -1,0 +1,115 @@
+"""Measurement of the paper's figures and section 6: each part once, kept in a file."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+from controller.bundles import bundle
+from controller.bundles.fingerprint import SHORT
+from controller.recordings import reader
+from controller.shared.aliases import Say
+from controller.simulator.orb import PRESETS
+from controller.simulator.session import TEST_SEEDS
+from models import formatting, processes
+from models.data.recipe import RECIPES
+from models.data.test_sessions import People
+from models.results import storage
+from models.studies.paper import bound, figure7, section6
+from models.studies.paper.figure7 import Settings
+from models.studies.paper.tables import with_nan
+
+MEASURED: Final = "paper.json"
+SEED: Final = TEST_SEEDS.start + 20  # no training accepts it
+DAYS: Final = 4  # of one person
+MINUTES: Final = 6.0  # of each
+
+Results = dict[str, Any]
+
+_EMPTY: Final = ("settings", "parts", "games")
+
+
+@dataclass(frozen=True, slots=True)
+class SessionSet:
+    """Sessions that belong together."""
+
+    name: str  # title of the set
+    paths: tuple[Path, ...] = ()  # files; none: people are simulated, and `name` is the preset
+
+
+def simulated() -> list[SessionSet]:
+    """Return a set for each preset."""
+    return [SessionSet(preset) for preset in PRESETS]
+
+
+def measure(
+    sets: Sequence[SessionSet],
+    only: Sequence[str],
+    path: Path,
+    settings: Settings,
+    kept: Path,
+    say: Say,
+) -> Results:
+    """Return all results, measuring what the file `kept`, written after each part, does not hold.
+
+    "parts": under "SET|PART" the values of a part, in nats; "settings" of each part; "games".
+    `only` has first words of parts' names; if it is empty, all are measured. `path` is that of the
+    bundle.
+    """
+    found = storage.read_tables(kept, *_EMPTY)
+    found = {name: {} for name in _EMPTY} if found is None else dict(with_nan(found))
+    jobs = {}
+    for one in sets:
+        for name, (how, job) in parts(one, path, settings).items():
+            key = f"{one.name}|{name}"
+            if found["settings"].get(key) != how:  # measured otherwise
+                found["parts"].pop(key, None)
+            found["settings"][key] = how
+            if key not in found["parts"] and (not only or name.split()[0] in only):
+                jobs[key] = job
+    done = processes.completed(jobs, os.cpu_count() or 1, hasty=True)
+    for number, (key, result, left_s) in enumerate(done, 1):
+        left = formatting.duration(left_s)
+        say(f"{number}/{len(jobs)} {key.replace('|', ': ')}; {left} left")
+        found["parts"][key] = result
+        storage.write_json(kept, found)
+    done_parts = found["parts"]
+    found["parts"] = {key: done_parts[key] for key in found["settings"] if key in done_parts}
+    return found
+
+
+def parts(
+    one: SessionSet, path: Path, settings: Settings
+) -> dict[str, tuple[str, Callable[[], Any]]]:
+    """Return settings and measurement of a set's parts, by name; each returns plain data."""
+    of = f"{one.paths}"
+    found: dict[str, tuple[str, Callable[[], Any]]] = {
+        "section6": (of, partial(_section6, one)),
+        "bound": (f"{of} {bundle.read(path).hash[:SHORT]}", partial(_bound, one, path)),
+    }
+    if not one.paths:
+        of = f"{settings}"
+        found["figure7 labels"] = of, partial(figure7.label_lateness, one.name, settings)
+        for recipe in RECIPES:
+            for network in figure7.NETWORKS:
+                job = partial(figure7.curves, one.name, recipe, network, settings)
+                found[f"figure7 {recipe} {network}"] = of, job
+    return found
+
+
+def _section6(one: SessionSet) -> dict[str, float]:
+    recorded = [reader.load(path) for path in one.paths]
+    sessions = [section6.recorded(recorded)] if recorded else section6.simulated(one.name)
+    return section6.measure(sessions)
+
+
+def _bound(one: SessionSet, path: Path) -> dict[str, Any]:
+    """Measure the bound; simulated people make the bundle's gestures."""
+    loaded = bundle.read(path)
+    recordings = [reader.load(path) for path in one.paths]
+    if not recordings:
+        people = People.of(loaded, one.name, SEED, MINUTES, users=1)
+        recordings = [recording for _, recording in people.sessions(DAYS)]
+    return bound.measure(bound.answers(loaded, recordings))

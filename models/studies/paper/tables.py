@@ -1,0 +1,166 @@
+"""Tables of the paper's figures and section 6 as Markdown, from the results of `study.measure`.
+
+Information is in nats there, and shown in bits. Intervals are [value, low, high].
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+from models.formatting import NONE, number, percent, points
+from models.reports import markdown
+from models.reports.tables import Table
+from models.studies.paper.section6 import (
+    BITS,
+    PAPER_H_Y,
+    PAPER_H_Z,
+    PAPER_INFORMATION,
+    PAPER_STATIC,
+)
+
+UNIFORM: Final = math.log(5)  # nats: the paper prints it in bits, 2.32
+# Row, the paper's figure in nats, and key of ours.
+SECTION_6: Final[tuple[tuple[str, float | None, str], ...]] = (
+    ("H(y) of equally frequent labels", UNIFORM, "h_uniform"),
+    ("H(y), labels", PAPER_H_Y, "h_y"),
+    ("H(z), a sensor", PAPER_H_Z, "h_z"),
+    ("I(z; y), a sensor, the paper’s scaling", PAPER_INFORMATION, "information"),
+    ("I(z; y), one scaling for all gestures", None, "information_global"),
+    ("the same, bias removed", None, "information_corrected"),
+    ("… least informative sensor", None, "least"),
+    ("… most informative sensor", None, "most"),
+    ("labels shuffled (no relation)", None, "null"),
+    ("labels shifted in time (drift only)", None, "null_slow"),
+)
+BOUNDS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {
+    "entropy of the label of a window": lambda of: _bits(of["h_y"]),
+    "≥ I(window; label)": lambda of: interval(of["window"]),
+    "entropy of a whole gesture": lambda of: _bits(of["h_gesture"]),
+    "≥ I(gesture; label)": lambda of: interval(of["gesture"]),
+    "gestures": lambda of: str(of["gestures"]),
+}
+GAMES: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {
+    "intended commands, minutes": lambda p: f"{p['gestures']}, {p['minutes']:.0f}",
+    "recognised correctly": lambda p: f"{100 * p['right']:.2f} %",
+    "false alarms per minute": lambda p: f"{p['alarms'] / p['minutes']:.3f}",
+    "bits per command as played": lambda p: interval(p["played"]),
+    "… with the best use (capacity)": lambda p: _bits(p["capacity"]),
+    "… log2 of the number of commands": lambda p: f"{math.log2(len(p['commands'])):.3f}",
+    "seconds per command": lambda p: f"{p['mean_s']:.2f}",
+    "… from touch to command": lambda p: f"{p['late_s']:.2f}",
+    "bits per minute as played": lambda p: f"{p['played_per_min'] * BITS:.0f}",
+    "… with the fastest use": lambda p: f"{p['fastest_per_min'] * BITS:.0f}",
+}
+RECIPES: Final = {"paper": "the paper’s", "default": "ours"}
+# Name in the tables, and score of a whole touch; the paper's error is in "mm", which are grid
+# units: docs/paper.md.
+NETWORKS: Final = {"CNN-3D": "events", "users": "events", "CNN-2D": "presses"}
+
+Found = Mapping[str, Any]
+
+
+def with_nan(inside: Any) -> Any:
+    """Return plain data with NaN where a list of numbers has null."""
+    if isinstance(inside, dict):
+        return {key: with_nan(one) for key, one in inside.items()}
+    if isinstance(inside, list):
+        return [math.nan if one is None else with_nan(one) for one in inside]
+    return inside
+
+
+def part(found: Found, name: str) -> dict[str, Any]:
+    """Return the values of a part by the names of the sets that have it."""
+    keys = {key: key.rpartition("|") for key in found["parts"]}
+    return {of: found["parts"][key] for key, (of, _, own) in keys.items() if own == name}
+
+
+def text(found: Found) -> str:
+    """Return all tables with rows, as Markdown."""
+    made = (of(found) for of in (figure7, lateness, section6, bounds, games))
+    return "\n\n".join(markdown.table(table) for table in made if table.rows)
+
+
+def figure7(found: Found) -> Table:
+    """Return the ends of the curves of figure 7: the paper's protocol and ours, side by side."""
+    head = ("orb", "network", "recipe", "random test", "another day", "other people", "gap")
+    curves = [
+        (orb, network, recipe, own)
+        for orb in dict.fromkeys(key.partition("|")[0] for key in found["parts"])
+        for network in NETWORKS
+        for recipe in RECIPES
+        if (own := found["parts"].get(f"{orb}|figure7 {recipe} {network}"))
+    ]
+    rows = []
+    for orb, network, recipe, own in curves:
+        end = {name: values[-1] for name, values in own["sizes"].items()}
+        share, whole = network != "CNN-2D", NETWORKS[network]
+        gap = end["random"] - end["day"] if share else end["day"] - end["random"]
+        cells = [
+            NONE if name not in end else percent_of(end[name]) if share else number(end[name])
+            for name in ("random", "day", "people", f"day {whole}", f"people {whole}")
+        ]
+        spread = points(gap) if share else number(gap).replace("-", "−")
+        name = "ten users" if network == "users" else network
+        rows.append([orb, name, RECIPES[recipe], *cells[:3], spread, *cells[3:]])
+    return Table((*head, "whole touches, another day", "other people"), rows)
+
+
+def lateness(found: Found) -> Table:
+    """Return the lateness of the label button, and the effect of the repair."""
+    head = ("orb", "down, estimated", "down, truly", "up, estimated", "up, truly")
+    rows = []
+    for orb, late in part(found, "figure7 labels").items():
+        lags = [late[name] for name in ("begin_s", "true_begin_s", "end_s", "true_end_s")]
+        wrong = [percent_of(late[name]) for name in ("wrong", "wrong_after")]
+        rows.append([orb, *(f"{lag:+.2f} s".replace("-", "−") for lag in lags), *wrong])
+    return Table((*head, "frames labelled wrongly", "after the repair"), rows)
+
+
+def section6(found: Found) -> Table:
+    """Return the paper's statistics beside ours, and their corrections."""
+    of = part(found, "section6")
+    head = ["", "the paper (nats, bits)", *(f"{name} (nats, bits)" for name in of)]
+    static = [percent(own["p_static"]) for own in of.values()]
+    rows = [["frames without a gesture", f"{100 * PAPER_STATIC:.0f} %", *static]]
+    for words, paper, key in SECTION_6:
+        theirs = "" if paper is None else _nats_and_bits(paper, 2)
+        rows.append([words, theirs, *(_nats_and_bits(own[key]) for own in of.values())])
+    return Table(head, rows if of else [])
+
+
+def bounds(found: Found) -> Table:
+    """Return the information that the bundle's answers carry on other people, bits."""
+    return _columns("bits, on other people", BOUNDS, part(found, "bound"))
+
+
+def games(found: Found) -> Table:
+    """Return the channels of played games."""
+    return _columns("played games", GAMES, found["games"])
+
+
+def _columns(title: str, cells: Mapping[str, Callable[[Found], str]], of: Found) -> Table:
+    """Return a table with a row for each entry of `cells`, and a column for each of `of`."""
+    rows = [[words, *map(cell, of.values())] for words, cell in cells.items()] if of else []
+    return Table([title, *of], rows)
+
+
+def interval(figure: Sequence[float]) -> str:
+    """Return [value, low, high] in nats as bits, with the interval if there is one."""
+    if math.isnan(figure[1]):
+        return _bits(figure[0])
+    middle, low, high = (f"{one * BITS:.2f}".replace("-", "−") for one in figure)
+    return f"{middle} ({low}–{high})"
+
+
+def percent_of(share: float) -> str:
+    """Return a share with one digit after the point, close to 0 and 1, too."""
+    return f"{100 * share:.1f} %"
+
+
+def _nats_and_bits(nats: float, digits: int = 3) -> str:
+    digits = digits if nats >= 0.1 else 4
+    return f"{nats:.{digits}f}, {nats * BITS:.{digits}f}"
+
+
+def _bits(nats: float) -> str:
+    return f"{nats * BITS:.3f}".replace("-", "−")
