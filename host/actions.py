@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from tetris.engine.game import Action
-from tetris.window.keys import Code, Keys
-from tetris.window.settings import Settings
+from tetris.kit.keys import Code, Keys
+from tetris.kit.settings import Settings
 
 ACTIONS: Final[dict[str, Action]] = {
     "left": Action.LEFT,

@@ -15,8 +15,8 @@ from controller.shared.files import atomic_write
 from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
 from host.ui import dome
-from tetris.window import theme
-from tetris.window.display import DisplayError, open_window, set_fullscreen, show_icon
+from tetris.kit import theme
+from tetris.kit.display import DisplayError, open_window, set_fullscreen, show_icon
 
 FRAMES_PER_S = 60
 _EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer

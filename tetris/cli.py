@@ -66,7 +66,7 @@ def _play(options: argparse.Namespace) -> int:
     if options.headless:
         return _check(options) if options.replay else _play_unseen(options)
     app = _window()
-    from tetris.window.display import DisplayError
+    from tetris.kit.display import DisplayError
 
     if options.replay:
         load(options.replay)  # refused here, in a sentence, rather than in a window

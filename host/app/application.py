@@ -43,12 +43,12 @@ from host.ui.panel.panel import Panel
 from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder
+from tetris.kit.language import Words
+from tetris.kit.menu import Item
+from tetris.kit.screen_stack import Screen, ScreenStack
+from tetris.kit.settings import changed
 from tetris.window.app import App, HostWindow, Start
-from tetris.window.language import Words
-from tetris.window.menu import Item
-from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.screens.play_screen import PlayScreen
-from tetris.window.settings import changed
 
 SIZE: Final = (1280, 720)  # the window's first; it can be resized
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL

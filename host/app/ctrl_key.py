@@ -6,8 +6,8 @@ import pygame
 
 from host.actions import HELD
 from host.ui.panel.correction_keys import CorrectionKeys
-from tetris.window import bindings
-from tetris.window.settings import Settings
+from tetris.kit import bindings
+from tetris.kit.settings import Settings
 
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 

@@ -8,9 +8,9 @@ from host.app.screens.learn import LearnScreen
 from host.app.screens.teach.page import Course
 from host.app.screens.teach.screen import TeachScreen
 from host.app.screens.watch import TakeOver, WatchScreen
-from tetris.window.menu import Item
-from tetris.window.screen_stack import ScreenStack
-from tetris.window.settings import changed
+from tetris.kit.menu import Item
+from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.settings import changed
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,10 +9,10 @@ import pygame
 from numpy.typing import NDArray
 
 from host.app.lab_data import SECONDS, Quality
-from tetris.window import theme
-from tetris.window.language import Words
-from tetris.window.menu_view import wrapped
-from tetris.window.theme import Colour, Palette
+from tetris.kit import theme
+from tetris.kit.language import Words
+from tetris.kit.menu_view import wrapped
+from tetris.kit.theme import Colour, Palette
 
 Recent = tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]
 

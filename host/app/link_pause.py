@@ -1,7 +1,7 @@
 """The pause of a game while the orb is away."""
 
-from tetris.window.menu import MenuStep
-from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.kit.menu import MenuStep
+from tetris.kit.screen_stack import Screen, ScreenStack
 from tetris.window.screens.play_screen import PlayScreen
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 from controller.shared.protocol.messages import Command, Contact, Message, Report
 from host.app.lessons import Lessons
 from host.ui.orb_state import OrbState
-from tetris.window.menu import Menu, Row
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.menu import Menu, Row
+from tetris.kit.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 
 if TYPE_CHECKING:

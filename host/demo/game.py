@@ -13,8 +13,8 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from tetris.engine.game import Action, Config, Event, Game, Phase
-from tetris.window.settings import Settings
-from tetris.window.tiles import ThemeChoice
+from tetris.kit.settings import Settings
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a

@@ -18,7 +18,7 @@ from controller.shared.protocol.messages import Contact
 from host.ui import naming, zones
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import FINGER_RADIUS_MM, PRESS_DEPTH_MM, DomeArea
-from tetris.window.language import Words
+from tetris.kit.language import Words
 
 MAX_FINGERS: Final = 10
 _FIRST: Final = 32  # number of a phone's first contact; those of mouse and screen are lower

@@ -24,7 +24,7 @@ from host.phone import page
 from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Projection
 from host.ui.pointer_input import DomeArea, PointerInput
-from tetris.window import language
+from tetris.kit import language
 
 if TYPE_CHECKING:
     from host.phone.server import PhoneServer

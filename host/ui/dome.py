@@ -12,7 +12,7 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from tetris.window.theme import DARK, Colour
+from tetris.kit.theme import DARK, Colour
 
 Array = NDArray[np.floating[Any]]
 

@@ -8,7 +8,7 @@ import pygame
 
 from controller.shared.protocol.messages import Contact
 from host.ui import sprites
-from tetris.window.theme import Colour
+from tetris.kit.theme import Colour
 
 _HAND: Final = (0.30, 0.75)  # right and down: where a hand comes from, as a part of the direction
 _LENGTH: Final = 5.0  # of a finger, in its own radii

@@ -5,7 +5,7 @@ from functools import cache
 from typing import Final
 
 from host.ui.unanswered import Reason
-from tetris.window.language import FALLBACK, Words, table
+from tetris.kit.language import FALLBACK, Words, table
 
 _FIGURES: Final = ("count", "minutes", "number", "percent", "seconds")
 _PLACES: Final = re.compile(r"\b(taxels?|rows?|columns?|all|and|of)\b")

@@ -8,7 +8,7 @@ from host.ui import sprites
 from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel, Projection
 from host.ui.pointer_input import DomeArea
-from tetris.window.tiles import ThemeChoice
+from tetris.kit.tiles import ThemeChoice
 
 WINDOW: Final = (390, 720)  # its first size
 _STRIP: Final = 96  # design units below the panel

@@ -14,9 +14,9 @@ from typing import Final
 
 import pygame
 
-from tetris.window import theme
-from tetris.window.menu_view import wrapped
-from tetris.window.theme import Colour, Palette
+from tetris.kit import theme
+from tetris.kit.menu_view import wrapped
+from tetris.kit.theme import Colour, Palette
 
 SMOOTH: Final = 4  # times larger while drawing
 

@@ -11,7 +11,7 @@ import pygame
 from controller.shared.protocol.codec import image_from_bytes
 from host.ui import dome
 from host.ui.pointer_input import DomeArea
-from tetris.window.theme import Colour
+from tetris.kit.theme import Colour
 
 _REACH: Final = 0.62  # of the radius: where an arrow ends
 _HEAD: Final = 0.24  # length of its head

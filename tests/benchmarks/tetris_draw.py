@@ -23,9 +23,9 @@ import pygame
 from tetris.bots import greedy
 from tetris.engine.events import Action
 from tetris.engine.game import Config, Game, Phase
-from tetris.window.settings import Settings
-from tetris.window.theme import PALETTES
-from tetris.window.tiles import ThemeChoice
+from tetris.kit.settings import Settings
+from tetris.kit.theme import PALETTES
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 from .results import Results, command_line
@@ -41,7 +41,7 @@ os.environ["SDL_AUDIODRIVER"] = "none"
 from pathlib import Path
 import pygame
 from tetris.window.app import App, Start
-from tetris.window.display import open_window
+from tetris.kit.display import open_window
 surface = open_window((1280, 720), "first frame")
 folder = Path(tempfile.mkdtemp())
 App(surface, Start(), config=folder, data=folder).step(0.0, pygame.event.get())

@@ -19,11 +19,11 @@ from PIL import Image
 
 from tetris.bots import BOTS
 from tetris.engine.modes import MODES
+from tetris.kit.display import open_window
+from tetris.kit.settings import Settings
+from tetris.kit.theme import PALETTES
 from tetris.window.app import App, Start
-from tetris.window.display import open_window
 from tetris.window.game_session import Saves, Session
-from tetris.window.settings import Settings
-from tetris.window.theme import PALETTES
 
 SIZE: Final = (1120, 720)
 WIDTH: Final = 800  # of the pictures, which keeps them small

@@ -31,9 +31,9 @@ os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
 import pygame
 
 from tests.support.processes import memory_mib
+from tetris.kit.display import open_window, set_size
+from tetris.kit.menu import OF_CODE
 from tetris.window.app import App, Start
-from tetris.window.display import open_window, set_size
-from tetris.window.menu import OF_CODE
 
 from .results import Results, command_line
 

@@ -28,7 +28,7 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from models.data.simulate import DataSet
-from tetris.window.tiles import ThemeChoice
+from tetris.kit.tiles import ThemeChoice
 
 book = vocabulary.shipped()
 

@@ -25,7 +25,7 @@ from controller.shared.protocol.teaching import (
 )
 from host.app.application import SIZE, OrbApp
 from host.connection.receiver import Connected, Delivered, Lost, Received
-from tetris.window.menu import Menu
+from tetris.kit.menu import Menu
 from tetris.window.screens.menu_screen import MenuScreen
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")

@@ -7,8 +7,8 @@ import pygame
 import pytest
 
 from tetris.engine.game import Action
+from tetris.kit.display import open_window
 from tetris.window.app import App, Start
-from tetris.window.display import open_window
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import READY_S, PlayScreen
 

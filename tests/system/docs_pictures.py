@@ -34,11 +34,11 @@ from host.connection.virtual_orb import VirtualOrbProcess
 from host.window_loop import window
 from tests.system.gif import GifFile
 from tetris.engine.pieces import KINDS
+from tetris.kit.settings import changed
+from tetris.kit.theme import DARK
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
-from tetris.window.settings import changed
-from tetris.window.theme import DARK
 
 from .desktop import arc
 from .pictures import Shelf

@@ -29,9 +29,9 @@ from host.app.pairing_run import PairingRun
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
+from tetris.kit.settings import changed
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.settings import changed
 
 from .walk import SHUT
 

@@ -17,9 +17,9 @@ from tetris.history.high_scores import FILE_NAME, HighScores
 from tetris.history.replay import Recorder
 from tetris.history.replay_file import load, save
 from tetris.history.stats import Summary
-from tetris.window import settings
+from tetris.kit import settings
+from tetris.kit.settings import Settings
 from tetris.window.app import Start
-from tetris.window.settings import Settings
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="makes special files of Linux")
 

@@ -12,17 +12,17 @@ import pygame
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.history.replay import Recorder
-from tetris.window import bindings
-from tetris.window import settings as settings_file
-from tetris.window.display import open_window, set_fullscreen, show, show_icon
+from tetris.kit import bindings
+from tetris.kit import settings as settings_file
+from tetris.kit.display import open_window, set_fullscreen, show, show_icon
+from tetris.kit.menu import Item
+from tetris.kit.screen_stack import Screen, ScreenStack
+from tetris.kit.settings import Settings, stepped
+from tetris.kit.theme import DARK
+from tetris.kit.tiles import Tiles
 from tetris.window.game_session import Saves
-from tetris.window.menu import Item
 from tetris.window.screen_flow import ScreenFlow, Start
-from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.screens.menus import chosen_mode
-from tetris.window.settings import Settings, stepped
-from tetris.window.theme import DARK
-from tetris.window.tiles import Tiles
 
 __all__ = ["App", "Start", "play"]
 

@@ -13,10 +13,10 @@ import pygame
 
 from tetris.engine import events as happened
 from tetris.engine.events import Event
-from tetris.window import theme
+from tetris.kit import theme
+from tetris.kit.theme import Colour
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.scenery import Layout
-from tetris.window.theme import Colour
-from tetris.window.tiles import ThemeChoice
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30

@@ -16,7 +16,7 @@ from tetris.history.high_scores import Entry, HighScores, Totals
 from tetris.history.replay import Player, Recorder, Replay
 from tetris.history.replay_file import SUFFIX, ReplayError, load, save
 from tetris.history.stats import COMMANDS, Statistics, Summary
-from tetris.window.settings import Settings
+from tetris.kit.settings import Settings
 
 _FOLDER: Final = "replays"
 _MOST: Final = 1000  # replays kept; a few kilobytes each

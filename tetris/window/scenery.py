@@ -5,8 +5,8 @@ from typing import Final
 
 import pygame
 
-from tetris.window import theme
-from tetris.window.tiles import ThemeChoice
+from tetris.kit import theme
+from tetris.kit.tiles import ThemeChoice
 
 _LOGO: Final = (
     "ZZZ LLL OOO SS. I .TT",

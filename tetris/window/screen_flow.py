@@ -9,8 +9,8 @@ from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
+from tetris.kit.screen_stack import ScreenStack
 from tetris.window.game_session import BotPlayer, Saves, Session
-from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.menus import (
     best_screen,

@@ -13,10 +13,10 @@ from tetris.engine.events import Action, Event
 from tetris.engine.game import Finish, Game, Phase, TopOut
 from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
-from tetris.window import theme
+from tetris.kit import theme
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.effects import Callouts, Effects
 from tetris.window.scenery import PAD, Layout, draw_scenery
-from tetris.window.tiles import ThemeChoice
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
     None: "view.paused",

@@ -7,8 +7,8 @@ from controller.shared.protocol.messages import Command, Contact, Report
 from controller.shared.protocol.teaching import FAILED, Check, CheckRow, CheckStep, LearnStatus
 from host.app.screen import Orb, OrbScreen, rows
 from host.ui.naming import place, said
-from tetris.window.menu import Item, Menu, Row
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.screen_stack import ScreenStack
 
 _VERDICTS: Final = ("FAULT", "doubtful", "not checked", "good")  # worst first
 _AFTER_S: Final = 2.0  # the last press of the check does not steer the menu

@@ -10,11 +10,11 @@ from host.app.screen import Orb, OrbScreen
 from host.ui import sprites
 from tetris.engine.events import Event
 from tetris.engine.game import Game
-from tetris.window import theme
-from tetris.window.menu import Menu
-from tetris.window.menu_view import wrapped
-from tetris.window.screen_stack import PLAY_HZ, ScreenStack
-from tetris.window.theme import Colour
+from tetris.kit import theme
+from tetris.kit.menu import Menu
+from tetris.kit.menu_view import wrapped
+from tetris.kit.screen_stack import PLAY_HZ, ScreenStack
+from tetris.kit.theme import Colour
 from tetris.window.view import Figure, GameView
 
 _LEAST, _MOST = 0.36, 0.5  # of the area's width, for the column

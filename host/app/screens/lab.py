@@ -11,9 +11,9 @@ from host.app import lab_view
 from host.app.lab_data import LabData
 from host.app.screen import Orb, OrbScreen
 from host.ui import naming
-from tetris.window.language import Words
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.language import Words
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import ScreenStack
 
 # Faults that the virtual orb knows, and the place of each: docs/simulator.md.
 FAULTS: Final = {

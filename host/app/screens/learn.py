@@ -13,8 +13,8 @@ from host.app.screens.game_page import GamePage, Line
 from host.ui import naming
 from host.ui.pointer_input import MOUSE_FINGERS
 from tetris.engine.game import Action, Config, Game, Phase
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ATTRACT_HZ, IDLE_HZ, ScreenStack
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import ATTRACT_HZ, IDLE_HZ, ScreenStack
 
 _SEED: Final = 2  # its first five pieces are no O, which looks the same turned
 _STILL: Final = Config(gravity=False, lock_resets=None)

@@ -19,8 +19,8 @@ from host.app.screens.phone import PhoneScreen
 from host.app.screens.programs import ProgramsScreen
 from host.connection import bundle_upload
 from host.ui.naming import said
-from tetris.window.menu import Item, Menu, Row
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.screen_stack import ScreenStack
 
 _HASH: Final = re.compile(r"[0-9a-f]{16}")  # name of an installed bundle
 

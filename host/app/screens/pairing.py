@@ -4,8 +4,8 @@ from functools import partial
 
 from host.app.orbs import Orbs
 from host.app.screen import Orb, OrbScreen, rows
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import ScreenStack
 
 
 class PairScreen(OrbScreen):

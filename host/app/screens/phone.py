@@ -7,8 +7,8 @@ import pygame
 from controller.shared.errors import UserError
 from host.app.screen import Orb, OrbScreen, rows
 from host.phone import open_phone, own_addresses
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import ScreenStack
 
 
 class PhoneScreen(OrbScreen):

@@ -9,8 +9,8 @@ from host.app import programs
 from host.app.programs import Mapping, Programs
 from host.app.screen import Orb, OrbScreen, rows
 from host.ui import naming
-from tetris.window.menu import Item, Menu, Row
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.screen_stack import ScreenStack
 
 
 class ProgramsScreen(OrbScreen):

@@ -19,10 +19,10 @@ from host.ui import naming
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Recorder
-from tetris.window import theme
+from tetris.kit import theme
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import ScreenStack
 from tetris.window.game_session import Session
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
 from tetris.window.view import Figure, figures_of
 
 _SEED_BITS: Final = 31

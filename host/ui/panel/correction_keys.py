@@ -10,7 +10,7 @@ import pygame
 
 from controller.shared.protocol.messages import Correction, UploadStatus
 from host.ui.naming import said
-from tetris.window.language import Words
+from tetris.kit.language import Words
 
 SHOWN_S: Final = 6.0  # how long its answer stands below the dome
 PATIENCE_S: Final = 60.0  # while it learns

@@ -8,8 +8,8 @@ from host.ui import dome, naming, sprites
 from host.ui.orb_state import OrbState
 from host.ui.thumbnails import Base, thumbnail
 from host.ui.zones import NONE
-from tetris.window.language import Words
-from tetris.window.theme import Colour
+from tetris.kit.language import Words
+from tetris.kit.theme import Colour
 
 FADE_S: Final = 2.5  # in which the row of a recognised gesture fades
 _STEPS: Final = 16

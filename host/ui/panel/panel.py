@@ -16,8 +16,8 @@ from host.ui.orb_state import Deviation, LinkState, OrbState
 from host.ui.panel.gesture_rows import GestureRows
 from host.ui.panel.panel_layout import HEIGHT, WIDTH, PanelLayout
 from host.ui.pointer_input import DomeArea
-from tetris.window.theme import Colour
-from tetris.window.tiles import ThemeChoice
+from tetris.kit.theme import Colour
+from tetris.kit.tiles import ThemeChoice
 
 _COLOURS: Final[dict[LinkState, str]] = {
     "connecting": "warn",

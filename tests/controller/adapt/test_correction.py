@@ -33,7 +33,7 @@ from controller.shared.protocol.messages import (
 )
 from host.ui.panel.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench
-from tetris.window import language
+from tetris.kit import language
 
 RATE_HZ = 10.0
 Run = tuple[Parts, Device, BundleStore]

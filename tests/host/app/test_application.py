@@ -11,9 +11,9 @@ from host.connection.receiver import Connected, Delivered, Lost
 from host.ui.layout import Dock
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
 from tetris.engine.game import Phase
+from tetris.kit.settings import changed
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.settings import changed
 
 
 def test_the_orb_steers_the_menu_and_begins_a_game() -> None:

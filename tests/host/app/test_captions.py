@@ -8,9 +8,9 @@ from host.connection.receiver import Connected, Delivered, Received
 from tests.support.pytest_types import Patch
 from tests.support.teaching_window import WELCOME, FakeOrb, Window
 from tests.system.pictures import Album
-from tetris.window import language, theme
-from tetris.window.settings import changed
-from tetris.window.theme import Colour
+from tetris.kit import language, theme
+from tetris.kit.settings import changed
+from tetris.kit.theme import Colour
 
 pytestmark = [pytest.mark.slow]
 

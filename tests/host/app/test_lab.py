@@ -18,9 +18,9 @@ from host.app.lab_data import FRAMES, SECONDS, LabData, Quality
 from host.app.screens.lab import FAULTS, LabScreen
 from host.connection.receiver import Connected, Delivered
 from tetris.engine.game import Phase
+from tetris.kit.language import load
+from tetris.kit.menu import MenuStep
 from tetris.window.app import Start
-from tetris.window.language import load
-from tetris.window.menu import MenuStep
 
 LABELS = ("null", "press")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)

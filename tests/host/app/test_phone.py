@@ -19,7 +19,7 @@ from host.phone import PhoneError
 from tests.support.app_window import FELT, WELCOME, Window
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import until
-from tetris.window.settings import changed
+from tetris.kit.settings import changed
 
 ONE_FINGER = "[[4, 0.5, 0, 0, 0.5]]"
 

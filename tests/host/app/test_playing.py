@@ -10,9 +10,9 @@ from host.actions import ACTIONS
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, playing, said
 from tetris.engine.game import Phase
+from tetris.kit.settings import changed
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import RESUME_S
-from tetris.window.settings import changed
 
 
 def held(*names: str) -> Delivered:

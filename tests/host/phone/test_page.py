@@ -15,7 +15,7 @@ from host.phone.server import MAX_BYTES
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import FINGER_RADIUS_MM, DomeArea, PointerInput
 from tests.support.app_window import WELCOME
-from tetris.window import language
+from tetris.kit import language
 
 PAD = DomeArea()  # 5×5 taxels, so the middle is at (2, 2) and the radius 3.8
 ENGLISH = language.load("en")

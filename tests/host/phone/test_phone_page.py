@@ -25,7 +25,7 @@ from tests.support import devtools
 from tests.support.devtools import Page, Point
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import PATIENCE_S, until
-from tetris.window import language
+from tetris.kit import language
 
 pytestmark = [
     pytest.mark.system,

@@ -10,7 +10,7 @@ from controller.diagnostics import report
 from host.ui.naming import said
 from models.results import verdict
 from tests.support import ROOT
-from tetris.window.language import load, table
+from tetris.kit.language import load, table
 
 SENT = (  # what the orb sends to a window, by module
     "controller/remote/teacher.py",

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from host.ui.unanswered import Reason, UnansweredTouches
-from tetris.window import language
+from tetris.kit import language
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 REST, TOUCHED = 0.01, 0.08  # root mean square of z - 1

@@ -11,10 +11,10 @@ from tetris.engine.board import Board
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
+from tetris.kit.settings import Settings
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.effects import Effects, praise
 from tetris.window.scenery import Layout
-from tetris.window.settings import Settings
-from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView, clock, figures_of
 
 AREA = pygame.Rect(0, 0, 1280, 720)

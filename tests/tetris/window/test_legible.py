@@ -8,12 +8,12 @@ import pytest
 
 from tests.support.pytest_types import Patch
 from tests.support.tetris_player import FRAME_S, Player, open_app
-from tests.tetris.window.test_theme import contrast
-from tetris.window import language, theme
+from tests.tetris.kit.test_theme import contrast
+from tetris.kit import language, theme
+from tetris.kit.settings import Settings
+from tetris.kit.theme import LEAST_PX, PALETTES, Colour
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import READY_S, RESUME_S
-from tetris.window.settings import Settings
-from tetris.window.theme import LEAST_PX, PALETTES, Colour
 
 SIZES = [(640, 360), (480, 800), (960, 720)]
 

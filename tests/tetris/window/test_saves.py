@@ -10,8 +10,8 @@ from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player
 from tetris.history.replay_file import load
+from tetris.kit.settings import Settings
 from tetris.window.game_session import Saves, Session
-from tetris.window.settings import Settings
 
 
 def played(mode: str, pieces: int = 10_000, *, seed: int = 1, action_s: float = 0.1) -> Session:

@@ -8,11 +8,11 @@ import pytest
 
 from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Action
-from tetris.window.menu_view import Spot
+from tetris.kit.menu_view import Spot
+from tetris.kit.settings import Settings
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.pages import WAIT_S, BindingScreen
 from tetris.window.screens.play_screen import READY_S, PlayScreen
-from tetris.window.settings import Settings
 
 DOWN, UP, DROP = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HARD_DROP
 

@@ -12,11 +12,11 @@ from tetris.engine.board import Board
 from tetris.engine.events import Spawned
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
-from tetris.window import display, theme
+from tetris.kit import display, theme
+from tetris.kit.settings import Settings
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout
-from tetris.window.settings import Settings
-from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------

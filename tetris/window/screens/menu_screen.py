@@ -6,13 +6,13 @@ from typing import Final
 import pygame
 
 from tetris.engine.game import Game
+from tetris.kit.keys import Code
+from tetris.kit.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
+from tetris.kit.menu_view import MenuView, Spot
+from tetris.kit.screen_stack import ATTRACT_HZ, IDLE_HZ, Screen, ScreenStack
+from tetris.kit.tiles import ThemeChoice
 from tetris.window.game_session import BotPlayer
-from tetris.window.keys import Code
-from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
-from tetris.window.menu_view import MenuView, Spot
 from tetris.window.scenery import Layout, draw_card, draw_logo
-from tetris.window.screen_stack import ATTRACT_HZ, IDLE_HZ, Screen, ScreenStack
-from tetris.window.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units

@@ -12,15 +12,15 @@ from tetris.history.high_scores import Entry
 from tetris.history.replay import Replay
 from tetris.history.replay_file import ReplayError, load_head
 from tetris.history.stats import Summary
-from tetris.window import bindings
+from tetris.kit import bindings
+from tetris.kit.language import Words
+from tetris.kit.menu import Curve, Item, Menu, Row
+from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.settings import changed, stepped
 from tetris.window.game_session import SavedGame, Saves
-from tetris.window.language import Words
-from tetris.window.menu import Curve, Item, Menu, Row
-from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.pages import back_item
 from tetris.window.screens.play_screen import PlayScreen
-from tetris.window.settings import changed, stepped
 from tetris.window.view import clock
 
 _QUIET_S: Final = 0.6

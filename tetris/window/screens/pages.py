@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Final
 
-from tetris.window import bindings, language
-from tetris.window.bindings import Names
-from tetris.window.keys import Code
-from tetris.window.menu import Item, Menu, MenuStep
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit import bindings, language
+from tetris.kit.bindings import Names
+from tetris.kit.keys import Code
+from tetris.kit.menu import Item, Menu, MenuStep
+from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.settings import CHOICES, LIMITS, Settings, changed, stepped
+from tetris.kit.theme import PALETTES
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
-from tetris.window.settings import CHOICES, LIMITS, Settings, changed, stepped
-from tetris.window.theme import PALETTES
 
 _UNITS: Final = {
     "das_ms": "settings.ms",

@@ -11,11 +11,11 @@ from tetris.bots import beam_search
 from tetris.bots.greedy import Plan
 from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
-from tetris.window import bindings
+from tetris.kit import bindings
+from tetris.kit.keys import Code, DueAction
+from tetris.kit.screen_stack import PLAY_HZ, Screen, ScreenStack
+from tetris.kit.settings import hands
 from tetris.window.game_session import BotPlayer, Session
-from tetris.window.keys import Code, DueAction
-from tetris.window.screen_stack import PLAY_HZ, Screen, ScreenStack
-from tetris.window.settings import hands
 from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves

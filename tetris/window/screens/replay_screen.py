@@ -7,9 +7,9 @@ import pygame
 
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player, Recorder
-from tetris.window.keys import Code
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
+from tetris.kit.keys import Code
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.view import GameView, clock, figures_of
 

@@ -13,7 +13,7 @@ from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.touch_watch import TouchEvent
 from host.app.screens.teach.trial import TryPage
 from host.ui import naming
-from tetris.window.menu import Item, Menu, MenuStep
+from tetris.kit.menu import Item, Menu, MenuStep
 
 LEAST: Final = 3  # examples from which a gesture can be learned
 _ENOUGH: Final = 5  # examples after which the next page comes by itself, after

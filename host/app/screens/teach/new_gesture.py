@@ -11,7 +11,7 @@ from controller.shared.protocol.teaching import GestureInfo
 from host.app.screens.teach.page import Course, TeachPage, command_name
 from host.ui import naming
 from host.ui.thumbnails import ROTATIONS, Base, arrows, hooks
-from tetris.window.menu import Item, Menu
+from tetris.kit.menu import Item, Menu
 
 NAMES: Final = ("swipe", "double_tap", "squeeze", "circle", "knock")  # proposed
 _COMMANDS: Final = (*COMMANDS, "")

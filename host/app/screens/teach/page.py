@@ -14,11 +14,11 @@ from host.app.screen import Orb, OrbScreen
 from host.app.screens.teach.touch_watch import TouchEvent, TouchWatch
 from host.ui import naming
 from host.ui.thumbnails import Base, thumbnail
-from tetris.window import theme
-from tetris.window.keys import Code
-from tetris.window.language import Words
-from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import ScreenStack
+from tetris.kit import theme
+from tetris.kit.keys import Code
+from tetris.kit.language import Words
+from tetris.kit.menu import Item, Menu
+from tetris.kit.screen_stack import ScreenStack
 
 _FOOT: Final = 100  # design units of the sentence below a menu
 _QUIET_S: Final = 0.6  # in which the gesture that opened a page takes no step on it

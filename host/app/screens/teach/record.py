@@ -14,7 +14,7 @@ from host.app import ghost
 from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.touch_watch import TouchEvent
 from host.ui import naming, sprites
-from tetris.window.menu import Item, Menu
+from tetris.kit.menu import Item, Menu
 
 TIMING: Final = CueTiming(get_ready_s=1.0, go_s=1.2, rest_s=0.6, jitter_s=0.8)
 EXAMPLE_S: Final = TIMING.get_ready_s + TIMING.go_s + TIMING.rest_s + TIMING.jitter_s / 2

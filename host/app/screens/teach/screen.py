@@ -23,7 +23,7 @@ from host.app.screens.teach.train import TrainPage
 from host.app.screens.teach.trial import save_as
 from host.app.screens.teach.users import UsersPage
 from host.ui import naming
-from tetris.window.menu import Item, Menu
+from tetris.kit.menu import Item, Menu
 
 _ICON: Final = 19  # radius, design units
 _NULL: Final = "null"

@@ -22,7 +22,7 @@ from host.connection.bundle_upload import BundleUpload
 from host.ui import naming
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import DomeArea
-from tetris.window.menu import Item, Menu
+from tetris.kit.menu import Item, Menu
 
 REPETITIONS: Final = (10, 20, 30)
 _REACH: Final = 0.6  # of the dome's radius, within which places lie

@@ -8,8 +8,8 @@ from host.app.lessons import Trial
 from host.app.screens.teach.page import Course, NamePage, TeachPage, gesture_name
 from host.app.screens.teach.touch_watch import PAUSE_S, TouchEvent
 from host.ui import naming
-from tetris.window.language import Words
-from tetris.window.menu import Item, Menu, Row
+from tetris.kit.language import Words
+from tetris.kit.menu import Item, Menu, Row
 
 _WANTED: Final = 5  # tries
 _KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved vocabularies

@@ -4,7 +4,7 @@ from functools import partial
 
 from host.app.screens.teach.page import Course, TeachPage, command_name, command_page
 from host.ui import naming
-from tetris.window.menu import Item, Menu
+from tetris.kit.menu import Item, Menu
 
 
 class UsersPage(TeachPage):

@@ -22,9 +22,9 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel, Projection
 from host.ui.panel.panel_layout import HEIGHT, WIDTH
 from host.ui.pointer_input import DomeArea
-from tetris.window import language, theme
-from tetris.window.theme import PALETTES
-from tetris.window.tiles import ThemeChoice
+from tetris.kit import language, theme
+from tetris.kit.theme import PALETTES
+from tetris.kit.tiles import ThemeChoice
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)

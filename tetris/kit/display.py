@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pygame
 
-from tetris.window.theme import DARK
+from tetris.kit.theme import DARK
 
 _UNSEEN = {"dummy", "offscreen"}  # drivers that SDL takes quietly where there is no display
 _CHOICES = ("SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER")

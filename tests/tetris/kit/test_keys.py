@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tetris.engine.game import Action
-from tetris.window import bindings
-from tetris.window.keys import DueAction, Keys
-from tetris.window.menu import MenuStep, Repeater
-from tetris.window.pads import Pads, Press
+from tetris.kit import bindings
+from tetris.kit.keys import DueAction, Keys
+from tetris.kit.menu import MenuStep, Repeater
+from tetris.kit.pads import Pads, Press
 
 LEFT, RIGHT = Action.LEFT, Action.RIGHT
 

@@ -5,10 +5,10 @@ from typing import Final, NamedTuple
 
 import pygame
 
-from tetris.window import theme
-from tetris.window.menu import Curve, Item, Menu, Row
-from tetris.window.theme import Colour
-from tetris.window.tiles import ThemeChoice
+from tetris.kit import theme
+from tetris.kit.menu import Curve, Item, Menu, Row
+from tetris.kit.theme import Colour
+from tetris.kit.tiles import ThemeChoice
 
 # All in design units: a window 720 high has as many.
 _TITLE: Final = 58

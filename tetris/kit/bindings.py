@@ -1,7 +1,7 @@
 """Bindings of keys and pad buttons: names for files and screens, and the defaults.
 
 A binding is written down by name (`space`, `pad_a`), because pygame's numbers mean nothing to
-a reader. Keys are numbers to `tetris.window.keys`, pad buttons stay names.
+a reader. Keys are numbers to `tetris.kit.keys`, pad buttons stay names.
 """
 
 import tomllib
@@ -13,7 +13,7 @@ from typing import Final
 import pygame
 
 from tetris.engine.events import Action
-from tetris.window.keys import Code
+from tetris.kit.keys import Code
 
 Names = Mapping[str, Sequence[str]]  # from an action's name to names of keys or buttons
 

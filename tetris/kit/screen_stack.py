@@ -7,13 +7,13 @@ from pathlib import Path
 import pygame
 
 from tetris.engine.events import Action, Event
-from tetris.window import settings as settings_file
-from tetris.window.keys import Code
-from tetris.window.menu import OF_ACTION, Item, MenuStep
-from tetris.window.pads import Pads
-from tetris.window.settings import Settings
-from tetris.window.sounds import Sounds
-from tetris.window.tiles import ThemeChoice
+from tetris.kit import settings as settings_file
+from tetris.kit.keys import Code
+from tetris.kit.menu import OF_ACTION, Item, MenuStep
+from tetris.kit.pads import Pads
+from tetris.kit.settings import Settings
+from tetris.kit.sounds import Sounds
+from tetris.kit.tiles import ThemeChoice
 
 _HEIGHT = 720  # design units of the window's height
 _WIDTH = 620  # and the least of its width

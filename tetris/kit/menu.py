@@ -12,7 +12,7 @@ from typing import Final
 import pygame
 
 from tetris.engine.events import Action
-from tetris.window.keys import Code
+from tetris.kit.keys import Code
 
 Step = Callable[[int], None]
 

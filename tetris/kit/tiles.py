@@ -7,10 +7,10 @@ from typing import Final
 import pygame
 
 from tetris.engine.pieces import SHAPES
-from tetris.window import language, theme
-from tetris.window.language import Words
-from tetris.window.settings import Settings
-from tetris.window.theme import DARK, DEBRIS, PALETTES, Colour, Palette
+from tetris.kit import language, theme
+from tetris.kit.language import Words
+from tetris.kit.settings import Settings
+from tetris.kit.theme import DARK, DEBRIS, PALETTES, Colour, Palette
 
 _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges
 _GHOST_FILL: Final = 0.2  # of the outline's opacity

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tetris.window import settings as file
-from tetris.window.settings import LIMITS, Settings, parse, stepped
+from tetris.kit import settings as file
+from tetris.kit.settings import LIMITS, Settings, parse, stepped
 
 
 def test_round_trip() -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from tetris.engine.events import Action
 from tetris.engine.modes import MODES
-from tetris.window import bindings, language, theme
-from tetris.window.theme import PALETTES
+from tetris.kit import bindings, language, theme
+from tetris.kit.theme import PALETTES
 
 OTHERS = [name for name in language.names() if name != language.FALLBACK]
 
@@ -35,7 +35,7 @@ def test_every_language_has_the_same_keys_and_the_same_gaps_to_fill(name: str) -
 
 
 def literal_keys() -> Iterator[str]:
-    folder = Path(language.__file__).parent
+    folder = Path(language.__file__).parent.parent
     for file in folder.rglob("*.py"):
         yield from re.findall(r"words\(\s*\"([a-z_.0-9]+)\"", file.read_text("utf-8"))
         yield from re.findall(r"Figure\(\s*\"([a-z_.0-9]+)\"", file.read_text("utf-8"))

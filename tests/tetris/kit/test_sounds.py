@@ -11,9 +11,9 @@ from tetris.engine import events as happened
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Game
 from tetris.engine.pieces import KINDS, Piece
-from tetris.window import sounds
-from tetris.window.settings import Settings
-from tetris.window.sounds import Sounds, sound_of
+from tetris.kit import sounds
+from tetris.kit.settings import Settings
+from tetris.kit.sounds import Sounds, sound_of
 
 
 def channels() -> list[pygame.mixer.Channel]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tetris.engine import events as happened
 from tetris.engine.events import Action, Event
 from tetris.engine.moves import Spin
-from tetris.window.settings import Settings
+from tetris.kit.settings import Settings
 
 _LINES: Final = ("lock", "single", "double", "triple", "tetris")
 _PLAIN: Final[Mapping[type[Event], str]] = {

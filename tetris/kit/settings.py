@@ -15,9 +15,9 @@ from typing import Any, Final
 import tomli_w
 
 from tetris import files
-from tetris.window import bindings
-from tetris.window.bindings import Names
-from tetris.window.keys import Keys
+from tetris.kit import bindings
+from tetris.kit.bindings import Names
+from tetris.kit.keys import Keys
 
 FILE_NAME: Final = "tetris.toml"
 
@@ -35,7 +35,7 @@ class Settings:
     initial: str = "tap"  # which turns and holds act on a piece as it enters: `CHOICES`
     guard_ms: int = 0  # after a lock, in which a hard drop is ignored
     drop_guard: bool = False  # a hard drop is ignored while a direction is held
-    theme: str = "dark"  # a name in `tetris.window.theme.PALETTES`
+    theme: str = "dark"  # a name in `tetris.kit.theme.PALETTES`
     patterns: bool = False  # each piece has a mark of its own
     motion: bool = True  # things move that need not
     ghost: bool = True

@@ -7,8 +7,8 @@ import pygame
 import pytest
 
 from tetris.engine.pieces import KINDS
-from tetris.window.theme import DEBRIS, PALETTES, Colour, Palette
-from tetris.window.tiles import Tiles
+from tetris.kit.theme import DEBRIS, PALETTES, Colour, Palette
+from tetris.kit.tiles import Tiles
 
 THEMES = pytest.mark.parametrize("palette", PALETTES.values(), ids=list(PALETTES))
 

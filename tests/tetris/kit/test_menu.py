@@ -3,9 +3,9 @@
 import pygame
 import pytest
 
-from tetris.window.menu import Cursor, Item, Menu, MenuStep, Row
-from tetris.window.menu_view import MenuView, wrapped
-from tetris.window.tiles import ThemeChoice
+from tetris.kit.menu import Cursor, Item, Menu, MenuStep, Row
+from tetris.kit.menu_view import MenuView, wrapped
+from tetris.kit.tiles import ThemeChoice
 
 
 class Counter:
