@@ -31,7 +31,7 @@ def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
 
 
 def test_command_imports_nothing_of_a_run() -> None:
-    assert not imported("models").intersection({"controller.cli.run", "controller.runtime.loop"})
+    assert not imported("install").intersection({"controller.cli.run", "controller.runtime.loop"})
 
 
 def test_numpy_keeps_to_one_thread_unless_somebody_says_otherwise() -> None:
@@ -39,7 +39,7 @@ def test_numpy_keeps_to_one_thread_unless_somebody_says_otherwise() -> None:
     plain = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
     for environment, expected in ((plain, "1"), ({**plain, "OPENBLAS_NUM_THREADS": "4"}, "4")):
         done = subprocess.run(
-            [sys.executable, "-c", program, "models"],
+            [sys.executable, "-c", program, "install"],
             capture_output=True, text=True, check=True, env=environment,
         )  # fmt: skip
         assert done.stderr.split() == [expected]

@@ -56,7 +56,7 @@ def test_a_gesture_is_added_by_its_entry_and_its_movement(tmp_path: Path) -> Non
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored)
     with (tmp_path / "controller" / "bundles" / "gestures.toml").open("a") as file:
         file.write(ENTRY)
-    motions = tmp_path / "controller" / "simulator" / "gestures"
+    motions = tmp_path / "controller" / "simulator" / "hand" / "gestures"
     like = (motions / "double_tap.toml").read_text().replace('"double_tap"', '"tap2"')
     (motions / "tap2.toml").write_text(like)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "SDL_VIDEODRIVER": "dummy"}
