@@ -22,11 +22,11 @@ def main(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     if options.forget:
-        with closing(sensors.load(options.sensor, wiring=options.wiring)) as sensor:
+        with closing(sensors.load(options.sensor)) as sensor:
             there = calibration_store.forget(sensor.device_id)
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
         return 0
-    with closing(load_skin(options.sensor, options.wiring)) as sensor:
+    with closing(load_skin(options.sensor)) as sensor:
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -31,7 +30,7 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
     options = _parser().parse_args(argv)
     sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
-    rows = list(examine(options.sensor, options.wiring, options.link))
+    rows = list(examine(options.sensor, options.link))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))
@@ -56,9 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     return grammar
 
 
-def examine(
-    spec: str = "virtual", wiring: Path | None = None, url: str | None = None
-) -> Iterator[Row]:
+def examine(spec: str = "virtual", url: str | None = None) -> Iterator[Row]:
     """Yield all rows on a sensor, NAME:KEY=VALUE,..., and a link; SensorError if there is none."""
     yield system_checks.runtime(bundles.default_path())
     yield system_checks.disk(files.state_folder())
@@ -69,24 +66,26 @@ def examine(
     elif url is not None:
         yield system_checks.link(url)
     try:
-        sensor = load_skin(spec, wiring)
+        sensor = load_skin(spec)
     except SensorError as error:
         if spec.partition(":")[0] != REAL:
             raise
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
-        yield from _board_alone(wiring)
+        yield from _board_alone(spec)
         return
     with closing(sensor):
         yield from sensor_rows(sensor)
 
 
-def _board_alone(wiring: Path | None) -> Iterator[Row]:
+def _board_alone(spec: str) -> Iterator[Row]:
     """Yield what can be measured on a board on which no orb answers."""
     from controller.sensors.hardware.raspberry_pi import open_board
     from controller.sensors.hardware.wiring import read
+    from controller.sensors.orb import Options
 
+    options = sensors.options(spec)
     try:
-        board = open_board(read(wiring))
+        board = open_board(read(options.wiring if isinstance(options, Options) else None))
     except SensorError:
         return  # the sensor cannot be opened, which another row reports
     with closing(board):

@@ -200,8 +200,6 @@ def _parser() -> argparse.ArgumentParser:
         "into use, else the one that ships)"
     )
     add("--bundle", metavar="FILE", type=Path, help=text)
-    text = "a vocabulary; the simulated hand can then do its gestures, too: docs/teach.md"
-    add("--labels", metavar="FILE", type=Path, help=text)
     text = "gestures to commands, in place of the bundle's: docs/mapping.md"
     add("--mapping", metavar="FILE", type=Path, help=text)
     text = (

@@ -2,7 +2,6 @@
 
 import argparse
 import math
-from pathlib import Path
 
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
@@ -10,23 +9,19 @@ from controller.sensors.geometry import SensorError
 
 
 def add_sensor(grammar: argparse.ArgumentParser, purpose: str) -> None:
-    """Add --sensor, whose help begins with its purpose, and --wiring."""
+    """Add --sensor, whose help begins with its purpose; it takes options of the sensor."""
     add = grammar.add_argument
     text = (
         f"{purpose}: {', '.join(sensors.names())}, with options of its own, such as "
-        "virtual:seed=7,fault=dead:2,3 (default: virtual)"
+        "virtual:seed=7,fault=dead:2,3 or lines:wiring=FILE, a description of the sensor or of "
+        "what hangs on which pin: docs/sensors.md, docs/hardware.md (default: virtual)"
     )
     add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual", help=text)
-    text = (
-        "description of the sensor: docs/sensors.md; of a real or emulated orb what hangs on "
-        "which pin (default: as docs/hardware.md draws it)"
-    )
-    add("--wiring", metavar="FILE", type=Path, help=text)
 
 
-def load_skin(spec: str, wiring: Path | None) -> Sensor:
+def load_skin(spec: str) -> Sensor:
     """Return the sensor; SensorError if it does not read as the orb's skin does."""
-    sensor = sensors.load(spec, wiring=wiring)
+    sensor = sensors.load(spec)
     if not sensor.signal.ratio:
         sensor.close()
         raise SensorError(

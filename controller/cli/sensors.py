@@ -40,7 +40,7 @@ def main(
         return 0
     if options.out is not None and options.out.exists():
         raise SensorError(f"{options.out} is there already; name another file with --out")
-    with closing(sensors.load(options.sensor, wiring=options.wiring)) as sensor:
+    with closing(sensors.load(options.sensor)) as sensor:
         if options.out is not None and sensor.description is None:
             raise SensorError(f"--out is for sensors with a description; {options.sensor} has none")
         trial = _try(FrameReader(sensor, clock=clock, sleep=sleep))
@@ -106,8 +106,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Try it: controller sensors virtual",
     )
     add = grammar.add_argument
-    text = "which to try, such as lines:port=/dev/ttyACM0"
+    text = "which to try, such as lines:port=/dev/ttyACM0 or lines:wiring=FILE, its description"
     add("sensor", metavar="NAME[:KEY=VALUE,...]", nargs="?", help=text)
-    add("--wiring", metavar="FILE", type=Path, help="its description (docs/sensors.md)")
     add("--out", metavar="FILE", type=Path, help="write the description, with what was found")
     return grammar

@@ -37,7 +37,6 @@ def main(argv: Sequence[str]) -> int:
     protocol = FEW if options.add else LOCATIONS if options.places else GESTURES
     plan = SessionPlan(
         options.sensor,
-        options.wiring,
         options.out,
         options.user,
         options.session,

@@ -171,8 +171,6 @@ def sensor_of(options: RunOptions, bundle: Bundle) -> Sensor:
         path=options.replay,
         preset=options.preset,
         fault=options.fault,
-        gestures=_gestures(options),
-        wiring=options.wiring,
     )
     sensor.refuse_misfit(bundle)
     grid = sensor.geometry
@@ -182,15 +180,6 @@ def sensor_of(options: RunOptions, bundle: Bundle) -> Sensor:
             f"{bundle.rows}×{bundle.columns}; choose another with --bundle"
         )
     return sensor
-
-
-def _gestures(options: RunOptions) -> tuple[Path, ...]:
-    """Return files of gestures for the simulated hand besides the shipped ones."""
-    if options.labels is None:
-        return ()
-    from controller.bundles import vocabulary
-
-    return vocabulary.read(options.labels).files
 
 
 def welcome_of(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
@@ -239,19 +228,19 @@ def open_device(parts: Parts, session: int) -> Device:
 
 def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
     """Return the simulated hand; None if a host touches the orb, or if it is real."""
-    options = parts.options
     if parts.link.touchable or not sensor.virtual:
         return None
     from controller.capture.simulated_hand import CuedHand
     from controller.sensors.virtual import show
 
-    gestures = _gestures(options)
+    gestures = getattr(sensors.options(parts.options.sensor), "gestures", ())
+    seed = sensor.seed or 0
     if parts.plan is None:
         script = "shows every gesture; Ctrl-C ends it"
-        hand = VirtualHand(show(parts.bundle.labels, sensor.geometry, options.seed, gestures))
+        hand = VirtualHand(show(parts.bundle.labels, sensor.geometry, seed, gestures))
     else:
         script = "follows the cues"
-        hand = VirtualHand(respond=CuedHand(sensor.geometry, options.seed, gestures).obey)
+        hand = VirtualHand(respond=CuedHand(sensor.geometry, seed, gestures).obey)
     _log.info("no host touches this orb, so the simulated hand %s", script)
     return hand
 

@@ -23,12 +23,10 @@ class RunOptions:
     """Options of a plain run, as `controller --help` describes them."""
 
     sensor: str = "virtual"
-    wiring: Path | None = None
     seed: int = 1
     preset: str = "nominal"
     fault: tuple[str, ...] = ()
     bundle: Path | None = None
-    labels: Path | None = None
     mapping: Path | None = None
     link: str = PRINT
     key: Path | None = None

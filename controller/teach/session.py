@@ -57,7 +57,6 @@ class SessionPlan:
     """One session: the sensor, what is taught, and where the recording goes."""
 
     sensor: str  # NAME:KEY=VALUE,...
-    wiring: Path | None  # description of the sensor; None: the usual one
     out: Path  # folder of the recording
     user: str  # the person who teaches; "" unknown
     session: str  # name of the session
@@ -123,7 +122,6 @@ def run(plan: SessionPlan, stopped: Callable[[], bool], say: Say) -> list[Path]:
         gestures=plan.vocabulary.files,
         user=plan.user,
         day=day,
-        wiring=plan.wiring,
     )
     seeds = [sensor.seed or 0, zlib.crc32(name.encode())]  # another for each recording
     grid = (sensor.geometry.rows, sensor.geometry.columns)

@@ -48,7 +48,7 @@ def options(sensor: str, folder: Path, stack: ExitStack) -> list[str]:
         wiring.write_text(f"{GRID}addresses = [0x5A, 0x5B, 0x5C]\n")
     else:
         return ["--sensor", sensor]
-    return ["--sensor", sensor, "--wiring", str(wiring)]
+    return ["--sensor", f"{sensor}:wiring={wiring}"]
 
 
 def _printer(stack: ExitStack) -> int:

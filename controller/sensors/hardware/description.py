@@ -105,7 +105,7 @@ def read(path: Path | None, sensor: str) -> Description:
     """Return the description in a file, or raise SensorError."""
     if path is None:
         raise SensorError(
-            f"--sensor {sensor} needs a description: --wiring FILE.toml (docs/sensors.md)"
+            f"--sensor {sensor} needs a description: {sensor}:wiring=FILE.toml (docs/sensors.md)"
         )
     return config.checked(path, _description, SensorError, "docs/sensors.md")
 

@@ -79,7 +79,7 @@ def test_another_day_is_the_same_orb_and_person_with_other_noise_and_mood() -> N
 
 def test_the_orb_knows_a_vocabulary(mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = options_of(
-        ["--labels", str(mine / "gestures.toml"), "--link", "listen://127.0.0.1:0"]
+        ["--sensor", f"virtual:gestures={mine / 'knock.toml'}", "--link", "listen://127.0.0.1:0"]
     )
     parts = prepare(options)
     parts.link.close()
@@ -87,7 +87,7 @@ def test_the_orb_knows_a_vocabulary(mine: Path, capsys: pytest.CaptureFixture[st
     assert device.sensor.virtual
     device.sensor.perform(1, "knock", 2.0, 2.0, 1.0)
     device.close()
-    assert main(["--labels", str(mine / "absent.toml")]) == 2
+    assert main(["--sensor", f"virtual:gestures={mine / 'absent.toml'}"]) == 2
     assert "cannot read" in capsys.readouterr().err
 
 

@@ -71,7 +71,7 @@ def test_a_trial_finds_what_a_board_does_and_writes_it(
     board = Toucher(monkeypatch)
     first, made = tmp_path / "first.toml", tmp_path / "made.toml"
     first.write_text(f'port = "{board.port}"\nrows = 2\ncolumns = 3\nrate_hz = 50\n')
-    words = ["lines", "--wiring", str(first), "--out", str(made)]
+    words = [f"lines:wiring={first}", "--out", str(made)]
     assert sensors.main(words, clock=lambda: board.now_s, sleep=board.sleep) == 0
     board.close()
     printed = capsys.readouterr().out
@@ -113,6 +113,6 @@ def test_calibration_of_the_orb_s_skin_is_refused_to_other_sensors(
     board = Toucher(monkeypatch)
     mine = tmp_path / "mine.toml"
     mine.write_text(f'port = "{board.port}"\nrows = 2\ncolumns = 3\nrate_hz = 50\n')
-    assert main(["calibrate", "--sensor", "lines", "--wiring", str(mine)]) == 2
+    assert main(["calibrate", "--sensor", f"lines:wiring={mine}"]) == 2
     board.close()
     assert "needs no calibration; run: controller sensors" in capsys.readouterr().err

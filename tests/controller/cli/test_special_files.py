@@ -33,11 +33,6 @@ class Row:
     kinds: tuple[str, ...] = KINDS  # those that are tried
 
 
-def _vocabulary(folder: Path) -> None:
-    text = '[[gesture]]\nlabel = "wave"\nfile = "special"\n'
-    (folder / "mine.toml").write_text(text, encoding="utf-8")
-
-
 def _frames(folder: Path) -> None:
     import numpy as np
 
@@ -47,10 +42,9 @@ def _frames(folder: Path) -> None:
 
 # A new option of type Path without a row fails the first test.
 ROWS = {
-    (" ", "--wiring"): Row("--sensor emulated --wiring @"),
+    (" ", "--sensor emulated:"): Row("--sensor emulated:wiring=@"),
     (" ", "--bundle"): Row("--replay {DEMO} --bundle @"),
-    (" ", "--labels"): Row("--labels @"),
-    (" ", "a gesture's file"): Row("--labels %/mine.toml", prepare=_vocabulary),
+    (" ", "a gesture's file"): Row("--sensor virtual:gestures=@"),
     (" ", "--mapping"): Row("--replay {DEMO} --mapping @", fine=EMPTY),
     (" ", "--key"): Row("--link listen://127.0.0.1:0 --key @", fine=("missing",)),
     (" ", "--record"): Row("--record @", fine=("folder",)),
@@ -60,10 +54,9 @@ ROWS = {
     (" ", "--link hid:"): Row("--link hid:?keys=@"),
     ("teach", "--out"): Row("teach --out @", fine=NEW),
     ("teach", "--bundle"): Row("teach --out %/out --add wave --bundle @"),
-    ("teach", "--wiring"): Row("teach --out %/out --sensor emulated --wiring @"),
-    ("calibrate", "--wiring"): Row("calibrate --sensor emulated --wiring @"),
-    ("doctor", "--wiring"): Row("doctor --sensor emulated --wiring @", kinds=SLOW),
-    ("sensors", "--wiring"): Row("sensors lines --wiring @"),
+    ("teach", "--sensor emulated:"): Row("teach --out %/out --sensor emulated:wiring=@"),
+    ("doctor", "--sensor emulated:"): Row("doctor --sensor emulated:wiring=@", kinds=SLOW),
+    ("sensors", "lines:"): Row("sensors lines:wiring=@"),
     ("sensors", "--out"): Row("sensors virtual --out @"),
     ("install", "bundle"): Row("install @"),
     ("recordings", "paths"): Row("recordings @", prints=True),

@@ -328,7 +328,7 @@ def test_a_grid_that_is_no_square_is_named_in_the_options(monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("spec", "sentence"),
     [
-        ("lines", "needs a description: --wiring FILE.toml"),
+        ("lines", "needs a description: lines:wiring=FILE.toml"),
         ("lines:port=/dev/absent", "cannot open /dev/absent: there is no such port"),
         ("lines:port=tcp:nowhere", "expected is socket://ADDRESS:PORT"),
         ("lines:port=/dev/absent,rows=3", "rows=3 and columns=0 are no grid; give both"),

@@ -21,7 +21,7 @@ def rng(seed: int = 1) -> np.random.Generator:
 
 
 def plan(words: Vocabulary, protocol: str, repetitions: int) -> SessionPlan:
-    return SessionPlan("virtual", None, Path(), "", "1", words, protocol, repetitions)
+    return SessionPlan("virtual", Path(), "", "1", words, protocol, repetitions)
 
 
 def test_every_gesture_is_asked_for_as_often_and_so_are_touches_that_are_none() -> None:
