@@ -22,7 +22,7 @@ from controller.cli.sensor_options import add_sensor, rate
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import open_device, prepare
 from controller.runtime.device import Device
-from controller.runtime.loop import ORPHAN_S, Loop
+from controller.runtime.loop import ORPHAN_S, Handler, Loop
 from controller.runtime.parts import Parts, RunOptions
 from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
@@ -32,8 +32,7 @@ from controller.shared.errors import TROUBLE, UserError, complain, let_go
 from controller.shared.shutdown import Shutdown, signals
 
 if TYPE_CHECKING:
-    from controller.remote.bundle_updates import BundleUpdater
-    from controller.remote.teacher import Teacher
+    from controller.remote.bundle_updates import Exchange
 
 _log = logging.getLogger("controller")
 
@@ -88,16 +87,15 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
     """Run with these parts; return whether to continue with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
-    updater, teacher = _handlers(lambda: parts)
 
-    def exchanged(device: Device) -> bool:
-        """Take the bundle now in use, if the device can."""
+    def take_up(changed: Parts | None, device: Device) -> None:
+        """Have the device take changed parts, or end this run for a new one."""
         nonlocal parts
-        changed = updater.loaded.parts if updater is not None else None
-        if changed is not None:
+        if changed is None:
+            shutdown.renew = True
+        else:
             parts = changed
             exchange(parts, device)
-        return changed is not None
 
     loop = Loop(
         parts.link,
@@ -106,9 +104,7 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
         # A simulation or a replay begins when a host connects.
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
-        updater=updater,
-        exchange=exchanged,
-        teacher=teacher,
+        handlers=() if printing else _handlers(lambda: parts, take_up),
     )
 
     def over() -> bool:
@@ -123,16 +119,14 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
     if loop.missed:
         missed = errors.count(loop.missed, "frame")
         _log.info("missed %s; is the machine too busy?", missed)
-    return not shutdown and (shutdown.renew or (updater is not None and updater.switched))
+    return not shutdown and shutdown.renew
 
 
-def _handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater | None, Teacher | None]:
-    """Return the handlers of changes over the link; only a run with a link imports them."""
-    if current().options.link == PRINT:
-        return None, None
+def _handlers(current: Callable[[], Parts], exchange: Exchange) -> Sequence[Handler]:
+    """Return the handlers of requests over the link; only a run with a link imports them."""
     from controller.remote.handlers import handlers
 
-    return handlers(current)
+    return handlers(current, exchange)
 
 
 def _state(parts: Parts) -> str:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.recognition.images.frames import Image
+from controller.runtime.device import Device
+from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
 from controller.shared.protocol.codec import fitted
 from controller.shared.protocol.messages import (
@@ -29,6 +31,8 @@ Install = Callable[[Path], str]  # tests a file and takes it into use; returns a
 # Learns the label of the latest images, (rows, columns) each, and takes the result into use.
 Learn = Callable[[str, list[Image]], str]
 Answer = Callable[[bool, str], Message]  # of a change: whether it was made, and a sentence
+# Has a device take changed parts; None: it takes a new run.
+Exchange = Callable[[Parts | None, Device], None]
 
 BUSY: Final = "the last change is not finished; try again in a moment"
 
@@ -38,68 +42,79 @@ _log = logging.getLogger("controller")
 class Loaded(NamedTuple):
     """A bundle that is in use now, read."""
 
-    parts: Parts | None  # with it; None: the device cannot take it without a new run
+    parts: Parts | None = None  # with it; None: the device cannot take it without a new run
     reports: tuple[Message, ...] = ()  # its description
 
 
-class BundleUpdater:
-    """Handler of bundles and corrections that never blocks the loop.
+class BundleUpdater(Handler):
+    """Handler of bundles and corrections.
 
     Attributes:
-        switched: Whether a new bundle is in use, which the device has not taken yet.
-        loaded: That bundle.
+        loaded: The bundle of the latest change.
         objection: Reason that nothing can be changed, a sentence; "" if it can.
     """
 
-    switched, loaded = False, Loaded(None)
+    loaded = Loaded()
 
     def __init__(
         self,
         upload: UploadReceiver,
         install: Install,
         learn: Learn | None = None,
-        load: Callable[[], Loaded] = lambda: Loaded(None),
+        load: Callable[[], Loaded] = Loaded,
+        exchange: Exchange = lambda parts, device: None,
     ) -> None:
         """Take uploads, and corrections by `learn`; BundleError and OSError refuse one.
 
-        `load` reads the bundle in use after a change.
+        `load` reads the bundle in use after a change, on the thread; `exchange` has the device take
+        it.
         """
         self.objection = upload.objection
-        self._upload, self._install, self._learn, self._load = upload, install, learn, load
+        self._upload, self._install, self._learn = upload, install, learn
+        self._load, self._exchange = load, exchange
         self._thread: threading.Thread | None = None
         self._outcome: Message | None = None
+        self._changed = False  # whether the latest change was made
 
     @property
     def busy(self) -> bool:
         """Whether a change is under way, or its outcome has not been polled yet."""
         return self._thread is not None
 
-    def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
-        """Return the answer to a part of an upload."""
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
+        """Return the answer to a part of an upload, or to a correction."""
+        if isinstance(message, Correction):
+            return [self._correct(message, device)]
+        if not isinstance(message, UploadOffer | UploadChunk):
+            return None
         answer = self._upload.take(message)
         if self._upload.whole is not None and self._thread is None:
             self.begin(partial(self._install, self._upload.whole), _status)
-        return answer
+        return [answer]
 
-    def correct(self, message: Correction, images: list[Image]) -> UploadStatus:
-        """Begin to learn the label of the latest images, (rows, columns) each; return a status."""
-        if self._upload.objection or self._learn is None:
-            reason = self._upload.objection or "corrections are not possible here"
-            return UploadStatus(DECLINED, 0, reason)
-        if self.busy:
-            return UploadStatus(DECLINED, 0, BUSY)
-        self.begin(partial(self._learn, message.label, images), _status)
-        return UploadStatus(PROVING, 0, "learning")
-
-    def poll(self) -> Message | None:
-        """Return the outcome of a change, once, without waiting."""
+    def poll(self, device: Device) -> Sequence[Message]:
+        """Have the device take a changed bundle; return its description and the outcome."""
         if self._thread is None or self._thread.is_alive():
-            return None
+            return ()
         self._thread = None
         if self._upload.whole is not None:  # else it was a correction
             self._upload.remove()
-        outcome, self._outcome = self._outcome, None
-        return outcome
+        assert self._outcome is not None
+        if not self._changed:
+            return [self._outcome]
+        self._exchange(self.loaded.parts, device)
+        return [*self.loaded.reports, self._outcome]
+
+    def _correct(self, message: Correction, device: Device) -> UploadStatus:
+        """Begin to learn the label of the latest images; return a status."""
+        if self.objection or self._learn is None:
+            reason = self.objection or "corrections are not possible here"
+            return UploadStatus(DECLINED, 0, reason)
+        if self.busy:
+            return UploadStatus(DECLINED, 0, BUSY)
+        self.begin(partial(self._learn, message.label, device.recent()), _status)
+        device.note("correct", message.label or "take back")
+        return UploadStatus(PROVING, 0, "learning")
 
     def begin(self, work: Callable[[], str], answer: Answer) -> None:
         """Begin a change that returns a sentence; `answer` makes the message of its outcome."""
@@ -110,11 +125,11 @@ class BundleUpdater:
         self._thread.start()
 
     def _do(self, work: Callable[[], str], answer: Answer) -> None:
-        done = False
+        self._changed = False
         try:
             text = work()
             self.loaded = self._load()
-            self.switched = done = True
+            self._changed = True
         except OSError as error:
             text = f"the orb cannot keep it: {error.strerror or error}"
         except ValueError as error:  # BundleError is one
@@ -122,7 +137,7 @@ class BundleUpdater:
         except Exception as error:  # the host needs an answer in any case
             _log.exception("a bundle could not be taken into use")
             text = f"{type(error).__name__} on the orb; see its log"
-        self._outcome = answer(done, fitted(text, MAX_SENTENCE))
+        self._outcome = answer(self._changed, fitted(text, MAX_SENTENCE))
 
 
 def _status(done: bool, text: str) -> Message:

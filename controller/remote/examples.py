@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from controller.adapt.symmetry import guess
 from controller.recognition.images.frames import Image
 from controller.remote.worker import Worker
 from controller.runtime.device import Device
+from controller.runtime.loop import Handler
 from controller.shared import files, leftovers, npz
 from controller.shared.aliases import Images
 from controller.shared.errors import UserError, reason
@@ -166,28 +167,28 @@ class _Open:
     end: int | None = None  # and the one after its last; None: it has not ended
 
 
-class ExampleTaker:
+class ExampleTaker(Handler):
     """Cuts the host's examples from the images of a device, and has a worker keep them."""
 
     def __init__(self, store: ExampleStore, worker: Worker) -> None:
         self._store, self._worker = store, worker
         self._open: _Open | None = None
 
-    def take(
-        self, message: ExampleStart | ExampleEnd | ExampleDrop, device: Device
-    ) -> list[Message]:
-        """Take a request, and return messages that answer it at once."""
-        if isinstance(message, ExampleStart):
-            return self._start(message, device)
-        if isinstance(message, ExampleDrop):
-            self._worker.begin(partial(self._drop, message.number))
-        elif self._open is not None and self._open.number == message.number:
-            self._open.end = device.image_count
-            if not message.keep:
-                self._open = None
-        return []
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
+        """Begin, end or drop an example."""
+        match message:
+            case ExampleStart():
+                return self._start(message, device)
+            case ExampleDrop():
+                return self._worker.begin(partial(self._drop, message.number))
+            case ExampleEnd():
+                if self._open is not None and self._open.number == message.number:
+                    self._open.end = device.image_count
+                    self._open = self._open if message.keep else None
+                return []
+        return None
 
-    def poll(self, device: Device) -> list[Message]:
+    def poll(self, device: Device) -> Sequence[Message]:
         """Have an example kept once all of its images are there."""
         one = self._open
         if one is None:
@@ -202,9 +203,8 @@ class ExampleTaker:
         if one.end is None:
             return [untaken(one.number, one.label, _TOO_LONG)]
         images = device.images(one.first, device.image_count)
-        if self._worker.begin(partial(self._keep, one, images, rate_hz)):
-            return []
-        return [untaken(one.number, one.label, "the disk is too slow; make it again in a moment")]
+        slow = untaken(one.number, one.label, "the disk is too slow; make it again in a moment")
+        return self._worker.begin(partial(self._keep, one, images, rate_hz), slow)
 
     def _start(self, message: ExampleStart, device: Device) -> list[Message]:
         if message.number in self._store.pending:

@@ -1,6 +1,6 @@
 """Messages that describe the bundle in use: Vocabulary, GestureInfo and UserInfo."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -12,14 +12,22 @@ from controller.adapt.lessons import Lessons
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary
 from controller.bundles.bundle import Bundle
+from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore
 from controller.recognition.mapping import NONE, Mapping, Rule
-from controller.remote.examples import firmest, image_bytes
+from controller.remote.examples import ExampleStore, firmest, image_bytes
+from controller.remote.worker import Worker, failed
+from controller.runtime.assemble import bundle_path
+from controller.runtime.device import Device
+from controller.runtime.loop import Handler
+from controller.runtime.parts import Parts
 from controller.shared.protocol.codec import ProtocolError, fitted
+from controller.shared.protocol.messages import Message
 from controller.shared.protocol.packets import encode
 from controller.shared.protocol.teaching import (
     MOST_RULES,
     CommandRule,
+    Describe,
     GestureInfo,
     UserInfo,
     Vocabulary,
@@ -30,6 +38,50 @@ _FOLDER: Final = 255
 _SHIPPED: Final = (bundles.default_path(), bundles.default_path(bundles.SLOW_HZ))
 _OBJECTION: Final = 200
 _FEW: Final = 40  # bytes of it where labels and commands fill the packet
+
+
+class Describer(Handler):
+    """Handler of Describe, and of all that the worker has done."""
+
+    def __init__(
+        self,
+        current: Callable[[], Parts],
+        worker: Worker,
+        examples: ExampleStore,
+        folder: Path,
+        objection: str,
+    ) -> None:
+        """Describe the current parts, and the pending examples unless there is an objection."""
+        self._current, self._worker, self._examples = current, worker, examples
+        self._folder, self._objection = folder, objection
+
+    def describe(self, parts: Parts) -> tuple[Message, ...]:
+        """Return the description of the parts; BundleError, OSError."""
+        path = bundle_path(parts.options)
+        return reports(path, parts.mapping, self._folder, self._objection)
+
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
+        """Begin a description."""
+        return self._worker.begin(self._described) if isinstance(message, Describe) else None
+
+    def poll(self, device: Device) -> Sequence[Message]:
+        """Return the worker's messages; a description of former gestures is made again."""
+        messages = self._worker.poll()
+        labels = self._current().bundle.labels
+        if all(not isinstance(m, Vocabulary) or m.labels == labels for m in messages):
+            return messages
+        kept = [m for m in messages if not isinstance(m, Vocabulary | GestureInfo | UserInfo)]
+        return kept + self._worker.begin(self._described)
+
+    def _described(self) -> Iterable[Message]:
+        try:
+            described = self.describe(self._current())
+        except (BundleError, OSError) as error:
+            return [failed(str(error))]
+        if self._objection:
+            return described
+        pending = sorted(self._examples.pending.values(), key=lambda one: one.number)
+        return [*described, *(self._examples.report(one) for one in pending)]
 
 
 def reports(

@@ -1,4 +1,4 @@
-"""Handlers of a host's requests that change the bundle in use, for one run."""
+"""Handlers of a host's requests for one run; the loop offers each request to all of them."""
 
 from __future__ import annotations
 
@@ -14,29 +14,25 @@ from controller.bundles.deploy.install import install
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.recognition.images.frames import Image
-from controller.remote.bundle_updates import BundleUpdater, Loaded
-from controller.remote.teacher import Teacher
+from controller.remote.bundle_updates import BundleUpdater, Exchange, Loaded
+from controller.remote.examples import ExampleStore, ExampleTaker
+from controller.remote.gesture_reports import Describer
+from controller.remote.link_check import LinkCheck
+from controller.remote.link_recording import LinkRecording
+from controller.remote.teacher import Refusal, Teacher
+from controller.remote.worker import Worker
+from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
 from controller.runtime.renewal import refreshed
+from controller.shared import files
 from controller.shared.errors import UserError
 
 _log = logging.getLogger("controller")
 
 
-def handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater, Teacher]:
-    """Return the handlers of changes of the current parts."""
-    parts = current()
-    objection = ""
-    if parts.options.replay is not None:
-        objection = "this orb replays a recording, so it cannot be changed"
-    elif not parts.link.authenticated:
-        objection = (
-            "this link does not authenticate its hosts; give orb and host the same --key FILE, or "
-            "copy the bundle to the orb and run `controller install` there"
-        )
-    elif parts.options.bundle is not None:
-        objection = "this orb was started with a --bundle of its own"
-    store = BundleStore()
+def handlers(current: Callable[[], Parts], exchange: Exchange) -> list[Handler]:
+    """Return the handlers of requests; `exchange` has a device take changed parts."""
+    store, objection = BundleStore(), _objection(current())
 
     def take_into_use(path: Path, corrects: str | None = None) -> str:
         return install(path, store, other_sensor=False, report=_log.info, corrects=corrects)
@@ -54,8 +50,35 @@ def handlers(current: Callable[[], Parts]) -> tuple[BundleUpdater, Teacher]:
         except UserError:  # such as a --mapping with a gesture that it lacks
             store.use(store.record().previous or "")
             raise
-        return Loaded(new, () if new is None else teacher.describe(new))
+        return Loaded(new, () if new is None else describer.describe(new))
 
-    handler = BundleUpdater(UploadReceiver(store.folder, objection), take_into_use, learn, load)
-    teacher = Teacher(handler, current, store, take_into_use)
-    return handler, teacher
+    upload = UploadReceiver(store.folder, objection)
+    updater = BundleUpdater(upload, take_into_use, learn, load, exchange)
+    folder, worker, bundle = files.data_folder() / "teaching", Worker(), current().bundle
+    grid = bundle.rows, bundle.columns
+    examples = ExampleStore(folder / "examples", grid, bundle.rate_hz)
+    describer = Describer(current, worker, examples, folder, objection)
+    if objection:
+        return [updater, describer, Refusal(objection)]
+    return [
+        updater,
+        describer,
+        LinkRecording(folder / "recordings", worker, current),
+        ExampleTaker(examples, worker),
+        LinkCheck(current),
+        Teacher(updater, current, store, take_into_use, folder, worker, examples),
+    ]
+
+
+def _objection(parts: Parts) -> str:
+    """Return the reason that nothing can be changed, a sentence; "" if it can."""
+    if parts.options.replay is not None:
+        return "this orb replays a recording, so it cannot be changed"
+    if not parts.link.authenticated:
+        return (
+            "this link does not authenticate its hosts; give orb and host the same --key FILE, or "
+            "copy the bundle to the orb and run `controller install` there"
+        )
+    if parts.options.bundle is not None:
+        return "this orb was started with a --bundle of its own"
+    return ""

@@ -7,11 +7,11 @@ for itself, the measurements of the wiring, is left to `controller doctor`.
 from __future__ import annotations
 
 import queue
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -22,6 +22,10 @@ from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.skin_checks import CALIBRATION_S, IDLE_S
 from controller.recognition.images.frames import Frame
 from controller.remote.worker import Worker
+from controller.runtime.assemble import bundle_path
+from controller.runtime.device import Device
+from controller.runtime.loop import Handler
+from controller.runtime.parts import Parts
 from controller.sensors.geometry import SensorError
 from controller.shared import files
 from controller.shared.aliases import Frames
@@ -29,9 +33,6 @@ from controller.shared.errors import reason
 from controller.shared.protocol.codec import fitted
 from controller.shared.protocol.messages import Message
 from controller.shared.protocol.teaching import Check, CheckRow, CheckStep
-
-if TYPE_CHECKING:
-    from controller.runtime.device import Device
 
 _AWAY_S: Final = 5.0  # without a frame
 _LOOK_S: Final = 0.25  # of frames, whose mean tells whether a finger is down
@@ -117,23 +118,30 @@ class AskedFinger(Finger):
         return False
 
 
-class LinkCheck:
+class LinkCheck(Handler):
     """The check under way, if there is one."""
 
-    def __init__(self) -> None:
+    def __init__(self, current: Callable[[], Parts]) -> None:
+        self._current = current
         self._worker = Worker()
         self._watch: LiveFrames | None = None
-        self.poll = self._worker.poll
 
-    def take(self, message: Check, device: Device, bundle: Path) -> list[Message]:
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
         """Start or stop a check; its messages come from `poll`."""
+        if not isinstance(message, Check):
+            return None
         if self._watch is not None:
             self._watch.stop()
         self._watch = None
         if message.on:
             self._watch = LiveFrames(device)
+            bundle = bundle_path(self._current().options)
             self._worker.begin(partial(_messages, self._watch, bundle, self._worker.tell))
         return []
+
+    def poll(self, device: Device) -> Sequence[Message]:
+        """Return new messages, oldest first."""
+        return self._worker.poll()
 
 
 def _messages(watch: LiveFrames, bundle: Path, tell: Tell) -> Iterator[Message]:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder
 from controller.recordings.recording import RecordingError
 from controller.remote.worker import Worker
 from controller.runtime import recording_session
+from controller.runtime.device import Device
+from controller.runtime.loop import Handler
+from controller.runtime.parts import Parts
 from controller.shared import leftovers
 from controller.shared.errors import reason
 from controller.shared.leftovers import is_free
@@ -19,31 +22,29 @@ from controller.shared.protocol.codec import fitted
 from controller.shared.protocol.messages import MAX_SENTENCE, Message
 from controller.shared.protocol.teaching import Record, RecordingStatus, RecordLabel
 
-if TYPE_CHECKING:
-    from controller.runtime.device import Device
-    from controller.runtime.parts import Parts
-
 MOST_S: Final = 1800.0  # of one recording
 MOST_BYTES: Final = 200 << 20  # of all
 _NONE: Final = "nothing is recorded now"
 
 
-class LinkRecording:
+class LinkRecording(Handler):
     """The recording under way, if there is one; files are sealed by a worker."""
 
-    def __init__(self, folder: Path, worker: Worker) -> None:
+    def __init__(self, folder: Path, worker: Worker, current: Callable[[], Parts]) -> None:
         """Record into a folder, which need not exist."""
-        self.folder, self._worker = folder, worker
+        self._folder, self._worker, self._current = folder, worker, current
         self._recorder: SessionRecorder | None = None
         self._bundle, self._since_s = "", 0.0
 
-    def take(self, message: Record | RecordLabel, device: Device, parts: Parts) -> list[Message]:
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
         """Start or stop a recording, or label its next frames; return the answer."""
+        if not isinstance(message, Record | RecordLabel):
+            return None
         own = self._recorder is not None and device.recorder is self._recorder
         if isinstance(message, Record) and message.on:
             if device.recorder is not None:
                 return [_status(device.recorder.path, on=True)]
-            return [self._start(device, parts)]
+            return [self._start(device, self._current())]
         if not own:
             started = device.recorder is not None
             return [_status("this recording began with the orb" if started else _NONE, on=started)]
@@ -57,33 +58,24 @@ class LinkRecording:
             device.note("cue", "rest" if message.label == "null" else f"go {message.label}")
         return []
 
-    def poll(self, device: Device, bundle: str) -> None:
-        """End a recording that is too long, or whose bundle is not in use any more; by its hash."""
+    def poll(self, device: Device) -> Sequence[Message]:
+        """End a recording that is too long, or whose bundle is not in use any more."""
         if self._recorder is None:
-            return
+            return ()
         if device.recorder is not self._recorder:
             self._recorder = None  # a device closes its recording
-        elif bundle != self._bundle:
+        elif self._current().bundle.hash != self._bundle:
             self._stop(device, "the gestures have changed, so the recording ended: ")
         elif device.now_s - self._since_s > MOST_S or self._recorder.full:
             self._stop(device, "that is long enough, so the recording ended: ")
-
-    def delete(self) -> int:
-        """Delete all recordings but the one under way, and what a crash left; return the number."""
-        if not self.folder.is_dir():
-            return 0
-        leftovers.sweep(self.folder, age_s=0.0)
-        found = [path for path in self.folder.iterdir() if path.is_file() and is_free(path)]
-        for path in found:
-            path.unlink(missing_ok=True)
-        return len(found)
+        return ()
 
     def _start(self, device: Device, parts: Parts) -> Message:
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            if sum(path.stat().st_size for path in self.folder.iterdir()) > MOST_BYTES:
-                raise RecordingError(f"{self.folder} is full; delete recordings there")
-            runs = RunFiles(self.folder, parts.options.user, parts.options.session)
+            self._folder.mkdir(parents=True, exist_ok=True)
+            if sum(path.stat().st_size for path in self._folder.iterdir()) > MOST_BYTES:
+                raise RecordingError(f"{self._folder} is full; delete recordings there")
+            runs = RunFiles(self._folder, parts.options.user, parts.options.session)
             self._recorder = device.recorder = SessionRecorder(
                 recording_session.begin(parts, runs, device.sensor),
                 device.pipeline,
@@ -101,6 +93,17 @@ class LinkRecording:
         recorder, self._recorder, device.recorder = self._recorder, None, None
         assert recorder is not None
         self._worker.begin(partial(_seal, recorder, why))
+
+
+def delete(folder: Path) -> int:
+    """Delete all recordings in a folder but the one under way; return how many."""
+    if not folder.is_dir():
+        return 0
+    leftovers.sweep(folder, age_s=0.0)
+    found = [path for path in folder.iterdir() if path.is_file() and is_free(path)]
+    for path in found:
+        path.unlink(missing_ok=True)
+    return len(found)
 
 
 def _seal(recorder: SessionRecorder, why: str) -> Iterable[Message]:

@@ -6,9 +6,12 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from controller.shared.protocol.messages import Message
+from controller.shared.protocol.codec import fitted
+from controller.shared.protocol.messages import MAX_SENTENCE, Message
+from controller.shared.protocol.teaching import FAILED, LearnStatus
 
 MOST: Final = 64  # works that may wait
+BUSY: Final = "the orb is still busy with what came before; try again in a moment"
 
 Work = Callable[[], Iterable[Message]]  # returns the messages about its outcome
 
@@ -23,15 +26,15 @@ class Worker:
         self._done: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
 
-    def begin(self, work: Work) -> bool:
-        """Add a work; return False if too many wait, and it is dropped."""
+    def begin(self, work: Work, refusal: Message | None = None) -> list[Message]:
+        """Add a work; return the refusal, or that the orb is busy, if too many wait."""
         if self._todo.qsize() >= MOST:
-            return False
+            return [refusal or failed(BUSY)]
         self._todo.put(work)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="files", daemon=True)
             self._thread.start()
-        return True
+        return []
 
     def tell(self, message: Message) -> None:
         """Add a message before those that a work returns later; for works."""
@@ -49,3 +52,8 @@ class Worker:
                     self._done.put(message)
             except Exception:  # the thread goes on
                 _log.exception("the orb could not do that")
+
+
+def failed(why: str) -> Message:
+    """Return the outcome of a request that was refused, or has failed, for a reason."""
+    return LearnStatus(FAILED, 1.0, fitted(why, MAX_SENTENCE))

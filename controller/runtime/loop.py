@@ -7,30 +7,22 @@ orb in granted time, exactly the granted time.
 from __future__ import annotations
 
 import logging
+from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Sequence
+from typing import Final
 
 from controller.links.base import Link, LogLimit
 from controller.runtime.device import Device
 from controller.shared.protocol.messages import (
-    PROVING,
     Bye,
     Contacts,
-    Correction,
     Grant,
     Granted,
     Hello,
     Message,
     Perform,
-    UploadChunk,
-    UploadOffer,
 )
-from controller.shared.protocol.teaching import TEACHING
-
-if TYPE_CHECKING:
-    from controller.remote.bundle_updates import BundleUpdater
-    from controller.remote.teacher import Teacher
 
 ORPHAN_S: Final = 10.0  # time for which a virtual orb outlives the host that started it
 GRANT_LIMIT_MS: Final = 60_000  # limit of one grant; hosts grant 100 ms at a time
@@ -38,6 +30,18 @@ _IDLE_S: Final = 0.25  # longest wait between two checks of signals
 _RATE_FRAMES: Final = 20  # the measured rate is the mean over these
 
 _log = logging.getLogger("controller")
+
+
+class Handler(ABC):
+    """Handler of some of a host's requests, on the loop's thread; no method waits."""
+
+    @abstractmethod
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
+        """Return what answers a request at once, or None if it is for another handler."""
+
+    def poll(self, device: Device) -> Sequence[Message]:
+        """Return new messages, oldest first."""
+        return ()
 
 
 class Loop:
@@ -51,9 +55,7 @@ class Loop:
         *,
         await_host: bool = False,
         orphan_s: float | None = None,
-        updater: BundleUpdater | None = None,
-        exchange: Callable[[Device], bool] = lambda device: False,
-        teacher: Teacher | None = None,
+        handlers: Sequence[Handler] = (),
     ) -> None:
         """Prepare to run.
 
@@ -63,9 +65,7 @@ class Loop:
             clock: Seconds that never go back, such as `time.monotonic`.
             await_host: Begin when a host connects, instead of now.
             orphan_s: End after this time without a host; None: never.
-            updater: Handler of bundles and corrections from the host.
-            exchange: Replaces the bundle of a device by that in use; False: it takes a new run.
-            teacher: Handler of the messages of `controller.shared.protocol.teaching`.
+            handlers: Handlers of requests; each request is offered to one after the other.
         """
         self.missed = 0  # frames skipped because they were late
         self.device: Device | None = None
@@ -74,7 +74,7 @@ class Loop:
         self._clock = clock
         self._await_host = await_host
         self._orphan_s = orphan_s
-        self._updater, self._exchange, self._teacher = updater, exchange, teacher
+        self._handlers = tuple(handlers)
         self._log_limit = LogLimit()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
@@ -97,10 +97,9 @@ class Loop:
                 elif self._orphan_s is not None and self._clock() - seen_s > self._orphan_s:
                     _log.info("no host for %g s, so this orb ends", self._orphan_s)
                     break
-                if self._updater is not None and self._update(self._updater):
-                    break
-                if self._teacher is not None and self.device is not None:
-                    self._send_all(self._teacher.poll(self.device))
+                if self.device is not None:
+                    for handler in self._handlers:
+                        self._send_all(handler.poll(self.device))
                 if self.device is None or (self._granted and self.device.due is not None):
                     self._link.wait(_IDLE_S)
                 elif not self._turn(self.device):
@@ -108,18 +107,7 @@ class Loop:
         finally:
             self._end()
 
-    def _update(self, updater: BundleUpdater) -> bool:
-        """Take a new bundle, and send the outcome; return whether it needs a new run."""
-        outcome = updater.poll()
-        if outcome is None:
-            return False
-        if updater.switched and self.device is not None and self._exchange(self.device):
-            updater.switched = False
-            self._send_all(updater.loaded.reports)
-        self._link.send(outcome, self._now_ms())
-        return updater.switched
-
-    def _send_all(self, messages: Iterable[Message]) -> None:
+    def _send_all(self, messages: Sequence[Message]) -> None:
         for message in messages:
             self._link.send(message, self._now_ms())
 
@@ -150,20 +138,8 @@ class Loop:
                 self._begin(granted=message.granted)
             else:
                 self.device.greet(self._elapsed_s())
-        elif isinstance(message, UploadOffer | UploadChunk):
-            if self._updater is not None:
-                self._link.send(self._updater.take(message), self._now_ms())
         elif self.device is None:
             return
-        elif isinstance(message, Correction):
-            if self._updater is not None:
-                answer = self._updater.correct(message, self.device.recent())
-                if answer.state == PROVING:  # a refused correction leaves no mark
-                    self.device.note("correct", message.label or "take back")
-                self._link.send(answer, self._now_ms())
-        elif isinstance(message, TEACHING):
-            if self._teacher is not None:
-                self._send_all(self._teacher.take(message, self.device))
         elif isinstance(message, Bye):
             if not self._granted:  # granted time has stopped; that of the next host begins at 0
                 self.device.lift(self._elapsed_s())
@@ -173,6 +149,9 @@ class Loop:
         elif isinstance(message, Contacts | Perform):
             device = self.device
             device.request(message, device.now_s if self._granted else self._elapsed_s())
+        else:
+            answers = (handler.take(message, self.device) for handler in self._handlers)
+            self._send_all(next((each for each in answers if each is not None), ()))
 
     def _advance_to(self, device: Device, until_ms: int, stopped: Callable[[], bool]) -> None:
         """Advance exactly to the granted time, and acknowledge it after all its messages."""

@@ -26,8 +26,7 @@ from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import RECORD, BundleStore, StoredBundle, name_of
 from controller.recordings import journal_file
 from controller.recordings.recording import RecordingError
-from controller.remote.link_recording import LinkRecording
-from controller.remote.worker import Worker
+from controller.remote import link_recording
 from controller.shared import leftovers
 
 from .killed_recordings import AT_ONCE, Life, kill, record, seal
@@ -99,7 +98,7 @@ def recordings(count: int, draw: random.Random) -> list[str]:
                 for journal in journal_file.leftovers(folder) if draw.random() < 0.5 else ():
                     with suppress(RecordingError):  # it holds no frame yet
                         journal_file.recover(journal)
-                LinkRecording(folder, Worker()).delete()
+                link_recording.delete(folder)
                 left += [str(path) for path in folder.rglob("*")]
             say(f"{number + AT_ONCE} programs that recorded were killed; left: {len(left)} files")
     return left

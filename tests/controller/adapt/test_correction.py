@@ -1,6 +1,6 @@
 """Corrections: the latest touch is learned under another label while play goes on."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from controller.recordings import reader
 from controller.remote.bundle_updates import BundleUpdater
 from controller.runtime.assemble import open_device, prepare
 from controller.runtime.device import Device
+from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange, refreshed
 from controller.shared.protocol.messages import (
@@ -28,6 +29,7 @@ from controller.shared.protocol.messages import (
     Contact,
     Contacts,
     Correction,
+    Message,
     Telemetry,
     UploadStatus,
 )
@@ -114,22 +116,29 @@ def test_the_loop_hears_at_once_and_again_at_the_outcome(tmp_path: Path, problem
             raise AdaptError(problem)
         return "learned"
 
-    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
-    told = clerk.correct(Correction("pinch"), list(images()))
-    assert told == UploadStatus(PROVING, 0, "learning")
+    changed: list[object] = []
+    clerk = BundleUpdater(
+        UploadReceiver(tmp_path),
+        lambda path: "",
+        learn,
+        exchange=lambda parts, device: changed.append(parts),
+    )
+    device = Bench().open()
+    assert clerk.take(Correction("pinch"), device) == [UploadStatus(PROVING, 0, "learning")]
     assert clerk._thread is not None
     clerk._thread.join()
     end = UploadStatus(DECLINED, 0, problem) if problem else UploadStatus(IN_USE, 0, "learned")
-    assert clerk.poll() == end
-    assert asked == [("pinch", 40)]
-    assert clerk.switched is not bool(problem)
+    assert clerk.poll(device) == [end]
+    assert asked == [("pinch", 0)]
+    assert changed == ([] if problem else [None])
 
 
 def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path) -> None:
     clerk = BundleUpdater(
         UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
     )
-    assert clerk.correct(Correction("pinch"), []) == UploadStatus(DECLINED, 0, "no key")
+    answers = clerk.take(Correction("pinch"), Bench().open())
+    assert answers == [UploadStatus(DECLINED, 0, "no key")]
 
 
 def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
@@ -151,36 +160,38 @@ def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
     assert keys.told(40.0, words) == ""
 
 
-class Patient(BundleUpdater):
+class Patient(Handler):
     """A clerk that answers at once, and has learned at the twentieth look."""
 
     def __init__(self) -> None:
-        self.switched = False
         self.given: list[tuple[str, int]] = []
         self.looks = 20
 
-    def correct(self, message: Correction, images: list[np.ndarray]) -> UploadStatus:
-        self.given.append((message.label, len(images)))
-        return UploadStatus(PROVING, 0, "learning")
-
-    def poll(self) -> UploadStatus | None:
-        self.looks -= bool(self.given)
-        if self.looks or self.switched:
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
+        if not isinstance(message, Correction):
             return None
-        self.switched = True
-        return UploadStatus(IN_USE, 0, "learned")
+        self.given.append((message.label, len(device.recent())))
+        return [UploadStatus(PROVING, 0, "learning")]
+
+    def poll(self, device: Device) -> Sequence[Message]:
+        self.looks -= bool(self.given)
+        return [] if self.looks else [UploadStatus(IN_USE, 0, "learned")]
 
 
-@pytest.mark.parametrize("exchanged", [False, True])
-def test_the_loop_hands_over_the_latest_images_and_switches(exchanged: bool) -> None:
-    """It never waits; a device that cannot exchange its networks ends the loop."""
+class Deaf(Handler):
+    """Takes nothing."""
+
+    def take(self, message: Message, device: Device) -> Sequence[Message] | None:
+        return None
+
+
+def test_the_loop_offers_a_request_to_its_handlers_and_never_waits() -> None:
     bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correction("pinch")))
-    clerk = bench.loop._updater = Patient()
-    bench.loop._exchange = lambda device: exchanged
+    clerk, second = Patient(), Patient()
+    bench.loop._handlers = (Deaf(), clerk, second)
     bench.run(20.0)
     assert clerk.given == [("pinch", 40)]  # four seconds of images
-    assert (bench.world.now_s - bench.world.start_s < 10.0) is not exchanged
-    assert len(bench.sensors) == 1
+    assert not second.given
     said = bench.messages(UploadStatus)
     assert said == [UploadStatus(PROVING, 0, "learning"), UploadStatus(IN_USE, 0, "learned")]
     frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]

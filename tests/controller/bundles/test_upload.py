@@ -39,6 +39,7 @@ from host.connection.bundle_upload import (
     REPEATS,
     BundleUpload,
 )
+from tests.support.loop_bench import Bench
 
 DATA = np.random.default_rng(1).bytes(40 * PIECE + 123)
 WELCOME = Welcome(
@@ -155,12 +156,14 @@ def test_one_unfinished_delivery_is_kept_not_many(tmp_path: Path) -> None:
 
 
 def hand_over(clerk: BundleUpdater, data: bytes) -> UploadStatus:
-    clerk.take(UploadOffer(hashlib.sha256(data).digest(), len(data), "new.orb"))
-    answer = clerk.take(UploadChunk(0, data))
+    device = Bench().open()
+    clerk.take(UploadOffer(hashlib.sha256(data).digest(), len(data), "new.orb"), device)
+    (answer,) = clerk.take(UploadChunk(0, data), device) or ()
+    assert isinstance(answer, UploadStatus)
     assert answer.state == PROVING
     assert clerk._thread is not None
     clerk._thread.join()
-    outcome = clerk.poll()
+    (outcome,) = clerk.poll(device)
     assert isinstance(outcome, UploadStatus)
     return outcome
 
@@ -172,10 +175,13 @@ def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path)
         seen.append(path.read_bytes())
         return "it is in use"
 
-    clerk = BundleUpdater(UploadReceiver(tmp_path), install)
-    assert clerk.poll() is None
+    changed: list[object] = []
+    clerk = BundleUpdater(
+        UploadReceiver(tmp_path), install, exchange=lambda parts, device: changed.append(parts)
+    )
+    assert not clerk.poll(Bench().open())
     assert hand_over(clerk, b"bundle") == UploadStatus(IN_USE, 0, "it is in use")
-    assert clerk.switched
+    assert changed == [None]
     assert seen == [b"bundle"]
     assert not list((tmp_path / INCOMING).iterdir())
 
@@ -195,12 +201,15 @@ def test_every_error_on_the_orb_is_answered(tmp_path: Path, error: Exception, to
     def install(path: Path) -> str:
         raise error
 
-    clerk = BundleUpdater(UploadReceiver(tmp_path), install)
+    changed: list[object] = []
+    clerk = BundleUpdater(
+        UploadReceiver(tmp_path), install, exchange=lambda parts, device: changed.append(parts)
+    )
     outcome = hand_over(clerk, b"bundle")
     encode(outcome, session=1, sequence=1, t_ms=0)  # it fits in a packet
     assert outcome.state == DECLINED
     assert told in outcome.text
-    assert not clerk.switched
+    assert not changed
     assert hand_over(clerk, b"another").state == DECLINED  # and it takes the next one
 
 

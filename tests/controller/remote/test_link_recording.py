@@ -12,9 +12,8 @@ from controller.recordings import journal_file
 from controller.recordings.journal_file import JournalFile
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance, RecordingError
+from controller.remote import link_recording
 from controller.remote.examples import ExampleStore, PendingExample
-from controller.remote.link_recording import LinkRecording
-from controller.remote.worker import Worker
 from tests.support.killed import at_each_call
 
 IMAGES = np.ones((30, 5, 5), np.float32)
@@ -24,16 +23,15 @@ def test_delete_all_leaves_nothing_but_the_recording_under_way(tmp_path: Path) -
     for name in ("one.npz", "crashed.journal", ".two.npz.0123abcd"):
         (tmp_path / name).write_bytes(b"of a person")
     running = JournalFile(tmp_path / "now.journal")
-    recordings = LinkRecording(tmp_path, Worker())
-    assert recordings.delete() == 2  # and what replaces a file is no recording
+    assert link_recording.delete(tmp_path) == 2  # and what replaces a file is no recording
     assert [path.name for path in tmp_path.iterdir()] == ["now.journal"]
     running.close()
-    assert recordings.delete() == 1
+    assert link_recording.delete(tmp_path) == 1
     assert not list(tmp_path.iterdir())
 
 
 def test_where_nothing_was_recorded_nothing_is_deleted(tmp_path: Path) -> None:
-    assert LinkRecording(tmp_path / "none", Worker()).delete() == 0
+    assert link_recording.delete(tmp_path / "none") == 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
@@ -42,7 +40,7 @@ def test_nothing_of_a_recording_is_left_wherever_its_program_was_killed(
     tmp_path: Path, recovered: bool
 ) -> None:
     origin = Provenance("test", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "")
-    recordings, killed = LinkRecording(tmp_path, Worker()), 0
+    killed = 0
 
     def work() -> None:
         recorder = Recorder(tmp_path / "one.npz", origin, {})
@@ -50,12 +48,12 @@ def test_nothing_of_a_recording_is_left_wherever_its_program_was_killed(
             recorder.add(IMAGES[0], number / 10.0, number)
         recorder.close()
 
-    for _ in at_each_call(work, recordings.delete):
+    for _ in at_each_call(work, lambda: link_recording.delete(tmp_path)):
         killed += 1
         for journal in journal_file.leftovers(tmp_path) if recovered else ():
             with suppress(RecordingError):  # it holds no frame yet
                 journal_file.recover(journal)
-        recordings.delete()
+        link_recording.delete(tmp_path)
         assert not list(tmp_path.iterdir())
     assert killed > 8
 

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -16,10 +17,11 @@ from controller.cli.run import options_of
 from controller.recordings import reader
 from controller.remote import examples, link_recording
 from controller.remote.bundle_updates import BundleUpdater
+from controller.remote.gesture_reports import Describer
 from controller.remote.handlers import handlers
-from controller.remote.teacher import Teacher
 from controller.runtime.assemble import TOKEN, open_device, prepare
 from controller.runtime.device import Device
+from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange
 from controller.shared.protocol.messages import Contact, Message
@@ -52,6 +54,7 @@ from tests.controller.adapt.test_correction import SHIPPED, copied, images
 from tests.support.waiting import until
 
 FINGER = Contact(1, 2.0, 2.0, 9.0, 7.0)
+H = TypeVar("H", bound=Handler)
 
 
 @dataclass
@@ -60,23 +63,38 @@ class Orb:
 
     parts: Parts
     device: Device
-    updater: BundleUpdater
-    teacher: Teacher
+    handlers: list[Handler]
+    changed: list[Parts | None]
 
     def run(self, seconds: float, *fingers: Contact) -> list[Message]:
         self.device.sensor.touch(fingers, self.device.now_s)
         said: list[Message] = []
         for _ in range(round(seconds * 10.0)):
             self.device.advance(10.0)
-            said += self.teacher.poll(self.device)
+            said += self.poll()
         return said
 
+    def poll(self) -> list[Message]:
+        return [message for each in self.handlers for message in each.poll(self.device)]
+
     def ask(self, message: Message) -> list[Message]:
-        return self.teacher.take(message, self.device)
+        answers = (each.take(message, self.device) for each in self.handlers)
+        return list(next(answer for answer in answers if answer is not None))
+
+    def outcome(self) -> LearnStatus:
+        """Wait for the outcome of a change; its description comes before it."""
+        said = until(lambda: self.only(BundleUpdater).poll(self.device))
+        assert isinstance(said[-1], LearnStatus)
+        return said[-1]
+
+    def only(self, kind: type[H]) -> H:
+        """Return the one handler of a kind."""
+        (one,) = (each for each in self.handlers if isinstance(each, kind))
+        return one
 
     def answer(self) -> Message:
         """Wait for the next message of the worker."""
-        said: list[Message] = until(lambda: self.teacher.poll(self.device))
+        said: list[Message] = until(self.poll)
         return said[0]
 
     def example(self, number: int, *fingers: Contact) -> Message:
@@ -98,7 +116,9 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[.
         monkeypatch.setenv(TOKEN, token)
         words = ["--sensor", "virtual", "--rate", "10", "--link", "listen://127.0.0.1:0"]
         parts = prepare(options_of([*words, *options]))
-        orb = Orb(parts, open_device(parts, 1), *handlers(lambda: parts))
+        changed: list[Parts | None] = []
+        exchange = lambda parts, device: changed.append(parts)  # noqa: E731
+        orb = Orb(parts, open_device(parts, 1), handlers(lambda: parts, exchange), changed)
         made.append(orb)
         orb.run(3.0)
         return orb
@@ -129,7 +149,7 @@ def test_an_example_is_on_the_disk_and_comes_again_after_a_restart(
     (tmp_path / "teaching" / "examples" / "example-8.npz").write_bytes(b"half")
     orb = make()  # the first one was killed
     assert orb.ask(Describe()) == []
-    said: list[Message] = until(lambda: orb.teacher.poll(orb.device))
+    said: list[Message] = until(orb.poll)
     while not isinstance(said[-1], ExampleTaken):
         said.append(orb.answer())
     vocabulary, *infos, again = said
@@ -208,7 +228,7 @@ def test_a_command_is_set_unless_a_mapping_file_has_it(
 ) -> None:
     orb = make()
     assert orb.ask(SetCommand("pinch", "hold")) == [LearnStatus(LEARNING, 0.0, "learning")]
-    assert until(orb.updater.poll).text == "pinch: hold"
+    assert orb.outcome().text == "pinch: hold"
     mapping = tmp_path / "mapping.toml"
     mapping.write_text('pinch = "drop"\n')
     (refused,) = make("--mapping", str(mapping)).ask(SetCommand("pinch", "hold"))
@@ -235,11 +255,12 @@ def test_a_gesture_is_learned_and_forgotten_while_every_other_change_waits(
     (busy,) = orb.ask(Forget("press"))
     assert isinstance(busy, LearnStatus)
     assert (busy.state, busy.text[:21]) == (LEARNING, "the orb is still busy")
-    learned = until(orb.updater.poll)
+    learned = orb.outcome()
     assert (learned.state, learned.progress) == (DONE, 1.0)
     assert learned.text.startswith("poke is learned from 2 examples")
-    assert orb.updater.loaded.parts is not None
-    assert orb.updater.loaded.parts.bundle.labels[-1] == "poke"
+    (new,) = orb.changed
+    assert new is not None
+    assert new.bundle.labels[-1] == "poke"
     assert len(learned.kept) == 6
     assert all(0.0 <= share <= 1.0 for share in learned.kept)
 
@@ -299,28 +320,29 @@ def test_a_check_has_no_answer_at_once_and_ends_when_it_is_told_to(
     assert orb.ask(Check(True)) == []
     assert orb.answer() == CheckStep("rest", 0, 0, 0.0)
     assert orb.ask(Check(False)) == []
-    until(lambda: CheckStep("over", 0, 0, 1.0) in orb.teacher.poll(orb.device))
+    until(lambda: CheckStep("over", 0, 0, 1.0) in orb.poll())
 
 
 def test_a_description_of_gestures_that_have_changed_since_is_made_again(
     make: Callable[..., Orb], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     orb, described = make(), threading.Event()
-    describe = orb.teacher.describe
+    describer = orb.only(Describer)
+    describe = describer.describe
 
     def signalled(parts: Parts) -> tuple[Message, ...]:
         old = describe(parts)
         described.set()
         return old
 
-    monkeypatch.setattr(orb.teacher, "describe", signalled)
+    monkeypatch.setattr(describer, "describe", signalled)
     orb.ask(Describe())
     assert described.wait(10.0)
     known = orb.parts.bundle.labels
     changed = replace(orb.parts.bundle, labels=(*known, "poke"))
-    monkeypatch.setattr(orb.teacher, "_current", lambda: replace(orb.parts, bundle=changed))
+    monkeypatch.setattr(describer, "_current", lambda: replace(orb.parts, bundle=changed))
     described.clear()
-    until(lambda: orb.teacher.poll(orb.device) != [] or described.is_set())
+    until(lambda: orb.poll() != [] or described.is_set())
     assert described.is_set()  # the old description was dropped, and another one begun
 
 
@@ -356,18 +378,20 @@ def test_a_running_orb_takes_a_bundle_with_another_gesture(make: Callable[..., O
         out.write_bytes(bundles.assembled(made.manifest, made.parts))
         return copied(BundleStore())(out, "")
 
-    orb.updater.begin(work, lambda done, text: LearnStatus(DONE if done else FAILED, 1.0, text))
-    outcome = until(orb.updater.poll)
+    updater = orb.only(BundleUpdater)
+    updater.begin(work, lambda done, text: LearnStatus(DONE if done else FAILED, 1.0, text))
+    vocabulary, *infos, outcome = until(lambda: updater.poll(orb.device))
+    assert isinstance(outcome, LearnStatus)
     assert outcome.state == DONE
-    vocabulary, *infos = orb.updater.loaded.reports
     assert isinstance(vocabulary, Vocabulary)
     assert (vocabulary.labels[-1], vocabulary.undo, vocabulary.taught) == ("poke", True, 1)
     assert isinstance(infos[-1], GestureInfo)
     assert (infos[-1].taught, infos[-1].examples, len(infos[-1].image)) == (True, 1, 25)
-    assert orb.updater.loaded.parts is not None
+    (new,) = orb.changed
+    assert new is not None
     rest = orb.device.pipeline.rest
     assert rest is not None
-    exchange(orb.updater.loaded.parts, orb.device)
+    exchange(new, orb.device)
     step = orb.device.advance(10.0)
     assert step is not None
     assert step.ready

@@ -135,9 +135,8 @@ def test_short_sessions_leave_no_files(tmp_path: Path, caplog: pytest.LogCapture
 def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "one.npz"
     bench = Bench(*[(1.5, wire.Correction("press"))] * 50, record=path)
-    bench.loop._updater = BundleUpdater(
-        UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
-    )
+    upload = UploadReceiver(tmp_path, "no key")
+    bench.loop._handlers = (BundleUpdater(upload, lambda path: "", lambda label, seen: ""),)
     bench.run(3.0)
     assert bench.messages(wire.UploadStatus) == [wire.UploadStatus(wire.DECLINED, 0, "no key")] * 50
     assert not reader.load(path).marks
