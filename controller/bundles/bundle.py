@@ -30,7 +30,7 @@ from controller.bundles.container import (
 from controller.bundles.golden import Golden, GoldenError
 from controller.bundles.head import EVERYBODY, Head, HeadError
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.images.frames import PreprocessSettings, same_rate
+from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.pipeline import PipelineSettings
@@ -64,7 +64,7 @@ class BundleSettings:
     columns: int = field(metadata={"range": (1, 30)})
     pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})  # distance between adjacent taxels
     rate_hz: float = field(metadata={"range": (0.1, 1000.0)})
-    window: int = field(metadata={"range": (1, 250)})  # images in a window
+    window: int = field(metadata={"range": (1, MOST_WINDOW)})  # images in a window
     preprocess: PreprocessSettings
     debounce: DebounceSettings
     card: dict[str, Any]  # origin of the model: data, accuracy, date

@@ -16,6 +16,7 @@ from controller.shared.bluetooth.bluez import (
     ADAPTER,
     ALIAS,
     DEVICE,
+    PAIRING_S,
     BluetoothError,
     Bus,
     Properties,
@@ -55,7 +56,6 @@ async def _pair(options: argparse.Namespace) -> int:
     from controller.shared.bluetooth.pairing_agent import (
         NO_SCREEN,
         SCREEN,
-        WINDOW_S,
         PairingAgent,
         Prompt,
         accept_all,
@@ -70,7 +70,7 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
         agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
-        return await _wait(bus, adapter, agent, WINDOW_S)
+        return await _wait(bus, adapter, agent, PAIRING_S)
 
 
 async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> int:

@@ -14,6 +14,7 @@ from controller.recognition.images.preprocess import Prepared, Preprocessor
 from controller.recognition.images.scale import SKIN, Signal
 from controller.recognition.images.sensor_health import HealthMonitor
 from controller.recognition.mapping import Mapping
+from controller.recognition.touch_input import TOUCH_WINDOWS
 from controller.recognition.touch_position import PositionSpread, TouchImage
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
 from controller.shared.aliases import State
@@ -28,7 +29,6 @@ LATER: Final = (
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
     "debounce.tapped",
 )
-_TOUCH_WINDOWS: Final = 3  # windows of frames in a touch image
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ class Pipeline:
         """
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
-        self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
+        self._touch = TouchImage(TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from controller.recognition.images.frames import Image
 from controller.shared.aliases import Images
 
+TOUCH_WINDOWS: Final = 3  # windows of frames in a touch image
 _SPOT: Final = 5  # side of the square whose deviation is summed, taxels: one noisy taxel is no spot
 _TINY: Final = 1e-9  # level of an image without a deviation
 

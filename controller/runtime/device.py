@@ -16,6 +16,7 @@ from controller.runtime.latency import LatencyReporter
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import SensorAwayError, SensorError
+from controller.shared.bluetooth.bluez import PAIRING_S
 from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import (
     Command,
@@ -32,8 +33,7 @@ if TYPE_CHECKING:
     from controller.capture.session_recorder import SessionRecorder
     from controller.shared.cues import Cue
 
-HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair ...
-PAIR_S: Final = 120  # ... for so long
+HOLD_S: Final = 5.0  # of the button, longer than a press that labels: hosts may pair
 RECENT_S: Final = 4.0  # of images are for corrections
 KEPT_S: Final = 12.0  # of images are kept
 _TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
@@ -250,7 +250,7 @@ class Device:
             _log.info("the sensor is back after %.1f s", t_s - self._away_s)
             self._away_s = None
         if self._pairs and self._button.step(self.sensor.button(t_s), t_s):
-            self.link.pair(PAIR_S)
+            self.link.pair(PAIRING_S)
         return frame
 
     def _keep_scale(self) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from controller.shared.arguments import number, whole
 from controller.shared.errors import how_to_install
+from models.data.examples import CHOICES
 
 # Module -> its package name.
 PACKAGES: Final = {
@@ -62,8 +63,7 @@ def chosen(arguments: argparse.Namespace, kind: type[Any]) -> dict[str, Any]:
 
 def take_labels(parser: argparse.ArgumentParser, words: str) -> None:
     """Add the option that chooses the source of the labels."""
-    sources = ("auto", "true", "button", "key", "cue")
-    parser.add_argument("--labels", choices=sources, default="auto", help=words)
+    parser.add_argument("--labels", choices=CHOICES, default="auto", help=words)
 
 
 def take_all(parser: argparse.ArgumentParser) -> None:

@@ -8,6 +8,7 @@ from typing import Final
 
 from controller.shared.arguments import whole
 from models.cli import _options as options
+from models.data.examples import WINDOWS
 from models.data.recipe import FOLD_STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
@@ -37,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     words = f"batches that each network learns from, at most (default: {FOLD_STEPS:,})"
     add("--steps", type=options.count, default=FOLD_STEPS, metavar="N", help=words)
     words = "images in a window, for both models (default: those of one second)"
-    add("--window", type=whole(2, 250), default=0, metavar="N", help=words)
+    add("--window", type=whole(*WINDOWS), default=0, metavar="N", help=words)
     options.take_labels(
         parser, "source of the labels (default: auto: the first of these that names a gesture)"
     )

@@ -13,7 +13,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.images.frames import PreprocessSettings
+from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.reader import Survey
@@ -27,6 +27,7 @@ Choice = Literal["auto", "true", "button", "key", "cue"]
 SOURCES: Final[tuple[Labels, ...]] = get_args(Labels)
 PEOPLE_SOURCES: Final = SOURCES[1:]  # labels that people give
 CHOICES: Final[tuple[Choice, ...]] = get_args(Choice)
+WINDOWS: Final = (2, MOST_WINDOW)  # images in a window of a network to train
 PITCHES: Final = 0.02  # greatest relative difference between the pitches of recordings
 SAID: Final = 3  # recordings left out that an error names
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
-from controller.recognition.images.frames import PreprocessSettings, same_rate
+from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
 from controller.recognition.images.scale import FIRM
 from controller.recordings.quality import check
 from controller.recordings.quality.check import FrameIndex
@@ -43,7 +43,7 @@ from models.data.recipe import Recipe
 from models.results.training import Lateness, SessionRow
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
-WINDOWS: Final = (4, 250)  # images; a bundle holds no more
+LEAST_WINDOW: Final = 4  # images of a default window
 ORB: Final = (5, 5)  # rows and columns of the paper's orb
 # Greatest relative difference of rates. People differ more in tempo: simulated ones are understood
 # as well at rates 8 % below and above theirs (docs/measurements.md).
@@ -85,7 +85,7 @@ def read(
     recordings = read_training(paths)
     origin, rate_hz = recordings.surveys[0].origin, recordings.rate_hz
     vocabulary = vocabulary_of(paths, recordings.labels, orb=of_orb(origin))
-    length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * rate_hz)))
+    length = window or min(MOST_WINDOW, max(LEAST_WINDOW, round(WINDOW_S * rate_hz)))
     settings = recipe.settings(rate_hz, length)
     if not origin.signal.ratio:
         settings = replace(settings, normalise="difference", scale=_scale(recordings))

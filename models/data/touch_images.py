@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.touch_input import TOUCH_WINDOWS
 from controller.recognition.touch_position import TouchImage
 from controller.shared.aliases import Index, Mask
 from models.data.examples import Examples, run_starts
@@ -18,7 +19,6 @@ from models.data.splits import BLOCKS, SHARE, Parts, Split, covered, parts_of, s
 LAG_S: Final = 0.15
 LAG_FRAMES: Final = 2  # at least
 IMAGES_HZ: Final = 10.0  # images of a second: neighbours are nearly the same
-WINDOWS: Final = 3  # of a touch's images are remembered, as in controller/recognition/pipeline.py
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ def _laid(
     want[wanted] = True
     shape = examples.images.shape[1:]
     images, shown, blur = [], [], []
-    remembered, session = (WINDOWS * examples.window, *shape, examples.rate_hz), -1
+    remembered, session = (TOUCH_WINDOWS * examples.window, *shape, examples.rate_hz), -1
     stage = TouchImage(*remembered)
     for frame in range(len(null)):
         if examples.session[frame] != session:

@@ -4,13 +4,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from models.data.examples import Choice
+from models.data.examples import CHOICES, WINDOWS, Choice
 from models.data.recipe import RECIPES, Recipe
 
 TaskName = Literal["both", "gesture", "location", "user", ""]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
-WINDOWS: Final = (2, 250)  # images
 FOLDERS: Final = {"type": Path, "nargs": "+"}
 
 
@@ -47,7 +46,7 @@ class Request:
     labels: Choice = _option(
         "auto",
         "which labels to learn (default: auto: the first of these that names a gesture)",
-        choices=("auto", "true", "button", "key", "cue"),
+        choices=CHOICES,
     )
     split: str = _option(
         "",

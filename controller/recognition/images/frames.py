@@ -13,6 +13,7 @@ Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
 Window = NDArray[np.float32]  # (images, rows, columns), oldest first
 Normalise = Literal["ratio", "difference"]
 
+MOST_WINDOW: Final = 250  # images in a window
 _RATE_TOLERANCE: Final = 0.02  # greatest relative difference between the rates of data and network
 
 
@@ -39,7 +40,7 @@ class PreprocessSettings:
     normalise: str = field(default="ratio", metadata={"choices": get_args(Normalise)})
     scale: float = field(default=1.0, metadata={"range": (1e-9, 1e9)})  # images stay finite
     rate_hz: float = field(default=10.0, metadata={"range": (0.1, 1000.0)})
-    window: int = field(default=10, metadata={"range": (1, 250)})
+    window: int = field(default=10, metadata={"range": (1, MOST_WINDOW)})
     start_s: float = field(default=1.0, metadata={"range": (0.0, 100.0)})  # all its frames are kept
     follow_s: float = 2.0
     settle_s: float = 0.4

@@ -22,6 +22,7 @@ BLUEZ: Final = "org.bluez"
 ROOT: Final = "/org/bluez"  # object of AgentManager1 and ProfileManager1
 ADAPTER: Final = "org.bluez.Adapter1"
 DEVICE: Final = "org.bluez.Device1"
+PAIRING_S: Final = 120  # duration of the pairing window
 CALL_S: Final = 25.0  # D-Bus's own timeout; pairing and connecting have a longer one
 _DBUS: Final = "org.freedesktop.DBus"
 _PROPERTIES: Final = "org.freedesktop.DBus.Properties"

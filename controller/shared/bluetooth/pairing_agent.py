@@ -20,6 +20,7 @@ from dbus_fast.service import ServiceInterface, dbus_method
 from controller.shared.bluetooth.bluez import (
     ADAPTER,
     AGENT_PATH,
+    PAIRING_S,
     ROOT,
     BluetoothError,
     bonded,
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 MANAGER: Final = "org.bluez.AgentManager1"
 NO_SCREEN: Final = "NoInputNoOutput"  # "just works"; the pairing window is the confirmation
 SCREEN: Final = "DisplayYesNo"  # both sides show six digits, for the user to compare
-WINDOW_S: Final = 120  # duration of the pairing window
 
 # Called with the name and address of a host, and the six digits, "" if there are none.
 Confirm = Callable[[str, str], Awaitable[bool]]
@@ -83,7 +83,7 @@ class PairingAgent(ServiceInterface):
         """Open the pairing window without being discoverable."""
         self._closes_s = time.monotonic() + seconds
 
-    async def open_window(self, adapter: str, seconds: int = WINDOW_S) -> None:
+    async def open_window(self, adapter: str, seconds: int = PAIRING_S) -> None:
         """Open the pairing window, discoverable and pairable; BlueZ has the same timeout."""
         self.allow(seconds)
         for name, signature, value in (

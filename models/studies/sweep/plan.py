@@ -20,11 +20,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from controller.recognition.images.frames import MOST_WINDOW
 from controller.shared import config, files
 from controller.shared.errors import UserError, reason
 from controller.simulator.orb import PRESETS
 from models.data import splits
-from models.data.examples import refuse_test_seed
+from models.data.examples import CHOICES, refuse_test_seed
 from models.data.recipe import RECIPES, USER, VARIED_USER
 from models.data.simulate import DataSet
 from models.data.splits import HoldOut
@@ -116,9 +117,9 @@ RECORDINGS: Final = {"folders": Setting(["data"])}
 TRAIN: Final = {
     "task": Setting("gesture", words=("gesture", "location", "user")),
     "recipe": Setting("default", words=tuple(RECIPES)),
-    "labels": Setting("auto", words=("auto", "true", "button", "key", "cue")),
+    "labels": Setting("auto", words=CHOICES),
     "all": Setting(False),
-    "window": Setting(0, 0, 250),
+    "window": Setting(0, 0, MOST_WINDOW),
     "seed": _seed("this training"),
     "users": Setting(0, 0, 100_000),
     "sessions": Setting(0, 0, 100_000),

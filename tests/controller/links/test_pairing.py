@@ -18,7 +18,6 @@ from controller.__main__ import main as controller
 from controller.cli import pair
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
-from controller.shared.bluetooth import pairing_agent
 from controller.shared.bluetooth.bluez import ADAPTER, DEVICE
 from host.cli import pair as host_pair
 from host.connection import discovery, rfcomm
@@ -47,7 +46,7 @@ def test_the_orb_says_who_paired(fake: FakeBluez, capsys: pytest.CaptureFixture[
 def test_the_orb_gives_up_in_time(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pairing_agent, "WINDOW_S", 1)
+    monkeypatch.setattr(pair, "PAIRING_S", 1)
     assert pair.main(["--yes"]) == 1
     assert "no host paired" in capsys.readouterr().out
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
