@@ -1,5 +1,15 @@
 """The file of a bundle: a canonical zip of parts, with their hashes.
 
+    bundle.toml     settings: labels, sensor, preprocessing, debouncer, mapping, users, card
+    embedding.onnx  the network window -> embedding
+    head.npz        embedding -> probabilities, as trained (`head`)
+    location.onnx   the network image -> touch; empty in a bundle without positions
+    golden.npz      reference inputs and outputs (`golden`)
+    user.onnx       the network window -> user; a bundle may lack this one and the next two
+    rehearsal.npz   embeddings of the training (`controller.adapt.lessons`)
+    taught.npz      rows of the head, and the examples that they were fitted to
+    SHA256SUMS      hashes of all parts before it
+
 Parts are stored uncompressed, one after the other, without dates and comments. The reader packs
 them again and compares the bytes, so any changed bit is detected. The hash shows integrity;
 authenticity comes from the channel that carried the file.

@@ -91,7 +91,13 @@ def _embedding(bundle: Bundle) -> Network:
 
 
 def _chain(embedding: Network, head: Head) -> Network:
-    return lambda windows: head.probabilities(embedding(windows))
+    """Return the network of both; numbers too large become NaN without a warning."""
+
+    def probabilities(windows: Batch) -> Batch:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return head.probabilities(embedding(windows))
+
+    return probabilities
 
 
 def _finite(output: Batch) -> Batch:
