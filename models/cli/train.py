@@ -39,7 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, and print the figures."""
-    options.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
+    options.require("training", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
     from models.reports import cards
     from models.results.training import Training
     from models.training.train import train

@@ -36,6 +36,11 @@ def array(name: str, *shape: int, kind: int = 1, raw: bytes | None = None) -> by
     return text(5, sizes + number(2, kind) + text(8, name) + text(9, data))
 
 
+def stored(name: str, values: np.ndarray) -> bytes:
+    kinds = {"<f4": 1, "<i8": 7, "<f2": 10}
+    return array(name, *values.shape, kind=kinds[values.dtype.str], raw=values.tobytes())
+
+
 def value(field: int, name: str, *shape: int, kind: int = 1) -> bytes:
     axes = b"".join(text(1, number(1, size) if size else text(2, "batch")) for size in shape)
     return text(field, text(1, name) + text(2, text(1, number(1, kind) + text(2, axes))))

@@ -14,9 +14,8 @@ from controller.adapt import lessons
 from controller.adapt.examples import Example
 from controller.bundles import bundle, container
 from controller.bundles.head import Head
-from controller.bundles.inference.onnx_reader import Graph, Node
 from controller.shared import npz
-from models.training import onnx_writer
+from tests.support import onnx_files
 
 SHIPPED = bundle.default_path(10.0)
 NAMES = ("ann", "bob")
@@ -38,15 +37,22 @@ Array = NDArray[np.float32]
 
 def dense(weight: Array, bias: Array) -> bytes:
     """A network that weighs all taxels of a 10×5×5 window: softmax of a sum for each output."""
-    nodes = (
-        Node("Reshape", ("x", "flat"), "long", {}), Node("Sub", ("long", "one"), "felt", {}),
-        Node("Gemm", ("felt", "gain", "offset"), "sum", {"transB": 1}),
-        Node("Softmax", ("sum",), "y", {"axis": 1}),
-    )  # fmt: skip
-    flat, one = np.array([-1, 250]), np.ones(1, dtype=np.float32)
-    weights = {"flat": flat, "one": one, "gain": weight, "offset": bias}
-    graph = Graph(nodes, weights, "x", (1, 10, 5, 5), "y")
-    return onnx_writer.write(graph, width=len(bias))
+    arrays = {
+        "flat": np.array([-1, 250]),
+        "one": np.ones(1, np.float32),
+        "gain": weight.astype(np.float32),
+        "offset": bias.astype(np.float32),
+    }
+    transposed = onnx_files.text(1, "transB") + onnx_files.number(3, 1) + onnx_files.number(20, 2)
+    return onnx_files.model(
+        onnx_files.node("Reshape", "x flat", "long"),
+        onnx_files.node("Sub", "long one", "felt"),
+        onnx_files.node("Gemm", "felt gain offset", "sum", transposed),
+        onnx_files.node("Softmax", "sum", "y"),
+        *(onnx_files.stored(name, array) for name, array in arrays.items()),
+        onnx_files.value(11, "x", 0, 10, 5, 5),
+        onnx_files.value(12, "y", 0, len(bias)),
+    )
 
 
 def answers(weight: Array, bias: Array, windows: Array) -> Array:

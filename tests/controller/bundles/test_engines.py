@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 
 from controller.bundles import bundle
 from controller.bundles.container import BundleError
-from controller.bundles.inference import onnx_shapes, onnxruntime_engine
+from controller.bundles.inference import onnx_reader, onnx_shapes, onnxruntime_engine
 from controller.bundles.inference.networks import Recognizer
-from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
-from models.training import onnx_writer
+from tests.support import onnx_files
 
 SHIPPED = bundle.read(bundle.default_path())
 
@@ -38,13 +37,23 @@ def test_shapes_of_every_convolution_are_those_of_onnx_runtime(data: st.DataObje
         "k": rng.normal(size=(3, 2, *kernel)).astype(np.float32),
         "b": rng.normal(size=3).astype(np.float32),
     }
-    window: dict[str, Attribute] = {"strides": tuple(strides), "pads": tuple(pads)}
-    nodes = Node("Conv", ("x", "k", "b"), "c", window), Node("Flatten", ("c",), "y", {})
-    graph = Graph(nodes, weights, "x", (1, 2, *(7,) * axes), "y")
-    width = onnx_shapes.sizes(graph).shapes["y"][1]
-    model = onnx_writer.write(graph, width=width)
-    batch = rng.normal(size=(3, *graph.shape[1:])).astype(np.float32)
-    assert onnxruntime_engine.network(model)(batch).shape == (3, width)
+    shape = (2, *(7,) * axes)
+
+    def model(width: int) -> bytes:
+        return onnx_files.model(
+            onnx_files.node(
+                "Conv", "x k b", "c", onnx_files.ints("strides", *strides),
+                onnx_files.ints("pads", *pads),
+            ),
+            onnx_files.node("Flatten", "c", "y"),
+            *(onnx_files.stored(name, values) for name, values in weights.items()),
+            onnx_files.value(11, "x", 0, *shape),
+            onnx_files.value(12, "y", 0, width),
+        )  # fmt: skip
+
+    width = onnx_shapes.sizes(onnx_reader.read(model(1))).shapes["y"][1]
+    batch = rng.normal(size=(3, *shape)).astype(np.float32)
+    assert onnxruntime_engine.network(model(width))(batch).shape == (3, width)
 
 
 def test_without_onnx_runtime_a_sentence_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

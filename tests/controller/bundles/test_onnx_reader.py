@@ -5,14 +5,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from hashlib import sha256
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import onnx_reader, onnx_shapes
+from controller.bundles.inference import onnx_reader, onnx_shapes, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import GraphError
-from tests.support.onnx_files import array, ints, model, node, number, text, value
+from tests.support.onnx_files import array, ints, model, node, number, stored, text, value
 
 SHIPPED = bundle.read(bundle.default_path())
 
@@ -135,6 +136,52 @@ def test_what_would_cost_too_much_is_refused_before_it_runs(name: str) -> None:
     data, complaint = COSTLY[name]
     with pytest.raises(GraphError, match=complaint):
         onnx_shapes.sizes(onnx_reader.read(data))
+
+
+def halves(weights: np.ndarray) -> bytes:
+    """A product with weights of 16 bits, cast to float32 as an export does."""
+    cast = text(1, "to") + number(3, 1) + number(20, 2)
+    transposed = text(1, "transB") + number(3, 1) + number(20, 2)
+    return model(
+        node("Cast", "w.half", "w", cast),
+        node("Gemm", "x w", "y", transposed),
+        stored("w.half", weights.astype(np.float16)),
+        value(11, "x", 0, weights.shape[1]),
+        value(12, "y", 0, len(weights)),
+    )
+
+
+def test_weights_of_sixteen_bits_are_read_and_run_as_float32() -> None:
+    exact = np.random.default_rng(0).normal(size=(30, 40)).astype(np.float16).astype(np.float32)
+    data, x = halves(exact), np.ones((3, 40), dtype=np.float32)
+    np.testing.assert_array_equal(onnx_reader.read(data).weights["w"], exact)
+    seen = onnxruntime_engine.checked(data, (40,), 30)(x)
+    np.testing.assert_allclose(seen, x @ exact.T, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (b"w.half", b"w.HALF"),  # of one of two places: what is cast is not there
+        (b"Cast", b"Tanh"),  # 16 bits that are not cast
+    ],
+)
+def test_sixteen_bits_are_cast_to_float32_or_refused(before: bytes, after: bytes) -> None:
+    with pytest.raises(GraphError):
+        onnx_reader.read(halves(np.ones((2, 3))).replace(before, after, 1))
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.integers(-(2**63), 2**63 - 1), max_size=6),
+    st.floats(width=32, allow_nan=False, allow_infinity=False),
+)
+def test_every_number_is_read_as_it_was_written(several: list[int], real: float) -> None:
+    weights = np.array([[real]], dtype=np.float32)
+    conv = node("Conv", "x w", "y", ints("pads", *several))
+    read = onnx_reader.read(model(conv, stored("w", weights), ASKED, GIVEN))
+    assert read.nodes[0].attributes == {"pads": tuple(several)}
+    np.testing.assert_array_equal(read.weights["w"], weights)
 
 
 @settings(deadline=None, max_examples=300)
