@@ -20,6 +20,7 @@ ACTIONS: Final[dict[str, Action]] = {
 }
 # What acts for as long as its key is down, or its gesture is held.
 HELD: Final[dict[Code, Action]] = {"left": Action.LEFT, "right": Action.RIGHT, "down": Action.DOWN}
+_SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 # A tap holds for some frames longer than a key: the orb needs them to see that the finger has left.
 _LINGER_FRAMES: Final = 10
 
@@ -29,7 +30,12 @@ class HeldGestures:
 
     def __init__(self, settings: Settings, rate_hz: float = 10.0) -> None:
         self._das_s = settings.das_ms / 1000 + _LINGER_FRAMES / rate_hz
-        self._keys = Keys(HELD, das_s=self._das_s, arr_s=settings.arr_ms / 1000)
+        self._keys = Keys(
+            HELD,
+            das_s=self._das_s,
+            arr_s=settings.arr_ms / 1000,
+            shifts=_SHIFTS,
+        )
         self._held: frozenset[str] = frozenset()
         self._lowering_s = math.inf  # since when "down" is held
 

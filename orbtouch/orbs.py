@@ -93,14 +93,14 @@ class Orb:
         """Draw the dome, its gestures and its link into a pygame surface; by default all of it."""
         from host.ui.panel.panel import Panel
         from host.ui.pointer_input import DomeArea
-        from tetris.kit.tiles import ThemeChoice
+        from tetris.kit.look import Look
 
         if not isinstance(self._panel, Panel):
             self._panel = Panel()
         welcome = self._state.welcome
         area = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm) if welcome else DomeArea()
         self._panel.place(rect or surface.get_rect(), area, gestures=len(self.labels[1:]))
-        self._panel.draw(surface, self._state, time.monotonic(), ThemeChoice())
+        self._panel.draw(surface, self._state, time.monotonic(), Look())
 
     def close(self) -> None:
         """Say goodbye, and end a virtual orb; iteration ends."""

@@ -23,7 +23,7 @@ class CtrlKey:
 
         Not while nothing can be corrected, nor where the game needs to know how long it is down.
         """
-        held = bindings.table(settings.keys).get(code) in HELD.values()
+        held = bindings.table(HELD.values(), settings.keys).get(code) in HELD.values()
         if code not in _CTRL or not correcting.labels or held:
             return False
         self._waiting = code

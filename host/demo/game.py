@@ -13,8 +13,8 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from tetris.engine.game import Action, Config, Event, Game, Phase
+from tetris.kit.look import Look
 from tetris.kit.settings import Settings
-from tetris.kit.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a
@@ -35,7 +35,7 @@ class DemoGame:
         self.game, self.orb = Game(seed, PACE), OrbState()
         self._gestures = HeldGestures(Settings())
         self._pad = DomeArea()
-        self._look, self._panel = ThemeChoice(), Panel()
+        self._look, self._panel = Look(), Panel()
         self._view: GameView | None = None
         self._dock = Dock.of((1, 1))
         self._now_s = 0.0

@@ -8,7 +8,7 @@ from host.ui import sprites
 from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel, Projection
 from host.ui.pointer_input import DomeArea
-from tetris.kit.tiles import ThemeChoice
+from tetris.kit.look import Look
 
 WINDOW: Final = (390, 720)  # its first size
 _STRIP: Final = 96  # design units below the panel
@@ -25,7 +25,7 @@ class OrbWindow:
 
     def __init__(self) -> None:
         self.drawn = pygame.Rect(0, 0, 0, 0)
-        self._panel, self._look = Panel(), ThemeChoice()
+        self._panel, self._look = Panel(), Look()
 
     @property
     def projection(self) -> Projection:

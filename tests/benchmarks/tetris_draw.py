@@ -23,9 +23,9 @@ import pygame
 from tetris.bots import greedy
 from tetris.engine.events import Action
 from tetris.engine.game import Config, Game, Phase
+from tetris.kit.look import Look
 from tetris.kit.settings import Settings
 from tetris.kit.theme import PALETTES
-from tetris.kit.tiles import ThemeChoice
 from tetris.window.view import GameView
 
 from .results import Results, command_line
@@ -53,7 +53,7 @@ os._exit(0)
 def frames_ms(theme: str, size: tuple[int, int]) -> list[float]:
     """Return the time of each frame of one game in which something changed, milliseconds."""
     surface = pygame.display.set_mode(size)
-    look = ThemeChoice.chosen(Settings(theme=theme, patterns=theme == "safe", language="en"))
+    look = Look.chosen(Settings(theme=theme, patterns=theme == "safe", language="en"))
     view, game = GameView(surface.get_rect(), look=look), Game(5, Config(start_level=5))
     took_ms: list[float] = []
     next_s = 0.0

@@ -28,7 +28,7 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from models.data.simulate import DataSet
-from tetris.kit.tiles import ThemeChoice
+from tetris.kit.look import Look
 
 book = vocabulary.shipped()
 
@@ -36,7 +36,7 @@ def card(labels):
     view, surface, panel = OrbState(), pygame.Surface((360, 640)), Panel()
     view.connected(Welcome(1, 7, "a", "A", True, 5, 5, 10.0, 10.0, 100, 300, labels, COMMANDS))
     panel.place(surface.get_rect(), DomeArea(), gestures=len(labels) - 1)
-    panel.draw(surface, view, 0.0, ThemeChoice())
+    panel.draw(surface, view, 0.0, Look())
     return pygame.image.tobytes(surface, "RGB")
 
 pygame.font.init()

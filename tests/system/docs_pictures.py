@@ -33,7 +33,6 @@ from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.window_loop import window
 from tests.system.gif import GifFile
-from tetris.engine.pieces import KINDS
 from tetris.kit.settings import changed
 from tetris.kit.theme import DARK
 from tetris.window.app import Start
@@ -224,7 +223,7 @@ class Camera:
 def _swatch() -> bytes:
     """Return a picture with the pieces' colours, so that a film's palette has them."""
     picture = pygame.Surface(FILM)
-    colours = [*(DARK.pieces[kind] for kind in KINDS), DARK.good, DARK.accent]
+    colours = [*DARK.pieces[:-1], DARK.good, DARK.accent]
     for number, colour in enumerate(colours):
         picture.fill(colour, (number * FILM[0] // len(colours), 0, FILM[0], FILM[1]))
     return pygame.image.tobytes(picture, "RGB")

@@ -5,22 +5,18 @@ a reader. Keys are numbers to `tetris.kit.keys`, pad buttons stay names.
 """
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from types import MappingProxyType
 from typing import Final
 
 import pygame
 
-from tetris.engine.events import Action
-from tetris.kit.keys import Code
+from tetris.kit.keys import Action, Code
 
 Names = Mapping[str, Sequence[str]]  # from an action's name to names of keys or buttons
 
 HINT: Final = "hint"  # what the window does by itself, without the engine
-ACTIONS: Final = (*(action.value for action in Action), HINT)
-"""Names of all that can be bound, in the order of the screen on which it is."""
-
 _KEY_CODES: Final[Mapping[str, int]] = {
     name[2:].lower(): getattr(pygame, name)
     for name in sorted(dir(pygame))
@@ -38,6 +34,8 @@ def _names(kind: str) -> Names:
 
 KEYS: Final = _names("keys")
 PADS: Final = _names("pads")
+ACTIONS: Final = tuple(KEYS)
+"""Names of all that can be bound, in the order of the screen on which it is."""
 
 
 def key_name(code: int) -> str | None:
@@ -62,9 +60,9 @@ def caption(name: str) -> str:
     return name.replace("kp", "Num ", 1).replace("_", " ").title()
 
 
-def table(*bindings: Names) -> dict[Code, Action]:
-    """Return what each key and button does; names that mean nothing are left out."""
-    actions = {action.value: action for action in Action}
+def table(kinds: Iterable[Action], *bindings: Names) -> dict[Code, Action]:
+    """Return the action of each key and button; names that mean nothing are left out."""
+    actions = {action.value: action for action in kinds}
     return {
         _KEY_CODES.get(name, name): actions[action]
         for names in bindings

@@ -5,18 +5,17 @@ auto repeat rate (ARR). Of two held directions the later one rules. Held soft dr
 because only the engine knows how fast it falls.
 """
 
-from collections.abc import Mapping
-from typing import Final, NamedTuple
-
-from tetris.engine.events import Action
+from collections.abc import Collection, Mapping
+from enum import Enum
+from typing import Final, Generic, NamedTuple, TypeVar
 
 Code = int | str  # a pygame key, or the name of a pad's button
+Action = TypeVar("Action", bound=Enum)  # the application's; a value is its name in bindings
 
-_SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 _AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
 
 
-class DueAction(NamedTuple):
+class DueAction(NamedTuple, Generic[Action]):
     """An action that is due, and since when."""
 
     time_s: float
@@ -25,7 +24,7 @@ class DueAction(NamedTuple):
     held: frozenset[Action] = frozenset()  # whose keys were down then, this one's included
 
 
-class Keys:
+class Keys(Generic[Action]):
     """Turns presses into actions. Feed it `press` and `release`, ask `poll` every frame."""
 
     def __init__(
@@ -34,15 +33,17 @@ class Keys:
         *,
         das_s: float,
         arr_s: float,
-        drop_guard: bool = False,
+        shifts: Collection[Action],
+        guarded: Action | None = None,
     ) -> None:
         """Use a table of bindings and a way to repeat; an ARR of 0 goes to the wall at once.
 
-        With the guard, a hard drop is ignored while a direction is held.
+        The shifts repeat; the guarded action is ignored while one of them is held.
         """
         self._bindings = bindings
-        self._das_s, self._arr_s, self._drop_guard = das_s, arr_s, drop_guard
-        self._due: list[DueAction] = []
+        self._das_s, self._arr_s = das_s, arr_s
+        self._shifts, self._guarded = shifts, guarded
+        self._due: list[DueAction[Action]] = []
         self._held: dict[Code, Action] = {}  # the latest press last
         self._repeat_at_s = 0.0
         self._polled_s = 0.0
@@ -58,11 +59,11 @@ class Keys:
         if action is None or key in self._held:
             return
         self._repeat(time_s)
-        guarded = self._drop_guard and action is Action.HARD_DROP and self._ruling() is not None
+        guarded = action is self._guarded and self._ruling() is not None
         self._held[key] = action
         if not guarded:
             self._due.append(DueAction(time_s, action, held=self.held))
-        if action in _SHIFTS:
+        if action in self._shifts:
             self._repeat_at_s = time_s + self._das_s
 
     def release(self, key: Code, time_s: float) -> None:
@@ -82,7 +83,7 @@ class Keys:
         self._held.clear()
         self._due.clear()
 
-    def due(self, time_s: float) -> list[DueAction]:
+    def due(self, time_s: float) -> list[DueAction[Action]]:
         """Return the actions since the last call, repeats included, oldest first."""
         self._repeat(time_s)
         self._polled_s = time_s
@@ -90,7 +91,7 @@ class Keys:
         return due
 
     def _ruling(self) -> Action | None:
-        return next((held for held in reversed(self._held.values()) if held in _SHIFTS), None)
+        return next((held for held in reversed(self._held.values()) if held in self._shifts), None)
 
     def _repeat(self, time_s: float) -> None:
         ruling = self._ruling()

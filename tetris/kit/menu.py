@@ -11,7 +11,6 @@ from typing import Final
 
 import pygame
 
-from tetris.engine.events import Action
 from tetris.kit.keys import Code
 
 Step = Callable[[int], None]
@@ -70,16 +69,16 @@ class MenuStep(Enum):
     BACK = "back"
 
 
-OF_ACTION: Final[Mapping[Action, MenuStep]] = {
-    Action.LEFT: MenuStep.LEFT,
-    Action.RIGHT: MenuStep.RIGHT,
-    Action.DOWN: MenuStep.DOWN,
-    Action.HARD_DROP: MenuStep.CONFIRM,
-    Action.ROTATE_CW: MenuStep.DOWN,
-    Action.ROTATE_CCW: MenuStep.UP,
-    Action.PAUSE: MenuStep.BACK,
+OF_ACTION: Final[Mapping[str, MenuStep]] = {
+    "left": MenuStep.LEFT,
+    "right": MenuStep.RIGHT,
+    "down": MenuStep.DOWN,
+    "hard_drop": MenuStep.CONFIRM,
+    "rotate_cw": MenuStep.DOWN,
+    "rotate_ccw": MenuStep.UP,
+    "pause": MenuStep.BACK,
 }
-"""For controllers that give actions, such as the orb."""
+"""By the name of an action, for controllers that give actions, such as the orb."""
 
 OF_CODE: Final[Mapping[Code, MenuStep]] = {
     pygame.K_UP: MenuStep.UP,

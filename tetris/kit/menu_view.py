@@ -6,9 +6,9 @@ from typing import Final, NamedTuple
 import pygame
 
 from tetris.kit import theme
+from tetris.kit.look import Look
 from tetris.kit.menu import Curve, Item, Menu, Row
 from tetris.kit.theme import Colour
-from tetris.kit.tiles import ThemeChoice
 
 # All in design units: a window 720 high has as many.
 _TITLE: Final = 58
@@ -47,7 +47,7 @@ class MenuView:
         spots: Where the items were drawn last, for the mouse.
     """
 
-    def __init__(self, look: ThemeChoice) -> None:
+    def __init__(self, look: Look) -> None:
         self._look, self._palette = look, look.palette
         self._first = 0  # the uppermost item, when not all have room
         self._surface, self._unit = pygame.Surface((0, 0)), 1.0  # of the present drawing

@@ -3,17 +3,19 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
+from typing import Any
 
 import pygame
 
-from tetris.engine.events import Action, Event
 from tetris.kit import settings as settings_file
 from tetris.kit.keys import Code
+from tetris.kit.look import Look
 from tetris.kit.menu import OF_ACTION, Item, MenuStep
 from tetris.kit.pads import Pads
 from tetris.kit.settings import Settings
 from tetris.kit.sounds import Sounds
-from tetris.kit.tiles import ThemeChoice
+
+Action = Any  # a member of the application's enum of actions
 
 _HEIGHT = 720  # design units of the window's height
 _WIDTH = 620  # and the least of its width
@@ -49,7 +51,7 @@ class Screen(ABC):
 
     def act(self, action: Action, time_s: float) -> None:
         """Take a command of a controller that gives actions, such as the orb."""
-        if step := OF_ACTION.get(action):
+        if step := OF_ACTION.get(action.value):
             self.nav(step, time_s)
 
     def hold(  # noqa: B027
@@ -80,7 +82,7 @@ class ScreenStack:
     def __init__(self, settings: Settings, folder: Path | None, area: pygame.Rect) -> None:
         """Begin without a screen; settings are kept in the folder, if there is one."""
         self.settings = settings
-        self.look = ThemeChoice.chosen(settings)
+        self.look = Look.chosen(settings)
         self.sounds = Sounds()
         self.sounds.set_volumes(settings)
         self.pads = Pads()
@@ -89,7 +91,7 @@ class ScreenStack:
         self.time_s = 0.0  # by the clock of the window
         self.kept = False  # whether the window still shows the last picture of its screen
         self.mode_setting = "mode"  # name of the setting with the mode that the title page offers
-        self.watch: Callable[[Sequence[Event]], None] = lambda events: None  # of each game
+        self.watch: Callable[[Sequence[Any]], None] = lambda events: None  # of each game
         self.further: Callable[[], Sequence[Item]] = tuple  # further items of the title page
         self._folder = folder
         self._screens: list[Screen] = []
@@ -133,7 +135,7 @@ class ScreenStack:
             self.notice = settings_file.save(self._folder / settings_file.FILE_NAME, settings)
         self.sounds.set_volumes(settings)
         if _seen(before) != _seen(settings):
-            self.look = ThemeChoice.chosen(settings)
+            self.look = Look.chosen(settings)
             self._refresh()
 
     def _refresh(self) -> None:

@@ -17,7 +17,6 @@ import tomli_w
 from tetris import files
 from tetris.kit import bindings
 from tetris.kit.bindings import Names
-from tetris.kit.keys import Keys
 
 FILE_NAME: Final = "tetris.toml"
 
@@ -151,16 +150,6 @@ def format_toml(settings: Settings) -> str:
         bound: Names = getattr(settings, section)
         tables[section] = {action: list(names) for action, names in bound.items()}
     return tomli_w.dumps(tables)
-
-
-def hands(settings: Settings) -> Keys:
-    """Return the handling of keys and buttons that the player has chosen."""
-    return Keys(
-        bindings.table(settings.keys, settings.pads),
-        das_s=settings.das_ms / 1000,
-        arr_s=settings.arr_ms / 1000,
-        drop_guard=settings.drop_guard,
-    )
 
 
 def changed(settings: Settings, **values: Any) -> Settings:

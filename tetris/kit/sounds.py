@@ -1,4 +1,4 @@
-"""Sounds for events, computed from a few numbers each, at the volumes that the player chose.
+"""Sounds, computed from a few numbers each, at the volumes that the player chose.
 
 The mixer opens in a thread, because some systems take seconds to say that there is no audio
 device. Until it is open, and where there is none, playing is quietly nothing.
@@ -15,21 +15,8 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from tetris.engine import events as happened
-from tetris.engine.events import Action, Event
-from tetris.engine.moves import Spin
 from tetris.kit.settings import Settings
 
-_LINES: Final = ("lock", "single", "double", "triple", "tetris")
-_PLAIN: Final[Mapping[type[Event], str]] = {
-    happened.Rotated: "rotate",
-    happened.Held: "hold",
-    happened.Dropped: "drop",
-    happened.LevelUp: "level",
-    happened.ToppedOut: "over",
-    happened.Finished: "won",
-    happened.Undone: "undo",
-}
 _CHANNELS: Final = 16
 _BUFFER: Final = 512  # samples: 12 ms, so that a sound belongs to its key
 RATE_HZ: Final = 44_100
@@ -157,15 +144,9 @@ class Sounds:
         """Play one of the game's sounds by its name."""
         self._play(name, "effects")
 
-    def show(self, events: Iterable[Event]) -> None:
-        """Play what the events of a frame sound like, each sound once."""
-        names = dict.fromkeys(
-            (f"tone_{event.piece.kind}", "tones")
-            if isinstance(event, happened.Spawned)
-            else (sound_of(event), "effects")
-            for event in events
-        )
-        for name, kind in names:
+    def play(self, sounds: Iterable[tuple[str, str]]) -> None:
+        """Play sounds by their names, each at the volume of its kind."""
+        for name, kind in sounds:
             self._play(name, kind)
 
     def _play(self, name: str, kind: str) -> None:
@@ -181,17 +162,3 @@ class Sounds:
         volume = min(volume, room / self._peaks[sound])
         if volume > 0 and (channel := sound.play()):
             channel.set_volume(volume)
-
-
-def sound_of(event: Event) -> str:
-    """Return the name of the sound of an event, "" for silent ones."""
-    match event:
-        case happened.Moved(action=Action.LEFT | Action.RIGHT):
-            return "shift"
-        case happened.Locked(clear=clear) if clear.perfect:
-            return "perfect"
-        case happened.Locked(clear=clear) if clear.spin is not Spin.NONE:
-            return "spin" if clear.spin is Spin.FULL else "mini"
-        case happened.Locked(clear=clear):
-            return _LINES[clear.lines]
-    return _PLAIN.get(type(event), "")

@@ -1,7 +1,7 @@
 """Colours, themes and fonts that every part of the window shares; themes come from a file."""
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -11,13 +11,10 @@ from typing import Any, Final
 
 import pygame
 
-from tetris.engine.pieces import KINDS
-
 Colour = tuple[int, int, int]
 
 BLACK: Final[Colour] = (0, 0, 0)
 WHITE: Final[Colour] = (255, 255, 255)
-DEBRIS: Final = "?"  # the colour of blocks that no piece left, such as those to be dug away
 _EM: Final = 0.7  # of a size: what its letters measure, from ascender to descender
 LEAST_PX: Final = 12  # of a font: smaller letters cannot be read
 
@@ -86,7 +83,7 @@ class Palette:
     well: Colour  # the empty board
     grid: Colour  # the lines between its cells
     flash: Colour  # what a locking piece and a clear light up in
-    pieces: Mapping[str, Colour]  # and `DEBRIS`
+    pieces: tuple[Colour, ...]  # of the application's blocks, in its order
     edge: Colour | None = None  # around each block
     bevel: float = 1.0  # how far the blocks' edges are lit and shaded, from 0 (flat)
     ghost_alpha: int = 170  # how opaque the ghost's outline is, 0 to 255
@@ -101,11 +98,11 @@ def _load() -> Iterator[Palette]:
     """Yield the themes of the colour file."""
     file = files("assets") / "tetris" / "palettes.toml"
     for name, table in tomllib.loads(file.read_text("utf-8")).items():
-        pieces = zip((*KINDS, DEBRIS), map(tuple, table.pop("pieces")), strict=True)
+        pieces = tuple(map(tuple, table.pop("pieces")))
         values: dict[str, Any] = {
             key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
         }
-        yield Palette(name=name, pieces=MappingProxyType(dict(pieces)), **values)
+        yield Palette(name=name, pieces=pieces, **values)
 
 
 PALETTES: Final = MappingProxyType({palette.name: palette for palette in _load()})

@@ -19,10 +19,10 @@ from tetris.kit.menu import Item
 from tetris.kit.screen_stack import Screen, ScreenStack
 from tetris.kit.settings import Settings, stepped
 from tetris.kit.theme import DARK
-from tetris.kit.tiles import Tiles
 from tetris.window.game_session import Saves
 from tetris.window.screen_flow import ScreenFlow, Start
 from tetris.window.screens.menus import chosen_mode
+from tetris.window.tiles import Tiles
 
 __all__ = ["App", "Start", "play"]
 

@@ -1,10 +1,10 @@
-"""Effects of events: light on the board, and words beside it ("T-spin double", "+1,200").
+"""Effects of events: light on the board, words beside it ("T-spin double", "+1,200"), sounds.
 
 Settings without motion show the words alone, and nothing flashes.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import cos, pi, sin
 from random import Random
 from typing import Final
@@ -12,11 +12,13 @@ from typing import Final
 import pygame
 
 from tetris.engine import events as happened
-from tetris.engine.events import Event
+from tetris.engine.events import Action, Event
+from tetris.engine.moves import Spin
 from tetris.kit import theme
+from tetris.kit.look import Look
 from tetris.kit.theme import Colour
-from tetris.kit.tiles import ThemeChoice
 from tetris.window.scenery import Layout
+from tetris.window.tiles import tiles_of
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
@@ -33,13 +35,24 @@ _POP_S: Final = 0.12  # the words come in a little from below
 _FADE_FROM: Final = 0.7  # of its time
 _MOST: Final = 24  # effects alive at once; a fast player would pile them up
 
+_LINE_SOUNDS: Final = ("lock", "single", "double", "triple", "tetris")
+_SOUNDS: Final[Mapping[type[Event], str]] = {
+    happened.Rotated: "rotate",
+    happened.Held: "hold",
+    happened.Dropped: "drop",
+    happened.LevelUp: "level",
+    happened.ToppedOut: "over",
+    happened.Finished: "won",
+    happened.Undone: "undo",
+}
+
 Line = tuple[str, Colour]
 
 
 class Effects:
     """The effects alive at present; each is begun by an event and dies of age."""
 
-    def __init__(self, look: ThemeChoice) -> None:
+    def __init__(self, look: Look) -> None:
         self._look = look
         self._alive: list[Effect] = []
         self._lit_s = -_APART_S  # when something was lit last
@@ -125,9 +138,9 @@ class _Flash(Effect):
 class _Trail(Effect):
     """Light above a piece that was dropped, brightest where it came to rest."""
 
-    def __init__(self, event: happened.Dropped, cell: int, look: ThemeChoice) -> None:
+    def __init__(self, event: happened.Dropped, cell: int, look: Look) -> None:
         super().__init__(event.time_s, _TRAIL_S)
-        colour = theme.mix(look.tiles.colour(event.piece.kind), look.palette.flash, 0.35)
+        colour = theme.mix(tiles_of(look).colour(event.piece.kind), look.palette.flash, 0.35)
         height = event.rows * cell
         shades = min(height, _TRAIL_ALPHA)  # more could not be told apart
         strip = pygame.Surface((1, shades), pygame.SRCALPHA)
@@ -165,7 +178,7 @@ class _Burst(Effect):
     """Sparks in the colours of the cleared rows, which fly the same way in a replay."""
 
     def __init__(
-        self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: ThemeChoice
+        self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: Look
     ) -> None:
         super().__init__(event.time_s, _SPARKS_S)
         placed = dict.fromkeys(event.piece.cells, event.piece.kind)
@@ -177,7 +190,7 @@ class _Burst(Effect):
                 mark = placed.get((x, y)) or (rows[y][x] if y < len(rows) else "")
                 if not mark:
                     continue
-                colour = look.tiles.colour(mark)
+                colour = tiles_of(look).colour(mark)
                 if colour not in self._pictures:
                     self._pictures[colour] = pygame.Surface((side, side))
                     self._pictures[colour].fill(colour)
@@ -222,7 +235,7 @@ class _Glow(Effect):
 class Callouts:
     """The latest words; new ones take their place."""
 
-    def __init__(self, look: ThemeChoice) -> None:
+    def __init__(self, look: Look) -> None:
         self._look = look
         self._lines: list[Line] = []
         self._since_s = 0.0
@@ -285,7 +298,7 @@ class Callouts:
         return picture
 
 
-def praise(event: happened.Locked, look: ThemeChoice) -> list[Line]:
+def praise(event: happened.Locked, look: Look) -> list[Line]:
     """Return the lines about a lock, the greatest first, each with its colour."""
     clear, palette, words = event.clear, look.palette, look.words
     lines: list[Line] = []
@@ -302,3 +315,30 @@ def praise(event: happened.Locked, look: ThemeChoice) -> list[Line]:
     if clear.points:
         lines.append((f"+{clear.points:,}", palette.text))
     return lines
+
+
+# -- sounds ------------------------------------------------------------------------------------
+
+
+def sounds_of(events: Iterable[Event]) -> Iterable[tuple[str, str]]:
+    """Return the sounds of the events of a frame and their kinds of volume, each sound once."""
+    return dict.fromkeys(
+        (f"tone_{event.piece.kind}", "tones")
+        if isinstance(event, happened.Spawned)
+        else (sound_of(event), "effects")
+        for event in events
+    )
+
+
+def sound_of(event: Event) -> str:
+    """Return the name of the sound of an event, "" for silent ones."""
+    match event:
+        case happened.Moved(action=Action.LEFT | Action.RIGHT):
+            return "shift"
+        case happened.Locked(clear=clear) if clear.perfect:
+            return "perfect"
+        case happened.Locked(clear=clear) if clear.spin is not Spin.NONE:
+            return "spin" if clear.spin is Spin.FULL else "mini"
+        case happened.Locked(clear=clear):
+            return _LINE_SOUNDS[clear.lines]
+    return _SOUNDS.get(type(event), "")

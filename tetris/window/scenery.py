@@ -6,7 +6,8 @@ from typing import Final
 import pygame
 
 from tetris.kit import theme
-from tetris.kit.tiles import ThemeChoice
+from tetris.kit.look import Look
+from tetris.window.tiles import tiles_of
 
 _LOGO: Final = (
     "ZZZ LLL OOO SS. I .TT",
@@ -160,7 +161,7 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
     return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, True)
 
 
-def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
+def draw_scenery(layout: Layout, look: Look) -> pygame.Surface:
     """Return a picture of the layout's area."""
     palette, cell = look.palette, layout.cell
     scenery = pygame.Surface(layout.area.size)
@@ -186,15 +187,13 @@ def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
     return scenery
 
 
-def draw_card(surface: pygame.Surface, card: pygame.Rect, radius: int, look: ThemeChoice) -> None:
+def draw_card(surface: pygame.Surface, card: pygame.Rect, radius: int, look: Look) -> None:
     """Draw a card's face and edge."""
     pygame.draw.rect(surface, look.palette.surface, card, border_radius=radius)
     pygame.draw.rect(surface, look.palette.line, card, 1, border_radius=radius)
 
 
-def _draw_well(
-    scenery: pygame.Surface, well: pygame.Rect, layout: Layout, look: ThemeChoice
-) -> None:
+def _draw_well(scenery: pygame.Surface, well: pygame.Rect, layout: Layout, look: Look) -> None:
     palette, cell = look.palette, layout.cell
     frame = max(2, cell // 12)
     outer = well.inflate(2 * frame, 2 * frame)
@@ -208,10 +207,11 @@ def _draw_well(
         scenery.fill(palette.grid, (well.left, well.top + y * cell, well.width, 1))
 
 
-def draw_logo(surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
+def draw_logo(surface: pygame.Surface, area: pygame.Rect, look: Look) -> None:
     """Draw the name as large as fits, at the upper left of an area."""
     cell = max(2, min(area.width // len(_LOGO[0]), area.height // len(_LOGO)))
+    tiles = tiles_of(look)
     for y, row in enumerate(_LOGO):
         for x, mark in enumerate(row):
             if mark.isalpha():
-                surface.blit(look.tiles.mino(mark, cell), (area.x + x * cell, area.y + y * cell))
+                surface.blit(tiles.mino(mark, cell), (area.x + x * cell, area.y + y * cell))

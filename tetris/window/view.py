@@ -14,9 +14,10 @@ from tetris.engine.game import Finish, Game, Phase, TopOut
 from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.kit import theme
-from tetris.kit.tiles import ThemeChoice
+from tetris.kit.look import Look
 from tetris.window.effects import Callouts, Effects
 from tetris.window.scenery import PAD, Layout, draw_scenery
+from tetris.window.tiles import tiles_of
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
     None: "view.paused",
@@ -81,12 +82,13 @@ class GameView:
         self,
         area: pygame.Rect,
         *,
-        look: ThemeChoice | None = None,
+        look: Look | None = None,
         card: bool = True,
     ) -> None:
         """Draw into an area; `card` is whether there is a card for figures."""
         self._card = card
-        self._look = look or ThemeChoice()
+        self._look = look or Look()
+        self._tiles = tiles_of(self._look)
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
         self._rows: Sequence[str] = ()  # the board as it was drawn last
@@ -211,7 +213,7 @@ class GameView:
     # -- the board ---------------------------------------------------------------------
 
     def _draw_blocks(self, surface: pygame.Surface, game: Game, hint: Piece | None) -> None:
-        cell, at, tiles = self.layout.cell, self.layout.at, self._look.tiles
+        cell, at, tiles = self.layout.cell, self.layout.at, self._tiles
         rows = self.layout.rows
         top = rows + (_HEADROOM_ROWS if game.phase is Phase.RUNNING else 0)
         blits = [
@@ -274,12 +276,12 @@ class GameView:
             accent = self._look.palette.accent
             pygame.draw.rect(surface, accent, self.layout.hold, wide, border_radius=radius)
         if game.hold:
-            picture = self._look.tiles.preview(game.hold, self._small, dim=not game.can_hold)
+            picture = self._tiles.preview(game.hold, self._small, dim=not game.can_hold)
             surface.blit(picture, picture.get_rect(center=self.layout.hold_centre))
 
     def _draw_next(self, surface: pygame.Surface, game: Game) -> None:
         for kind, centre in zip(game.next, self.layout.slots, strict=False):
-            picture = self._look.tiles.preview(kind, self._small)
+            picture = self._tiles.preview(kind, self._small)
             surface.blit(picture, picture.get_rect(center=centre))
 
     @property

@@ -15,6 +15,7 @@ from tetris.kit.menu import Menu
 from tetris.kit.menu_view import wrapped
 from tetris.kit.screen_stack import PLAY_HZ, ScreenStack
 from tetris.kit.theme import Colour
+from tetris.window.effects import sounds_of
 from tetris.window.view import Figure, GameView
 
 _LEAST, _MOST = 0.36, 0.5  # of the area's width, for the column
@@ -66,7 +67,7 @@ class GamePage(OrbScreen):
         happened = list(events)
         if self._game_view:
             self._game_view.show(happened)
-        self._stage.sounds.show(happened)
+        self._stage.sounds.play(sounds_of(happened))
 
     def refresh(self) -> None:
         """Take over another look, or another size."""

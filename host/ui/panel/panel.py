@@ -16,8 +16,8 @@ from host.ui.orb_state import Deviation, LinkState, OrbState
 from host.ui.panel.gesture_rows import GestureRows
 from host.ui.panel.panel_layout import HEIGHT, WIDTH, PanelLayout
 from host.ui.pointer_input import DomeArea
+from tetris.kit.look import Look
 from tetris.kit.theme import Colour
-from tetris.kit.tiles import ThemeChoice
 
 _COLOURS: Final[dict[LinkState, str]] = {
     "connecting": "warn",
@@ -77,7 +77,7 @@ class Panel:
         self._still, self._picture = pygame.Surface((1, 1)), pygame.Surface((1, 1))
         self._still_key: tuple[Any, ...] = ()
         self._picture_key: tuple[Any, ...] = ()
-        self._look = ThemeChoice()
+        self._look = Look()
         self._asked: tuple[Any, ...] = ()  # of `place`
         self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
 
@@ -95,9 +95,7 @@ class Panel:
         self.layout = layout = PanelLayout.of(rect, gestures or _USUAL, scale)
         self.projection = Projection(pad, layout.dome.center, layout.radius / pad.radius)
 
-    def draw(
-        self, surface: pygame.Surface, view: OrbState, now_s: float, look: ThemeChoice
-    ) -> None:
+    def draw(self, surface: pygame.Surface, view: OrbState, now_s: float, look: Look) -> None:
         """Draw the orb in a theme and a language; `view` has been advanced to `now_s`."""
         if min(self.rect.size) < _LEAST:
             return

@@ -11,18 +11,20 @@ from tetris.kit.keys import DueAction, Keys
 from tetris.kit.menu import MenuStep, Repeater
 from tetris.kit.pads import Pads, Press
 
-LEFT, RIGHT = Action.LEFT, Action.RIGHT
+LEFT, RIGHT = SHIFTS = Action.LEFT, Action.RIGHT
 
 
 # -- keys ----------------------------------------------------------------------------------
 
 
-def hands(das_s: float = 0.167, arr_s: float = 0.033, drop_guard: bool = False) -> Keys:
-    table = bindings.table(bindings.KEYS)
-    return Keys(table, das_s=das_s, arr_s=arr_s, drop_guard=drop_guard)
+def hands(
+    das_s: float = 0.167, arr_s: float = 0.033, guarded: Action | None = None
+) -> Keys[Action]:
+    table = bindings.table(Action, bindings.KEYS)
+    return Keys(table, das_s=das_s, arr_s=arr_s, shifts=SHIFTS, guarded=guarded)
 
 
-def polled(keys: Keys, time_s: float) -> list[Action]:
+def polled(keys: Keys[Action], time_s: float) -> list[Action]:
     """The actions that are due."""
     return [due.action for due in keys.due(time_s)]
 
@@ -109,7 +111,7 @@ def test_held_down_is_one_row_and_then_a_soft_drop() -> None:
 
 
 def test_a_hard_drop_can_be_guarded_while_a_direction_is_held() -> None:
-    keys = hands(drop_guard=True)
+    keys = hands(guarded=Action.HARD_DROP)
     keys.press(pygame.K_LEFT, 0.0)
     keys.press(pygame.K_SPACE, 0.01)
     assert polled(keys, 0.02) == [LEFT]
@@ -148,7 +150,7 @@ def test_each_action_knows_what_was_held_at_its_moment_and_not_what_came_after()
 
 
 def test_unknown_keys_do_nothing() -> None:
-    keys = Keys({pygame.K_a: LEFT}, das_s=0.1, arr_s=0.05)
+    keys = Keys({pygame.K_a: LEFT}, das_s=0.1, arr_s=0.05, shifts=SHIFTS)
     keys.press(pygame.K_LEFT, 0.0)
     keys.press(pygame.K_a, 0.0)
     assert polled(keys, 0.151) == [LEFT] * 3
@@ -170,12 +172,12 @@ def test_all_repeats_come_in_the_order_of_time(steps: list[tuple[bool, int]]) ->
 
 
 def test_bindings_are_written_by_name_and_several_keys_do_the_same() -> None:
-    table = bindings.table({"left": ["a", "kp4"], "hold": ["pad_l1"]})
+    table = bindings.table(Action, {"left": ["a", "kp4"], "hold": ["pad_l1"]})
     assert table == {pygame.K_a: LEFT, pygame.K_KP4: LEFT, "pad_l1": Action.HOLD}
 
 
 def test_names_that_mean_nothing_are_left_out() -> None:
-    assert bindings.table({"left": ["no such key"], "fly": ["a"]}) == {}
+    assert bindings.table(Action, {"left": ["no such key"], "fly": ["a"]}) == {}
 
 
 def test_a_key_bound_anew_is_taken_from_what_it_did_before() -> None:
@@ -216,7 +218,7 @@ def test_a_key_is_shown_as_what_stands_on_it(name: str, caption: str) -> None:
 def test_every_key_of_pygame_can_be_bound_by_its_name() -> None:
     name = bindings.key_name(pygame.K_F5)
     assert name == "f5"
-    assert bindings.table({"undo": [name]}) == {pygame.K_F5: Action.UNDO}
+    assert bindings.table(Action, {"undo": [name]}) == {pygame.K_F5: Action.UNDO}
     assert bindings.key_name(-1) is None
 
 

@@ -3,9 +3,9 @@
 import pygame
 import pytest
 
+from tetris.kit.look import Look
 from tetris.kit.menu import Cursor, Item, Menu, MenuStep, Row
 from tetris.kit.menu_view import MenuView, wrapped
-from tetris.kit.tiles import ThemeChoice
 
 
 class Counter:
@@ -71,7 +71,7 @@ def test_a_menu_that_has_become_shorter_keeps_its_cursor_inside() -> None:
 def test_the_chosen_item_of_a_long_menu_is_always_seen(size: tuple[int, int]) -> None:
     surface = pygame.Surface(size)
     menu = Menu("Long", [Item(f"item {number}", value="x") for number in range(40)])
-    view = MenuView(ThemeChoice())
+    view = MenuView(Look())
     for selected in (*range(40), *reversed(range(40)), 0, 39):
         view.draw(surface, surface.get_rect(), menu, selected, size[1] / 720)
         assert selected in [spot.number for spot in view.spots]
@@ -80,7 +80,7 @@ def test_the_chosen_item_of_a_long_menu_is_always_seen(size: tuple[int, int]) ->
 def test_a_table_leaves_room_for_the_items_below_it() -> None:
     surface = pygame.Surface((500, 500))
     table = [Row(("place", "points", "date"), marked=place == 3) for place in range(60)]
-    view = MenuView(ThemeChoice())
+    view = MenuView(Look())
     view.draw(surface, surface.get_rect(), Menu("Best", (Item("Back"),), table), 0, 1.0)
     assert surface.get_rect().contains(view.spots[0].place)
 

@@ -13,7 +13,8 @@ from tetris.engine.game import Action, Game
 from tetris.engine.pieces import KINDS, Piece
 from tetris.kit import sounds
 from tetris.kit.settings import Settings
-from tetris.kit.sounds import Sounds, sound_of
+from tetris.kit.sounds import Sounds
+from tetris.window.effects import sound_of, sounds_of
 
 
 def channels() -> list[pygame.mixer.Channel]:
@@ -117,7 +118,7 @@ def test_a_volume_of_nothing_plays_nothing(opened: Sounds) -> None:
 def test_a_sound_is_played_once_a_frame(opened: Sounds) -> None:
     opened.set_volumes(Settings(effects=100))
     moved = happened.Moved(0.0, Piece("T", 3, 18), -1, 0, Action.LEFT)
-    opened.show([moved] * 9)
+    opened.play(sounds_of([moved] * 9))
     assert sum(channel.get_busy() for channel in channels()) == 1
 
 

@@ -7,8 +7,8 @@ import pygame
 import pytest
 
 from tetris.engine.pieces import KINDS
-from tetris.kit.theme import DEBRIS, PALETTES, Colour, Palette
-from tetris.kit.tiles import Tiles
+from tetris.kit.theme import PALETTES, Colour, Palette
+from tetris.window.tiles import Tiles, colours
 
 THEMES = pytest.mark.parametrize("palette", PALETTES.values(), ids=list(PALETTES))
 
@@ -83,16 +83,17 @@ def test_words_stand_out_from_what_they_stand_on(palette: Palette) -> None:
 
 @THEMES
 def test_blocks_stand_out_from_the_empty_board(palette: Palette) -> None:
-    for mark in (*KINDS, DEBRIS):
-        assert contrast(palette.pieces[mark], palette.well) >= (
+    for mark in (*KINDS, "#"):
+        assert contrast(colours(palette)[mark], palette.well) >= (
             1.6 if palette.name == "light" else 2.5
         )
 
 
 @pytest.mark.parametrize("eye", EYES)
 def test_the_safe_themes_pieces_are_told_apart_by_any_eye(eye: str) -> None:
+    safe = colours(PALETTES["safe"])
     distances = {
-        f"{a}{b}": round(apart(PALETTES["safe"].pieces[a], PALETTES["safe"].pieces[b], eye), 1)
+        f"{a}{b}": round(apart(safe[a], safe[b], eye), 1)
         for a, b in itertools.combinations(KINDS, 2)
     }
     assert min(distances.values()) >= TOLD_APART, distances
@@ -110,8 +111,8 @@ def test_patterns_tell_pieces_apart_without_colours(palette: Palette) -> None:
     assert len(pictures) == len(KINDS)
 
 
-def test_a_mark_that_is_no_piece_is_drawn_as_debris() -> None:
-    assert Tiles(PALETTES["safe"]).colour("#") == PALETTES["safe"].pieces[DEBRIS]
+def test_a_mark_that_is_no_piece_is_drawn_as_garbage() -> None:
+    assert Tiles(PALETTES["safe"]).colour("#") == PALETTES["safe"].pieces[-1]
 
 
 def test_pictures_are_kept_but_not_without_end() -> None:

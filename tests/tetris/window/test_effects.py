@@ -11,15 +11,15 @@ from tetris.engine.board import Board
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
+from tetris.kit.look import Look
 from tetris.kit.settings import Settings
-from tetris.kit.tiles import ThemeChoice
 from tetris.window.effects import Effects, praise
 from tetris.window.scenery import Layout
 from tetris.window.view import GameView, clock, figures_of
 
 AREA = pygame.Rect(0, 0, 1280, 720)
-STILL = ThemeChoice.chosen(Settings(motion=False, language="en"))
-MOVING = ThemeChoice.chosen(Settings(language="en"))
+STILL = Look.chosen(Settings(motion=False, language="en"))
+MOVING = Look.chosen(Settings(language="en"))
 
 
 def drop(board: str, piece: Piece) -> tuple[Game, list[Event]]:
@@ -35,7 +35,7 @@ def cleared(board: str, piece: Piece) -> tuple[Game, list[Event], happened.Locke
     return game, events, lock
 
 
-def changed(look: ThemeChoice, events: list[Event], game: Game, at_s: float) -> pygame.Mask:
+def changed(look: Look, events: list[Event], game: Game, at_s: float) -> pygame.Mask:
     """Return which pixels differ from a picture in which nothing has happened."""
     pictures = []
     for shown in (events, []):
@@ -110,7 +110,7 @@ def test_a_lock_is_praised_greatest_first() -> None:
 
 
 def test_every_name_of_a_clear_is_in_the_language_file() -> None:
-    german = ThemeChoice.chosen(Settings(language="de"))
+    german = Look.chosen(Settings(language="de"))
     _, _, lock = cleared(QUAD, Piece("I", 7, 10, 1))
     assert praise(lock, german)[0][0] == "TETRIS"
     _, _, lock = cleared("J.........\nJJJJJJJJ..\nJJJJJJJJ..", Piece("O", 8, 10))

@@ -13,10 +13,11 @@ from tetris.engine.events import Spawned
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
 from tetris.kit import display, theme
+from tetris.kit.look import Look
 from tetris.kit.settings import Settings
-from tetris.kit.tiles import ThemeChoice
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout
+from tetris.window.tiles import colours
 from tetris.window.view import GameView
 
 # -- view ----------------------------------------------------------------------------------
@@ -46,7 +47,7 @@ def test_a_block_has_the_colour_of_its_piece(view: GameView) -> None:
     cell = view.layout.cell
     x, y = view.layout.at(0, 0)
     red, green, blue, _ = surface.get_at((x + cell // 2, y + cell // 2))
-    expected = theme.DARK.pieces["S"]
+    expected = colours(theme.DARK)["S"]
     assert max(abs(a - b) for a, b in zip((red, green, blue), expected, strict=True)) < 30
 
 
@@ -78,7 +79,7 @@ def test_the_end_of_a_game_is_said_on_the_board(view: GameView) -> None:
 
 @pytest.mark.parametrize("name", ["dark", "safe"])
 def test_drawing_what_changed_gives_the_picture_that_drawing_all_of_it_gives(name: str) -> None:
-    look = ThemeChoice.chosen(Settings(theme=name))
+    look = Look.chosen(Settings(theme=name))
     view, game = GameView(pygame.Rect(0, 0, 640, 480), look=look), Game(5, Config(start_level=5))
     kept, whole, plan = pygame.Surface((640, 480)), pygame.Surface((640, 480)), greedy.plan(game)
     actions, saved = list(plan.actions), 0

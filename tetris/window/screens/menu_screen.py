@@ -7,10 +7,10 @@ import pygame
 
 from tetris.engine.game import Game
 from tetris.kit.keys import Code
+from tetris.kit.look import Look
 from tetris.kit.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.screen_stack import ATTRACT_HZ, IDLE_HZ, Screen, ScreenStack
-from tetris.kit.tiles import ThemeChoice
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout, draw_card, draw_logo
 from tetris.window.view import GameView
@@ -38,7 +38,7 @@ class AttractMode:
         self._bot = BotPlayer(_ACTION_S)
         self._view: GameView | None = None
         self._area = pygame.Rect(0, 0, 0, 0)
-        self._look: ThemeChoice | None = None
+        self._look: Look | None = None
         self._time_s = self._seen_s = 0.0
 
     @property
@@ -56,7 +56,7 @@ class AttractMode:
             self._view.show(events)
 
     def draw(
-        self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice, *, kept: bool
+        self, surface: pygame.Surface, area: pygame.Rect, look: Look, *, kept: bool
     ) -> list[pygame.Rect]:
         """Draw the game into an area, and return where it changed."""
         if self._view is None or self._look is not look or self._area != area:

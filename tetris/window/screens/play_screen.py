@@ -12,9 +12,9 @@ from tetris.bots.greedy import Plan
 from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
 from tetris.kit import bindings
-from tetris.kit.keys import Code, DueAction
+from tetris.kit.keys import Code, DueAction, Keys
 from tetris.kit.screen_stack import PLAY_HZ, Screen, ScreenStack
-from tetris.kit.settings import hands
+from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session
 from tetris.window.view import GameView, figures_of
 
@@ -61,13 +61,19 @@ class PlayScreen(Screen):
         self._tapped: set[Action] = set()  # turns and holds while no piece is in play
         self._hint: Plan | None = None
         self._heard: list[Event] = []
-        self._given: list[DueAction] = []
+        self._given: list[DueAction[Action]] = []
         self._held: frozenset[Action] = frozenset()  # by a controller of actions
         self._take_over_hands()
 
     def _take_over_hands(self) -> None:
         settings = self._stage.settings
-        self._keys = hands(settings)
+        self._keys = Keys(
+            bindings.table(Action, settings.keys, settings.pads),
+            das_s=settings.das_ms / 1000,
+            arr_s=settings.arr_ms / 1000,
+            shifts=(Action.LEFT, Action.RIGHT),
+            guarded=Action.HARD_DROP if settings.drop_guard else None,
+        )
         self._hint_codes = bindings.codes(bindings.HINT, settings.keys, settings.pads)
 
     @property
@@ -183,7 +189,7 @@ class PlayScreen(Screen):
             self.pause()
         elif self._begun:
             self._play([each for each in due if each.action not in _OURS])
-        self._stage.sounds.show(self._heard)  # all of a frame together
+        self._stage.sounds.play(sounds_of(self._heard))  # all of a frame together
         self._heard = []
 
     def _ask_restart(self) -> None:
@@ -194,7 +200,7 @@ class PlayScreen(Screen):
         else:
             self._restart(self)
 
-    def _play(self, due: list[DueAction]) -> None:
+    def _play(self, due: list[DueAction[Action]]) -> None:
         game, time_s = self.session.game, self._time_s
         if game.phase is Phase.OVER and all(each.action is not Action.UNDO for each in due):
             self._rest()

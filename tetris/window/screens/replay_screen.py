@@ -10,6 +10,7 @@ from tetris.history.replay import Player, Recorder
 from tetris.kit.keys import Code
 from tetris.kit.menu import Item, Menu
 from tetris.kit.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
+from tetris.window.effects import sounds_of
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.view import GameView, clock, figures_of
 
@@ -49,7 +50,7 @@ class ReplayScreen(MenuScreen):
             events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
             if self._game_view:
                 self._game_view.show(events)
-            self._stage.sounds.show(events)
+            self._stage.sounds.play(sounds_of(events))
             self._playing = not player.at_end
         self.rebuild()
 

@@ -23,8 +23,8 @@ from host.ui.panel.panel import Panel, Projection
 from host.ui.panel.panel_layout import HEIGHT, WIDTH
 from host.ui.pointer_input import DomeArea
 from tetris.kit import language, theme
+from tetris.kit.look import Look
 from tetris.kit.theme import PALETTES
-from tetris.kit.tiles import ThemeChoice
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
@@ -65,7 +65,7 @@ def drawn(view: OrbState, surface: pygame.Surface, now_s: float = 10.0) -> pygam
     panel.place(RECT, DomeArea())
     view.advance(now_s - 5.0)
     view.advance(now_s)  # long enough for the shown image to have become the felt one
-    panel.draw(surface, view, now_s, ThemeChoice())
+    panel.draw(surface, view, now_s, Look())
     return surface.copy()
 
 
@@ -174,7 +174,7 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     panel = Panel()
     panel.place(pygame.Rect(10, 10, 200, 400), DomeArea(rows, columns, 8.0))
     view.advance(0.5)
-    panel.draw(surface, view, 0.5, ThemeChoice())
+    panel.draw(surface, view, 0.5, Look())
 
 
 def test_pixels_and_grid_units_are_each_others_inverse() -> None:
@@ -191,7 +191,7 @@ def test_the_newest_command_is_said_and_its_gesture_highlighted_until_they_fade(
     panel.place(RECT, DomeArea())
     calm = drawn(view, surface)
     view.command(Command("left", "press", 0.9, None, 1), 10.0)
-    panel.draw(surface, view, 10.5, ThemeChoice(words=language.load("de")))
+    panel.draw(surface, view, 10.5, Look(words=language.load("de")))
     assert panel._caption(view, 10.5)[0] == "drücken → links"
     row = panel.layout.rows[0]
     assert surface.subsurface(row).get_at((row.width // 2, 0)) != calm.get_at(row.midtop)
@@ -253,14 +253,14 @@ def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
 def test_a_panel_on_which_nothing_changes_is_copied_not_drawn(surface: pygame.Surface) -> None:
     view, panel = live_view(), Panel()
     panel.place(RECT, DomeArea())
-    panel.draw(surface, view, 1.0, ThemeChoice())
+    panel.draw(surface, view, 1.0, Look())
     composed: list[float] = []
     panel._compose = lambda view, now_s, *_: composed.append(now_s)  # type: ignore[method-assign]
     view.shown = view.shown + np.float32(0.003)  # the sensor's noise
-    panel.draw(surface, view, 2.0, ThemeChoice())
+    panel.draw(surface, view, 2.0, Look())
     assert composed == []
     view.shown = view.shown + np.float32(0.1)
-    panel.draw(surface, view, 3.0, ThemeChoice())
+    panel.draw(surface, view, 3.0, Look())
     assert composed == [3.0]
 
 
@@ -268,13 +268,13 @@ def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> Non
     view, panel = live_view(), Panel()
     panel.place(RECT, DomeArea())
     light = PALETTES["light"]
-    panel.draw(surface, view, 1.0, ThemeChoice(light, words=language.load("fr")))
+    panel.draw(surface, view, 1.0, Look(light, words=language.load("fr")))
     assert surface.get_at((1, 1))[:3] == light.background
     assert (
         surface.get_at((panel.layout.card.centerx, panel.layout.card.top + 4))[:3] == light.surface
     )
     french = surface.copy()
-    panel.draw(surface, view, 1.0, ThemeChoice(light))
+    panel.draw(surface, view, 1.0, Look(light))
     assert pygame.image.tobytes(french, "RGB") != pygame.image.tobytes(surface, "RGB")
 
 

@@ -1,16 +1,16 @@
-"""The chosen look: minos and ghosts as small pictures, a mark for each piece, and the theme."""
+"""Blocks and ghosts as small pictures, with a mark for each piece."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Final
 
 import pygame
 
-from tetris.engine.pieces import SHAPES
-from tetris.kit import language, theme
-from tetris.kit.language import Words
-from tetris.kit.settings import Settings
-from tetris.kit.theme import DARK, DEBRIS, PALETTES, Colour, Palette
+from tetris.engine.board import GARBAGE
+from tetris.engine.pieces import KINDS, SHAPES
+from tetris.kit import theme
+from tetris.kit.look import Look
+from tetris.kit.theme import Colour, Palette
 
 _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges
 _GHOST_FILL: Final = 0.2  # of the outline's opacity
@@ -21,12 +21,24 @@ Size = tuple[int, int]  # pixels
 _Draw = Callable[[pygame.Surface, pygame.Rect, Colour, int], object]
 
 
+def colours(palette: Palette) -> dict[str, Colour]:
+    """Return the colour of each mark of the board."""
+    return dict(zip((*KINDS, GARBAGE), palette.pieces, strict=True))
+
+
+@lru_cache(maxsize=4)
+def tiles_of(look: Look) -> "Tiles":
+    """Return the blocks of a look, the same ones each time."""
+    return Tiles(look.palette, patterns=look.patterns)
+
+
 class Tiles:
     """The blocks of one theme."""
 
     def __init__(self, palette: Palette, *, patterns: bool = False) -> None:
         """Use a theme's colours; patterns tell the pieces apart without them."""
         self._palette, self._patterns = palette, patterns
+        self._colours = colours(palette)
         self._kept: dict[tuple[str, str, int], pygame.Surface] = {}
 
     def mino(self, mark: str, size: int) -> pygame.Surface:
@@ -49,7 +61,7 @@ class Tiles:
 
     def colour(self, mark: str) -> Colour:
         """Return the colour of a mark of the board."""
-        return self._palette.pieces.get(mark) or self._palette.pieces[DEBRIS]
+        return self._colours[mark]
 
     def _keep(
         self, what: str, mark: str, size: int, draw: Callable[[str, int], pygame.Surface]
@@ -143,7 +155,7 @@ def _gradient(
 
 
 def draw_pattern(picture: pygame.Surface, face: pygame.Rect, mark: str, colour: Colour) -> None:
-    """Draw a piece's mark into the face of a block; debris has none."""
+    """Draw a piece's mark into the face of a block; garbage has none."""
     if draw := _PATTERNS.get(mark):
         side = round(min(face.size) * 0.52)
         box = pygame.Rect(0, 0, side, side)
@@ -180,30 +192,3 @@ _PATTERNS: Final[Mapping[str, _Draw]] = {
     "J": lambda to, box, ink, stroke: pygame.draw.rect(to, ink, box, stroke),
     "L": _plus,
 }
-
-
-@dataclass(frozen=True, eq=False)
-class ThemeChoice:
-    """Palette, blocks and words that every picture is drawn with, and what is shown."""
-
-    palette: Palette = DARK
-    tiles: Tiles = field(default_factory=lambda: Tiles(DARK))
-    words: Words = field(default_factory=lambda: language.load(language.FALLBACK))
-    motion: bool = True
-    ghost: bool = True
-    grid: bool = True
-    scale: float = 1.0  # of letters beside the board
-
-    @classmethod
-    def chosen(cls, settings: Settings) -> "ThemeChoice":
-        """Return the look that the settings ask for; an unknown theme is the first."""
-        palette = PALETTES.get(settings.theme, DARK)
-        return cls(
-            palette,
-            Tiles(palette, patterns=settings.patterns),
-            language.load(settings.language or language.of_system()),
-            motion=settings.motion,
-            ghost=settings.ghost,
-            grid=settings.grid,
-            scale=settings.scale / 100,
-        )
