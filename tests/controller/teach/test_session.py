@@ -81,8 +81,10 @@ def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
     for mark in asked:
         x, y = (float(part) for part in mark.text.rpartition(" ")[2].split(","))
         inside = (taught.t > mark.t_s) & (taught.t < mark.t_s + 2.0) & (taught.label == 1)
-        away.append(np.hypot(*(np.nanmedian(taught.touch[inside], axis=0) - (x, y))))
-    assert np.median(away) < 0.35  # the hand aims within 1 to 2 mm of 10
+        image = taught.frames[inside].mean(axis=0) / taught.rest
+        row, column = np.unravel_index(int(image.argmin()), image.shape)
+        away.append(np.hypot(column - x, 4 - row - y))
+    assert np.median(away) < 0.8  # of presses between four taxels one of the four is lowest
 
 
 def test_any_rate_and_quality_is_taught(mine: Path) -> None:
