@@ -77,8 +77,12 @@ class OrbApp(Target):
         config: Path | None = None,
         data: Path | None = None,
         sound: bool = True,
+        demo: int | None = None,
     ) -> None:
-        """Set up the first screen; without a folder, settings or games are not kept."""
+        """Set up the first screen; without a folder, settings or games are not kept.
+
+        With the seed of a demo it is a game that the virtual orb's own hand plays.
+        """
         super().__init__()
         self.ghost: tuple[Contact, ...] = ()
         self.zones, self.note = False, ""
@@ -111,7 +115,9 @@ class OrbApp(Target):
         self._taken = False  # whether the page took the last gesture for itself
         self._surface: pygame.Surface | None = None
         self._size = SIZE
-        if config is not None and start == Start():
+        if demo is not None:
+            self._guides.watch(self.stage, demo)
+        elif config is not None and start == Start():
             self._guides.offer(self.stage)
 
     @property
@@ -350,4 +356,10 @@ class OrbApp(Target):
 def create(options: TargetOptions) -> OrbApp:
     """Make the application with the player's settings and records."""
     start = Start() if options.seed is None else Start(seed=options.seed)
-    return OrbApp(start, config=config_folder(), data=data_folder(), sound=options.sound)
+    return OrbApp(
+        start,
+        config=config_folder(),
+        data=data_folder(),
+        sound=options.sound,
+        demo=options.demo,
+    )

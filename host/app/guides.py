@@ -44,9 +44,9 @@ class Guides:
         self.orb.lessons.begin()
         stage.push(TeachScreen(Course(stage, self.orb, self.play)))
 
-    def watch(self, stage: ScreenStack) -> None:
-        """Let the virtual orb's own hand play."""
-        stage.push(WatchScreen(stage, self.orb, self.go_on))
+    def watch(self, stage: ScreenStack, seed: int | None = None) -> None:
+        """Let the virtual orb's own hand play, a game of its own without a seed."""
+        stage.push(WatchScreen(stage, self.orb, self.go_on, seed))
 
     def offer(self, stage: ScreenStack) -> None:
         """Ask at the first start whether to show the introduction."""

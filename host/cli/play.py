@@ -3,7 +3,7 @@
 import argparse
 import logging
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -43,14 +43,14 @@ def main(words: list[str]) -> int:
             f"{options.orb[0]} stands alone; a port is named with --link {options.orb[0]}, and "
             "options of the virtual orb follow two dashes: host -- --preset paper-snr"
         )
-    options.headless |= options.demo and options.json  # its result is a line, no picture
+    options.headless |= options.json  # the result is a line, no picture
     _check(parser, options)
     logging.basicConfig(
         format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR
     )
     seed = secrets.randbits(31) if options.seed is None else options.seed
     with signals() as shutdown:
-        (_demo if options.demo else _play)(options, seed, shutdown)
+        (_demo if options.demo and options.headless else _play)(options, seed, shutdown)
     return shutdown.status
 
 
@@ -61,7 +61,7 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
         own: VirtualOrbProcess | None = None
         seeker = remembering.seek(options, memory)
         key = b"" if options.key is None else psk.read(options.key)
-        at_once = options.seed is not None or options.seconds is not None
+        at_once = (options.seed is not None or options.seconds is not None) and not options.demo
         wish = TargetOptions(
             seed if at_once else None,
             not options.headless,
@@ -69,6 +69,7 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
             options.backend,
             options.dry_run,
             options.profile or "",
+            seed if options.demo else None,
         )
         workers = open_taps(options.tap, stack, warn)
         if seeker is not None:
@@ -76,7 +77,7 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
         elif options.link is not None:
             receiver = Receiver(lambda: open_transport(options.link), key=key)
         else:
-            own = VirtualOrbProcess(seed, options.orb)
+            own = VirtualOrbProcess(seed, _orb_options(options))
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
         stack.callback(receiver.close)
@@ -94,7 +95,7 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
             target.orbs = orbs = Orbs(
                 receiver,
                 memory,
-                partial(VirtualOrbProcess, seed, options.orb),
+                partial(VirtualOrbProcess, seed, _orb_options(options)),
                 own=own,
                 where=lambda: seeker.url if seeker else options.link or "",
                 moved=noted.moved,
@@ -121,6 +122,15 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
             )
 
 
+def _orb_options(options: argparse.Namespace) -> Sequence[str]:
+    """Return the options of our own virtual orb; its hand is quick where it plays."""
+    if not options.demo:
+        return list(options.orb)
+    from host.demo.demo import quick
+
+    return quick(options.orb)
+
+
 def _open(
     options: argparse.Namespace, wish: TargetOptions
 ) -> tuple[targets.Target, loop.Surface | None]:
@@ -139,15 +149,12 @@ def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
 
 
 def _demo(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
-    from host.demo import demo  # imported here, because playing by hand needs no bot and no judge
+    from host.demo import demo  # imported here, because playing by hand needs no judge
 
     demo.run(
         seed=seed,
         seconds=options.seconds or _DEMO_S,
-        speed=options.speed,
-        headless=options.headless,
         as_json=options.json,
-        screenshot=options.screenshot,
         orb_options=options.orb,
         link=options.link,
         shutdown=shutdown,
@@ -163,8 +170,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error("what follows -- is for a virtual orb of our own; leave out --link")
     if options.demo and options.target not in (None, "tetris"):
         parser.error("--demo plays Tetris; leave out --target")
-    if not options.demo and (options.json or options.speed is not None):
-        parser.error("--json and --speed belong to the demo; add --demo")
+    if options.json and not options.demo:
+        parser.error("--json belongs to the demo; add --demo")
     if options.key is not None and options.link is None and options.device is None:
         parser.error(
             "--key is for an orb elsewhere, ours needs none; name it with --link or --device"
@@ -181,12 +188,12 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         )
     if acts and options.headless and options.screenshot:
         parser.error("--screenshot needs a window; leave out --headless")
+    if options.demo and options.headless and options.screenshot:
+        parser.error("--screenshot needs a window; leave out --headless and --json")
     if options.headless and not (options.demo or acts) and options.seconds is None:
         parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
     if options.seconds == 0.0:
         parser.error("--seconds must be more than 0; leave it out to play on")
-    if options.speed is None:
-        options.speed = 1.0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -208,13 +215,14 @@ def _parser() -> argparse.ArgumentParser:
     add = partial(add_option, parser)
     _add_orb(add)
     _add_targets(add)
-    add("--demo", "let the virtual orb's own hand play")
-    add("--headless", "open no window; Tetris needs --demo or --seconds")
-    lasts = f"stop after so long (default: play on; the demo: {_DEMO_S:g})"
+    add("--demo", "let the virtual orb's own hand play; touch the dome to take over")
+    add(
+        "--headless",
+        "open no window: the demo is played as fast as it can be; Tetris needs --demo or --seconds",
+    )
+    lasts = f"stop after so long (default: play on; a demo without a window: {_DEMO_S:g})"
     add("--seconds N", lasts, type=arguments.number(0.0))
-    speed = "of the demo: 1 is real time, 0 as fast as it can (default: 1)"
-    add("--speed X", speed, type=arguments.number(0.0))
-    add("--json", "end the demo with one line of JSON: how it went")
+    add("--json", "end a demo without a window with one line of JSON: how it went")
     add("--screenshot FILE", "save the last picture of the window, as .png", type=_picture)
     add("--verbose", "log what happens to the link")
     return parser

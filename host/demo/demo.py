@@ -1,38 +1,90 @@
-"""Closed-loop demo: a player, the virtual orb's own hand, and the whole path between them.
+"""Demo without a window: the virtual orb's own hand plays in granted time, and is judged.
 
-The host owns the clock: it grants the device one tick after another, so that a game is the
-same for its seed at every speed. What the hand truly did comes back with the telemetry, and
-judges what was recognised.
+The host owns the clock: it grants the device one tick after another, as fast as both can go, so
+that a game is the same for its seed. What the hand truly did comes back with the telemetry, and
+judges what was recognised. In the window the demo is `host.app.screens.watch`, in real time.
 """
 
 import json
 import math
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final
 
-import pygame
-
 from controller.shared.errors import TroubleError, count
-from controller.shared.protocol.messages import Grant, Granted, GroundTruth, Perform
+from controller.shared.protocol.messages import (
+    Command,
+    Grant,
+    Granted,
+    GroundTruth,
+    Perform,
+    State,
+)
+from host.actions import ACTIONS, HeldGestures
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.demo.autoplayer import Autoplayer, shipped_gestures
-from host.demo.game import DemoGame
+from host.demo.autoplayer import Autoplayer
 from host.demo.record import DemoRecord
-from host.window_loop import save, window
+from tetris.engine.game import Action, Config, Event, Game, Phase
+from tetris.kit.settings import Settings
 
 TICKS_PER_S: Final = 60
-QUICK: Final = ("--sensor", "virtual:quick=1")  # a nominal orb understands the quickest hand
-_CHOSEN: Final = ("--sensor", "--preset", "--bundle", "--rate")  # by the user: the hand is calm
-DRAW_EVERY: Final = 4  # ticks per picture when time is not real
+# An orb gives about one command a second, and a placement needs up to eight: at level 3 a
+# piece falls for 12 s, and what has landed can still be moved by one more gesture.
+PACE: Final = Config(gravity_cap=3, lock_delay_s=1.0)
+AGAIN_S: Final = 1.0  # a drop meant for the last piece does not start the next game
 ANSWER_S: Final = 5.0  # an orb that takes longer for a tick has died
+_QUICK: Final = ("--sensor", "virtual:quick=1")  # a nominal orb understands the quickest hand
+_CHOSEN: Final = ("--sensor", "--preset", "--bundle", "--rate")  # by the user: the hand is calm
 
 
 class DemoError(TroubleError, RuntimeError):
     """The demo cannot go on; the message is one sentence."""
+
+
+def quick(orb_options: Sequence[str]) -> Sequence[str]:
+    """Return options of a virtual orb whose hand is quick, unless they choose another orb."""
+    chosen = any(word.partition("=")[0] in _CHOSEN for word in orb_options)
+    return orb_options if chosen else (*_QUICK, *orb_options)
+
+
+class DemoGame:
+    """A game that the orb's commands play; `game` is the engine."""
+
+    def __init__(self, seed: int) -> None:
+        self.game = Game(seed, PACE)
+        self._gestures = HeldGestures(Settings())
+        self._running_s = 0.0  # when a game was last running or paused
+
+    def tick(self, now_s: float, received: Sequence[Received]) -> list[Event]:
+        """Advance to the present time and play received events, oldest first.
+
+        Return the events of the game. The time is never earlier than before.
+        """
+        events: list[Event] = []
+        for item in received:
+            action = self._take(item, now_s)
+            events += self._update(now_s, [action] if action else [])
+        events += self._update(now_s, self._gestures.poll(now_s))
+        if self.game.phase is not Phase.OVER:
+            self._running_s = now_s
+        return events
+
+    def _update(self, now_s: float, actions: list[Action]) -> list[Event]:
+        return self.game.update(now_s, actions, soft_drop=self._gestures.soft_drop(now_s))
+
+    def _take(self, item: Received, now_s: float) -> Action | None:
+        match item:
+            case Connected(welcome=welcome):
+                self._gestures = HeldGestures(Settings(), welcome.rate_hz)
+            case Delivered(message=State(pressed=pressed)):
+                self._gestures.hold(pressed, now_s)
+            case Delivered(message=Command(name="drop")) if self.game.phase is Phase.OVER:
+                return Action.RESTART if now_s - self._running_s >= AGAIN_S else None
+            case Delivered(message=Command(name=name)):
+                return ACTIONS.get(name)
+        return None
 
 
 class Demo:
@@ -46,8 +98,7 @@ class Demo:
         self.seed, self.seconds = seed, seconds
         self.tick_number = 0
         self._player = Autoplayer(seed, seconds)
-        chosen = any(word.partition("=")[0] in _CHOSEN for word in orb_options)
-        self._device = VirtualOrbProcess(seed, orb_options if chosen else (*QUICK, *orb_options))
+        self._device = VirtualOrbProcess(seed, quick(orb_options))
         opened = self._device.open if link is None else lambda: open_transport(link)
         self._receiver = Receiver(opened, token=self._device.token, granted=True)
 
@@ -97,8 +148,6 @@ class Demo:
         for item in received:
             if isinstance(item, Connected):
                 self._player.meet(item.welcome)
-                for gesture in shipped_gestures():
-                    self.target.orb.described(gesture)
             elif isinstance(item, Delivered) and isinstance(item.message, GroundTruth):
                 self._player.left(item.message.number, until / 1000)
 
@@ -140,32 +189,25 @@ def run(
     *,
     seed: int,
     seconds: float,
-    speed: float,
-    headless: bool,
     as_json: bool,
-    screenshot: Path | None = None,
     orb_options: Sequence[str] = (),
     link: str | None = None,
     shutdown: Sequence[str] = (),
 ) -> None:
     """Play a demo of some granted time, and print how it went.
 
-    Speed 1 is real time, 0 as fast as it goes; without a link the orb is one of our own, with
-    further options of `controller`. It ends early when `shutdown` has a reason.
+    Without a link the orb is one of our own, with further options of `controller`. It ends early,
+    without a word, when `shutdown` has a reason.
 
     Raises:
         LinkError, DemoError: The orb cannot be reached, or is gone or silent.
-        WindowError, PictureError: There is no display, or the picture cannot be saved.
     """
-    surface = None if headless and screenshot is None else window(headless=headless)
     with Demo(seed, seconds, orb_options, link) as demo:
-        _play(demo, speed, surface, shutdown)
+        while not (demo.over or shutdown):
+            demo.tick()
         verdict = demo.verdict()
-    if shutdown:
-        return
-    if surface is not None and screenshot is not None:
-        save(surface, screenshot)
-    print(json.dumps(verdict) if as_json else summary(verdict))
+    if not shutdown:
+        print(json.dumps(verdict) if as_json else summary(verdict))
 
 
 def summary(verdict: dict[str, Any]) -> str:
@@ -185,20 +227,3 @@ def summary(verdict: dict[str, Any]) -> str:
 def _shown(seconds: float | None) -> str:
     """Return seconds for people; "-" if nothing was measured."""
     return "-" if seconds is None else f"{seconds:.2f}"
-
-
-def _play(
-    demo: Demo, speed: float, surface: pygame.Surface | None, shutdown: Sequence[str]
-) -> None:
-    start = time.monotonic()
-    while not (demo.over or shutdown):
-        if speed > 0:
-            due = start + until_ms(demo.tick_number + 1) / 1000 / speed
-            time.sleep(max(0.0, due - time.monotonic()))
-        demo.tick()
-        if surface is None or demo.tick_number % (DRAW_EVERY if speed != 1 else 1):
-            continue
-        demo.target.draw(surface)
-        pygame.display.flip()
-        if pygame.event.get(pygame.QUIT):
-            return

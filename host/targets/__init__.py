@@ -46,6 +46,7 @@ class TargetOptions:
     backend: str = "auto"  # of key injection; "auto": the best available
     dry_run: bool = False  # print strokes instead of pressing keys
     profile: str = ""  # the mapping's initial one; "": its first
+    demo: int | None = None  # seed of a game that the orb's own hand plays at once; None: none
 
 
 class TargetError(UserError, ValueError):

@@ -33,7 +33,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--full", action="store_true", help="figure 7 by the paper's own amounts: some hours")
     words = (
         "measure played games alone, files or folders of them, one player each: "
-        "host --demo --headless --speed 0 --json > FILE"
+        "host --demo --headless --json > FILE"
     )
     add("--games", type=Path, nargs="+", default=[], metavar="FILE", help=words)
 

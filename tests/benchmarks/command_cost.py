@@ -12,7 +12,7 @@ from typing import Final
 from host.actions import ACTIONS
 from host.demo import autoplayer, demo
 from host.demo.autoplayer import LOOK_S, Autoplayer
-from host.demo.game import PACE
+from host.demo.demo import PACE
 from tetris.engine.game import Game
 
 from . import stored

@@ -18,7 +18,7 @@ from controller.simulator.orb import PRESETS
 from host.actions import ACTIONS
 from host.demo import demo
 from host.demo.autoplayer import Autoplayer
-from host.demo.game import PACE
+from host.demo.demo import PACE
 from tetris.engine.game import Game
 
 from .results import command_line, say

@@ -38,7 +38,7 @@ PROGRAMS = {
     "controller": ["controller", "--replay", DEMO],
     "host with its virtual orb": ["host", "--headless", "--seconds", "1"],
     "host --phone": ["host", "--headless", "--seconds", "1", "--phone", "127.0.0.1:0"],
-    "host --demo": ["host", "--demo", "--headless", "--seconds", "5", "--speed", "0"],
+    "host --demo": ["host", "--demo", "--headless", "--seconds", "5"],
     "models": ["models", "evaluate", "--sessions", "1", "--minutes", "0.5"],
     "tetris": ["tetris", "--bot", "--headless", "--pieces", "20"],
 }

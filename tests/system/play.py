@@ -40,7 +40,7 @@ def opened(url: str) -> Transport:
 def game(url: str, seed: int, seconds: float) -> None:
     """Play a demo game, and print what came of it."""
     vars(demo)["open_transport"] = opened
-    demo.run(seed=seed, seconds=seconds, speed=0, headless=True, as_json=True, link=url)
+    demo.run(seed=seed, seconds=seconds, as_json=True, link=url)
 
 
 def measure(url: str) -> None:

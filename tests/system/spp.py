@@ -62,7 +62,7 @@ def game(guest: Guest, link: str | None) -> dict[str, Any]:
     if link is not None and link.startswith("socket:"):
         process = guest.python(f"{__package__}.play", link, SEED, SECONDS, name="play")
     else:
-        words = ["--demo", "--headless", "--speed", "0", "--seed", SEED, "--seconds", SECONDS]
+        words = ["--demo", "--headless", "--seed", SEED, "--seconds", SECONDS]
         words += ["--json", *(["--link", link] if link else [])]
         process = guest.python("host", *words, name="host-demo")
     if process.wait():

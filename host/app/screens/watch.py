@@ -44,9 +44,12 @@ class WatchScreen(GamePage):
         score: The record's last judgement.
     """
 
-    def __init__(self, stage: ScreenStack, orb: Orb, take_over: TakeOver) -> None:
-        """Begin a game; `take_over` goes on with its recording as the player's game."""
-        self.session = Session(MODES["orb"], secrets.randbits(_SEED_BITS), stage.settings, level=1)
+    def __init__(
+        self, stage: ScreenStack, orb: Orb, take_over: TakeOver, seed: int | None = None
+    ) -> None:
+        """Begin a game of a seed, or of any; `take_over` goes on with it as the player's game."""
+        seed = secrets.randbits(_SEED_BITS) if seed is None else seed
+        self.session = Session(MODES["orb"], seed, stage.settings, level=1)
         self._time_s, self._seen_s = 0.0, stage.time_s  # of the game, and of the last frame
         self._take_over, self._free = take_over, False  # whether the dome has been let go
         self._meet(orb)

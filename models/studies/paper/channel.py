@@ -35,7 +35,7 @@ TOLERANCE: Final = 1e-9  # nats between the bounds of the capacity
 ROUNDS: Final = 20_000
 NOTHING: Final = "nothing"
 DRAWS: Final = 200
-HOW_TO_PLAY: Final = "host --demo --headless --speed 0 --json > FILE"
+HOW_TO_PLAY: Final = "host --demo --headless --json > FILE"
 _LEAST: Final = 1e-300
 
 Shares = NDArray[np.float64]  # (inputs,): how often each input is sent; sums to 1

@@ -12,7 +12,7 @@ import pytest
 END_S = 30.0  # an upper bound; it takes a second
 UNSEEN = {**os.environ, "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
 HOST = (sys.executable, "-m", "host")
-DEMO = (*HOST, "--demo", "--headless", "--seconds", "1", "--speed", "0", "--json")
+DEMO = (*HOST, "--demo", "--headless", "--seconds", "1", "--json")
 
 # Presses Ctrl+C when `host` imports the module that is the first argument.
 INTERRUPTED = """

@@ -103,7 +103,7 @@ def test_ticks_add_up_to_whole_seconds() -> None:
 
 def test_a_demo_plays_and_the_same_seed_is_the_same_game(capsys: Capture) -> None:
     def play() -> dict[str, object]:
-        demo.run(seed=2, seconds=20.0, speed=0.0, headless=True, as_json=True)
+        demo.run(seed=2, seconds=20.0, as_json=True)
         verdict: dict[str, object] = json.loads(capsys.readouterr().out.splitlines()[-1])
         verdict.pop("link_bytes")  # handshakes differ by their nonces' lengths
         return verdict
@@ -116,7 +116,7 @@ def test_a_demo_plays_and_the_same_seed_is_the_same_game(capsys: Capture) -> Non
 
 def test_a_demo_over_a_link_is_the_same_game_as_with_an_orb_of_its_own() -> None:
     command = [sys.executable, "-m", "controller", "--seed", "7", "--link", "listen://127.0.0.1:0"]
-    command += demo.QUICK
+    command += demo.quick(())
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as orb:
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]

@@ -1,15 +1,8 @@
-"""The demo's game: what becomes of commands, and its picture."""
-
-import os
-
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-
-import pygame
-import pytest
+"""The demo's game: what becomes of commands."""
 
 from controller.shared.protocol.messages import State
 from host.connection.receiver import Connected, Delivered
-from host.demo.game import AGAIN_S, DemoGame
+from host.demo.demo import AGAIN_S, DemoGame
 from tests.support.app_window import FELT, WELCOME, said
 from tetris.engine.game import Phase
 
@@ -53,14 +46,3 @@ def test_drop_starts_another_game_but_not_right_after_the_last() -> None:
     assert demo.game.phase is Phase.OVER
     demo.tick(now_s + AGAIN_S * 1.1, [said("drop")])
     assert (demo.game.phase, demo.game.pieces_placed) == (Phase.RUNNING, 0)
-
-
-@pytest.mark.parametrize("size", [(1280, 720), (500, 900), (1, 1)])
-def test_a_window_of_any_size_is_painted_all_over(size: tuple[int, int]) -> None:
-    pygame.display.init()
-    demo = playing()
-    first, second = pygame.Surface(size), pygame.Surface(size)
-    second.fill("magenta")  # of what was there before, nothing is left
-    demo.draw(first)
-    demo.draw(second)
-    assert pygame.image.tobytes(first, "RGB") == pygame.image.tobytes(second, "RGB")

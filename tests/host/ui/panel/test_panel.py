@@ -14,8 +14,8 @@ from controller.shared.protocol import messages
 from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
 from controller.shared.protocol.teaching import GestureInfo, Vocabulary
+from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Lost, Received
-from host.demo.game import DemoGame
 from host.ui import naming, orb_state, sprites
 from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
@@ -25,6 +25,7 @@ from host.ui.pointer_input import DomeArea
 from tetris.kit import language, theme
 from tetris.kit.look import Look
 from tetris.kit.theme import PALETTES
+from tetris.window.screen_flow import Start
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
@@ -203,8 +204,8 @@ HUGE = 3e38
 
 
 def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ...] = ()) -> bytes:
-    """Return the demo's window, the orb's panel painted over."""
-    target = DemoGame(seed=1)
+    """Return the window of a game, the orb's panel painted over."""
+    target = OrbApp(Start(seed=1), sound=False)
     target.tick(0.0, [news[0]])
     target.tick(0.1, news[1:])
     target.orb.hops, target.orb.period_ms = (messages.StageTime(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
