@@ -31,7 +31,7 @@ _TO_SIGMA: Final = float(np.sqrt(np.pi / 2.0))  # of a normal deviate's mean mag
 
 @dataclass(frozen=True, slots=True)
 class PositionSpread:
-    """Uncertainty of the positions that a network estimates, measured by `models tune`.
+    """Uncertainty of the positions that a network estimates, measured by `models train`.
 
     Attributes:
         floor: Standard deviation of each axis without sensor noise, grid units.

@@ -10,11 +10,12 @@ from typing import Any, Final
 
 from controller.shared.arguments import number, whole
 from controller.shared.errors import how_to_install
-from models.data.examples import CHOICES
+from models.data.examples import CHOICES, WINDOWS
 
 # Module -> its package name.
 PACKAGES: Final = {
     "torch": "torch",
+    "onnx": "onnx",
     "tomli_w": "tomli-w",
     "jinja2": "jinja2",
     "matplotlib": "matplotlib",
@@ -61,21 +62,38 @@ def chosen(arguments: argparse.Namespace, kind: type[Any]) -> dict[str, Any]:
     return {field.name: given[field.name] for field in fields(kind) if field.name in given}
 
 
-def take_labels(parser: argparse.ArgumentParser, words: str) -> None:
-    """Add the option that chooses the source of the labels."""
-    parser.add_argument("--labels", choices=CHOICES, default="auto", help=words)
-
-
-def take_all(parser: argparse.ArgumentParser) -> None:
-    """Add the option that takes every recording."""
-    parser.add_argument(
-        "--all",
-        action="store_true",
-        help="learn from recordings that fail the check, too (controller recordings)",
-    )
+def take(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Add options of `SHARED` by name."""
+    for name in names:
+        parser.add_argument(f"--{name}", **SHARED[name])
 
 
 count = whole(1, 100_000)
 seed = whole(0, 2**32 - 1)
 taxels = whole(2, 32)  # along a side of the grid
 minutes = number(0.5, 600.0)  # of a session
+SHARED: Final[dict[str, dict[str, Any]]] = {
+    "labels": {
+        "choices": CHOICES,
+        "default": "auto",
+        "help": "source of the labels (default: auto: the truth where it is known, else the first "
+        "of people's labels that names a gesture; these are moved to where the touches were)",
+    },
+    "all": {
+        "dest": "every",
+        "action": "store_true",
+        "help": "learn from recordings that fail the check, too (controller recordings)",
+    },
+    "window": {
+        "type": whole(*WINDOWS),
+        "default": 0,
+        "metavar": "N",
+        "help": "images in a window (default: those of one second)",
+    },
+    "seed": {
+        "type": seed,
+        "default": 0,
+        "metavar": "S",
+        "help": "of everything random; 900000 to 999999 are for tests only (default: 0)",
+    },
+}

@@ -31,11 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("bundle", type=Path, nargs="?", help="default: the one that ships")
     add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
-    options.take_labels(
-        parser,
-        "source of the labels; auto: the truth where it is known, else people's labels, "
-        "moved to where the touches were (default: auto)",
-    )
+    options.take(parser, "labels")
     words = (
         "also with each taxel and each electrode dead, and, where sessions are simulated, "
         "under every other fault; takes some forty times as long"
@@ -45,8 +41,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--minutes", type=options.minutes, default=6.0, help="of each of them (default: 6)")
     words = "source of the simulated touches (default: person)"
     add("--hand", choices=("person", "pointer"), default="person", help=words)
-    add("--card", type=Path, metavar="FILE", help="write the figures as Markdown")
-    add("--json", type=Path, metavar="FILE", help="write them as JSON")
+    add("--json", type=Path, metavar="FILE", help="write the figures as JSON")
     add("--html", type=Path, metavar="FILE", help="write them as a report to look at")
 
 
@@ -58,8 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results import storage
     from models.results.evaluation import Evaluation, numbers
 
-    for path in filter(None, (arguments.card, arguments.json)):
-        storage.target(path)
+    if arguments.json:
+        storage.target(arguments.json)
     if arguments.html:
         options.require("a report", "jinja2", "matplotlib")
         from models.reports import page
@@ -92,12 +87,9 @@ def run(arguments: argparse.Namespace) -> int:
         rows=loaded.rows,
         columns=loaded.columns,
     )
-    content = cards.evaluation(found)
-    print(content)
+    print(cards.evaluation(found))
     for result in results:
         options.say("\n".join([f"{result.name}:", *map(str, result.verdict)]))
-    if arguments.card:
-        storage.write_text(arguments.card, f"{content}\n")
     if arguments.json:
         storage.write_json(arguments.json, found)
     if arguments.html:
@@ -146,7 +138,7 @@ def _simulated(
     note = (
         f"Simulated sessions of {arguments.minutes:g} minutes that no training accepts: {who} on "
         "other orbs. Simulated recordings say nothing about a physical orb. "
-        "This card is written by `models evaluate --card`."
+        "This card is printed by `models evaluate`."
     )
     kinds = test_sessions.taxels, test_sessions.electrodes, test_sessions.others
     return sets, [fault for kind in kinds for fault in kind(*grid)], note

@@ -6,9 +6,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from controller.shared.arguments import whole
 from models.cli import _options as options
-from models.data.examples import WINDOWS
 from models.data.recipe import FOLD_STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
@@ -29,41 +27,25 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
-    tasks = ("gesture", "location")
-    words = "judge gestures, or places of touches in millimetres, by people (default: gesture)"
-    add("--task", choices=tasks, default="gesture", help=words)
     by = ("user", "session")
     add("--by", choices=by, default="user", help="held out together (default: user)")
     add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
     words = f"batches that each network learns from, at most (default: {FOLD_STEPS:,})"
     add("--steps", type=options.count, default=FOLD_STEPS, metavar="N", help=words)
-    words = "images in a window, for both models (default: those of one second)"
-    add("--window", type=whole(*WINDOWS), default=0, metavar="N", help=words)
-    options.take_labels(
-        parser, "source of the labels (default: auto: the first of these that names a gesture)"
-    )
-    options.take_all(parser)
-    words = "take labels as people gave them; else they are moved to where the touch was"
-    add("--as-given", dest="given", action="store_true", help=words)
-    words = "let no taxel or electrode die in training: for sensors that do not break"
-    add("--sound", action="store_true", help=words)
+    options.take(parser, "labels", "all", "window", "seed")
     words = "try no symmetries beside those in gestures.toml"
     add("--declared", action="store_true", help=words)
-    add("--no-plain", dest="plain", action="store_false", help="leave the plain models out")
-    add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
     options.require("training in folds", "torch", "sklearn")
-    from models.studies import cross_validation, fold_statistics, location_folds
+    from models.studies import cross_validation, fold_statistics
     from models.studies.cross_validation import Request
 
     chosen = options.chosen(arguments, Request)
+    chosen["paths"] = tuple(arguments.paths)
     request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
-    if arguments.task == "location":
-        print(location_folds.text(location_folds.cross(request, options.say)))
-    else:
-        print(fold_statistics.text(cross_validation.cross(request, options.say)))
+    print(fold_statistics.text(cross_validation.cross(request, options.say)))
     options.say(f"wrote {request.out}")
     return 0

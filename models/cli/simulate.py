@@ -40,8 +40,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "press,swipe,wave.toml (default: press,pinch,twist_cw,twist_ccw)"
     )
     add("--gestures", metavar="LIST", default="press,pinch,twist_cw,twist_ccw", help=words)
-    words = "of everything random; 900000 to 999999 are for tests only (default: 0)"
-    add("--seed", type=options.seed, default=0, metavar="S", help=words)
+    options.take(parser, "seed")
     words = "processes (default: one per core)"
     add("--workers", type=options.count, default=os.cpu_count() or 1, metavar="W", help=words)
     add(

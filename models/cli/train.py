@@ -16,6 +16,9 @@ DESCRIPTION: Final = (
     "CNN-3D (gestures) and CNN-2D (where a press is), and write a bundle that proves itself, with "
     "its card and figures beside it. Interrupted, the same command goes on where it was."
 )
+SHARED: Final = ("labels", "all", "window", "seed")
+FLAGS: Final = {"every": "all"}
+SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 EXAMPLE: Final = (
     "Try it (three minutes): models simulate --out data --users 3 --sessions 2, then models train "
     "data --out my.orb --epochs 8"
@@ -28,6 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
+    options.take(parser, *SHARED)
     for field in fields(Request):
         if field.metadata:
             how = dict(field.metadata)
@@ -38,23 +42,29 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Train, and print the figures."""
-    options.require("training", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
-    from models.reports import cards
-    from models.results.training import Training
-    from models.training.train import train
-
+    """Train, or choose thresholds, and print the figures."""
     given = options.chosen(arguments, Request)
     for name in ("paths", "auxiliary", "others"):
         given[name] = tuple(given[name])
     request = Request(**given)
     _check(request)
-    result = train(replace(request, command=_command(request)), options.say)
+    request = replace(request, command=_command(request))
+    if request.epochs == 0:
+        return _choose(request)
+    options.require("training", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
+    from models.reports import cards
+    from models.results.training import Training
+    from models.training.train import train
+
+    result = train(request, options.say)
     if isinstance(result, Training):
         print(cards.headline(result))
         verdict = result.gesture.verdict if result.gesture is not None else ()
         print("\n".join(f"- {line}" for line in (*verdict, *result.advice)))
-        follow = f"models tune {request.out} DIR, models evaluate {request.out} DIR"
+        follow = (
+            f"models train DIR --from {request.out} --epochs 0 --out {request.out}, "
+            f"models evaluate {request.out} DIR"
+        )
     else:
         print(cards.users(result))
         follow = f"controller install {request.out}, or controller --bundle {request.out}"
@@ -63,8 +73,30 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _choose(request: Request) -> int:
+    """Choose when a gesture counts, and print how."""
+    options.require("choosing thresholds", "tomli_w", "jinja2", "matplotlib")
+    from controller.shared.errors import count
+    from models.reports import markdown, tables
+    from models.training.train import choose_thresholds
+
+    found = choose_thresholds(request, options.say)
+    print(markdown.table(tables.thresholds(found)))
+    print(f"{found.tried} points, {len(found.front)} of them on the front; {found.goal}")
+    if (unseen := 3.0 / found.events) > SEEN:
+        print(
+            f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: record "
+            "more before you make it faster"
+        )
+    options.say(f"wrote {request.out}, and its report beside it")
+    options.say("a choice flatters what it was made on: judge it on other recordings")
+    return 0
+
+
 def _check(request: Request) -> None:
     """Raise ValueError for options of another task."""
+    if request.epochs == 0 and request.start is None:
+        raise ValueError("--epochs 0 trains nothing; add --from BUNDLE to choose its thresholds")
     if request.task != "user":
         if request.others or request.gestures or request.mapping:
             raise ValueError("--others, --gestures and --mapping are for people; add --task user")
@@ -81,10 +113,10 @@ def _command(request: Request) -> str:
     """Return the command line without defaults: the same for the same bundle."""
     words = ["models", "train", *map(str, request.paths)]
     for field in fields(Request):
-        value = getattr(request, field.name)
-        if not field.metadata or value == field.default:
+        value, flag = getattr(request, field.name), FLAGS.get(field.name, field.name)
+        if not (field.metadata or flag in SHARED) or value == field.default:
             continue
-        words.append(f"--{field.metadata.get('flag', field.name)}")
+        words.append(f"--{field.metadata.get('flag', flag)}")
         if field.name == "gestures":
             words.append(",".join(value))
         elif isinstance(value, tuple):

@@ -33,7 +33,7 @@ class ReportData:
     """Content of a report page."""
 
     training: Training | None = None  # results of `models train`; None: nothing was trained
-    # results of `models tune`; None: the debounce settings were not chosen
+    # results of `models train --epochs 0`; None: the debounce settings were not chosen
     tuning: Tuning | None = None
     evaluation: Evaluation | None = None  # results of `models evaluate`; None: nothing was judged
 

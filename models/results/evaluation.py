@@ -168,7 +168,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """Results of `models tune`."""
+    """Choice of the debounce settings by `models train --epochs 0`."""
 
     bundle: str  # file name of the bundle that was tuned
     sessions: int  # number of streams

@@ -6,7 +6,6 @@ same windows, so the interval of a difference is over people who were judged by 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +13,10 @@ from numpy.typing import NDArray
 from controller.shared.aliases import Index
 from models.data import splits
 from models.data.splits import Fold
-from models.evaluation import bootstrap
+from models.evaluation import bootstrap, scores
 from models.reports import markdown
 from models.reports.tables import Table
 from models.results.evaluation import Figure
-
-TOUCHED: Final = ("none", "less than half", "half or more", "all")  # of a window's images
 
 Probabilities = NDArray[np.floating]  # (windows, classes)
 
@@ -31,7 +28,6 @@ class Windows:
     label: Index  # class, (windows,)
     stretch: Index  # number of the run of windows of one class, rising, (windows,)
     person: Index  # number of the person, (windows,)
-    touched: Index  # touched share of its images, a number of `TOUCHED`, (windows,)
     labels: tuple[str, ...]  # names of the classes
     people: tuple[str, ...]  # names of the people
 
@@ -47,15 +43,13 @@ class Model:
     confusion: tuple[tuple[int, ...], ...]  # number of windows, true class by named class
     by_fold: tuple[float, ...]  # share of windows, for each fold
     by_person: tuple[float, ...]  # share of windows, for each person
-    by_touched: tuple[float, ...]  # share of windows, for each of `TOUCHED`
     cpu_s: float  # CPU time of training and answers, seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Lead of our model over another, with its interval over people."""
+    """Lead of our model over the baseline, with its interval over people."""
 
-    name: str  # name of the other model
     windows: Figure  # difference of the shares of windows
     stretches: Figure  # difference of the shares of stretches
     ahead: int  # number of people of whom ours names more windows rightly
@@ -76,9 +70,8 @@ class CrossValidation:
     people: tuple[str, ...]  # their names
     held: tuple[str, ...]  # people judged in each fold
     chosen: tuple[str, ...]  # settings that each fold chose, in words; empty if they are given
-    touched: tuple[int, ...]  # windows of each of `TOUCHED`
-    models: tuple[Model, ...]  # scores; ours first
-    gains: tuple[Gain, ...]  # lead of ours over each of the others
+    models: tuple[Model, ...]  # scores of ours and of the baseline
+    gain: Gain  # lead of ours
     reading_cpu_s: float  # CPU time of reading and preparing the recordings, seconds
     cpu_minutes: float  # CPU time of everything, minutes
 
@@ -113,8 +106,7 @@ def judge(
     named = answers.argmax(axis=1)
     right = named == windows.label
     person, whole = _by_stretch(windows, answers)
-    confusion = np.zeros((len(windows.labels),) * 2, dtype=np.int64)
-    np.add.at(confusion, (windows.label, named), 1)
+    confusion = scores.confusion(named, windows.label, len(windows.labels))
     return Model(
         name,
         bootstrap.share(*bootstrap.group_sums(right, windows.person), seed),
@@ -122,21 +114,18 @@ def judge(
         tuple(tuple(row) for row in confusion.tolist()),
         tuple(float(right[fold.test].mean()) for fold in folds),
         _shares(right, windows.person, len(windows.people)),
-        _shares(right, windows.touched, len(TOUCHED)),
         cpu_s,
     )
 
 
-def gain(
-    windows: Windows, ours: Probabilities, name: str, other: Probabilities, seed: int = 0
-) -> Gain:
+def gain(windows: Windows, ours: Probabilities, other: Probabilities, seed: int = 0) -> Gain:
     """Return our lead over another model; both answer (windows, classes)."""
     mine, theirs = (answers.argmax(axis=1) == windows.label for answers in (ours, other))
     lead, count = bootstrap.group_sums(mine.astype(np.int64) - theirs, windows.person)
     person, whole = _by_stretch(windows, ours)
     more = whole.astype(np.int64) - _by_stretch(windows, other)[1]
     by_stretch = bootstrap.rate(*bootstrap.group_sums(more, person), seed)
-    return Gain(name, bootstrap.rate(lead, count, seed), by_stretch, int((lead > 0).sum()))
+    return Gain(bootstrap.rate(lead, count, seed), by_stretch, int((lead > 0).sum()))
 
 
 def _by_stretch(windows: Windows, answers: Probabilities) -> tuple[Index, NDArray[np.bool_]]:
@@ -155,11 +144,9 @@ def _shares(right: NDArray[np.bool_], group: Index, groups: int) -> tuple[float,
 
 def text(found: CrossValidation) -> str:
     """Return the card as Markdown."""
-    touched = [f"{name}: {n} windows" for name, n in zip(TOUCHED, found.touched, strict=True)]
     tables = [
         _shares_table("fold", found.held, found.models, "by_fold", found.chosen),
         _shares_table("person", found.people, found.models, "by_person"),
-        _shares_table("images of the window that are touched", touched, found.models, "by_touched"),
         *(_confusion(found.labels, model) for model in found.models),
     ]
     parts = [
@@ -177,10 +164,10 @@ def _scores(found: CrossValidation) -> Table:
         [model.name, str(model.windows), str(model.stretches), f"{model.cpu_s / 60.0:.1f}"]
         for model in found.models
     ]
-    for gain in found.gains:
-        ahead = f"better for {gain.ahead} of {len(found.people)} people"
-        name = f"ours more than {gain.name}"
-        rows.append([name, _points(gain.windows), _points(gain.stretches), ahead])
+    gain, (*_, other) = found.gain, found.models
+    ahead = f"better for {gain.ahead} of {len(found.people)} people"
+    name = f"ours more than {other.name}"
+    rows.append([name, _points(gain.windows), _points(gain.stretches), ahead])
     return Table(["", "windows", "stretches", "CPU minutes"], rows)
 
 

@@ -4,8 +4,8 @@ Features of an image are centroid, spread and sum of the touch; features of a wi
 its images, displacement, steps and speed, and mean, deviation, minimum and maximum of each. The
 trees see the windows that the networks see; positions are in grid units from the upper left taxel.
 
-A misread taxel moves the centroid. `mended` leaves out the signal of a single taxel, since a finger
-always covers several.
+A misread taxel moves the centroid, so the signal of a single taxel is left out: a finger always
+covers several.
 """
 
 from typing import Any, Final
@@ -28,9 +28,9 @@ NOWHERE: Final = -1.0  # position of an untouched image
 Rows = NDArray[np.float32]  # (n, features)
 
 
-def features(examples: Examples, *, mended: bool = False) -> Rows:
-    """Return the features of every window, (windows, features), with or without misread taxels."""
-    touches = _touches(examples.images, mended=mended)
+def features(examples: Examples) -> Rows:
+    """Return the features of every window, (windows, features)."""
+    touches = _touches(examples.images)
     index = examples.ends[:, None] + np.arange(1 - examples.window, 1)
     x, y, spread, total = (touches[:, i][index] for i in range(touches.shape[1]))
     steps = np.diff(x, axis=1), np.diff(y, axis=1)
@@ -43,13 +43,6 @@ def features(examples: Examples, *, mended: bool = False) -> Rows:
     ]
     parts = [x, y, spread, total, *steps, speed, way, np.hypot(*way.T)[:, None], *whole]
     return np.concatenate(parts, axis=1).astype(np.float32)
-
-
-def touched(examples: Examples) -> NDArray[np.float64]:
-    """Return the share of each window's images in which something touches, (windows,)."""
-    there = np.concatenate([[0], np.cumsum(_touches(examples.images, mended=True)[:, 3] > 0.0)])
-    last = examples.ends + 1
-    return np.asarray((there[last] - there[last - examples.window]) / examples.window)
 
 
 def train(rows: Rows, label: NDArray[np.integer], seed: int) -> Any:
@@ -69,22 +62,15 @@ def predict(trees: Any, rows: Rows, classes: int) -> NDArray[np.float32]:
     return answers
 
 
-def mend(signal: NDArray[np.float32], least: float) -> NDArray[np.float32]:
-    """Return signals (images, rows, columns), 0 untouched, without single taxels above `least`."""
+def _touches(images: NDArray[np.float32]) -> Rows:
+    """Return x, y, spread (grid units), sum, (n, 4), of touches in images (n, rows, columns)."""
+    signal = _signal(images)
+    firm = float(np.quantile(signal.reshape(len(signal), -1).max(axis=1), FIRM))
     ring = np.ones((1, 3, 3), dtype=np.bool_)
     ring[0, 1, 1] = False
     near = ndimage.maximum_filter(signal, footprint=ring, mode="constant")
-    return np.where((signal > least) & (near < ALONE * signal), np.float32(0.0), signal)
-
-
-def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
-    """Return x, y, spread (grid units), sum, (n, 4), of touches in images (n, rows, columns)."""
-    signal = _signal(images)
+    signal[(signal > LITTLE * firm) & (near < ALONE * signal)] = 0.0
     peak = signal.reshape(len(signal), -1).max(axis=1)
-    firm = float(np.quantile(peak, FIRM))
-    if mended:
-        signal = mend(signal, LITTLE * firm)
-        peak = signal.reshape(len(signal), -1).max(axis=1)
     signal[signal < FAINT * firm] = 0.0
     total = signal.sum(axis=(1, 2))
     some = np.maximum(total, 1e-9)

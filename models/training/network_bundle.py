@@ -41,7 +41,7 @@ from models.training.transfer import Start
 
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
 LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
-# Until `models tune` finds better: few false alarms at little delay on simulated sessions.
+# Until `models train --epochs 0` finds better: few false alarms and little delay in simulation.
 DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
 
 

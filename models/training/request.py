@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from models.data.examples import CHOICES, WINDOWS, Choice
+from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
 
 TaskName = Literal["both", "gesture", "location", "user", ""]
@@ -43,11 +43,10 @@ class Request:
         "the best we know, or the paper's section 4.2 to the letter (default: default)",
         choices=tuple(RECIPES),
     )
-    labels: Choice = _option(
-        "auto",
-        "which labels to learn (default: auto: the first of these that names a gesture)",
-        choices=CHOICES,
-    )
+    labels: Choice = "auto"  # this and the next three are options of `models.cli._options.SHARED`
+    every: bool = False
+    window: int = 0
+    seed: int = 0
     split: str = _option(
         "",
         "hold out sessions, users, the ends of sessions, or places: session, user, time, site "
@@ -70,20 +69,12 @@ class Request:
         flag="from",
         type=Path,
     )
-    seed: int = _option(0, "of everything random (default: 0)", range=(0, 2**32 - 1))
-    epochs: int = _option(
-        0,
-        "passes of CNN-3D over the examples, of CNN-2D four times as many (default: the recipe's)",
+    epochs: int | None = _option(
+        None,
+        "passes of CNN-3D over the examples, of CNN-2D four times as many (default: the recipe's); "
+        "0, with --from: keep its networks, and choose anew when a gesture counts",
         "N",
-        range=(1, 100_000),
-    )
-    window: int = _option(
-        0, "images in a window (default: those of one second)", "N", range=WINDOWS
-    )
-    every: bool = _option(
-        False,
-        "learn from recordings that fail the check, too (controller recordings)",
-        flag="all",
+        range=(0, 100_000),
     )
     gestures: tuple[str, ...] = _option(
         (),
@@ -122,6 +113,6 @@ class Request:
         recipe = RECIPES[self.recipe]
         return replace(
             recipe,
-            gesture=recipe.gesture.lasting(self.epochs),
-            location=recipe.location.lasting(PLACE_EPOCHS * self.epochs),
+            gesture=recipe.gesture.lasting(self.epochs or 0),
+            location=recipe.location.lasting(PLACE_EPOCHS * (self.epochs or 0)),
         )

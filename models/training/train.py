@@ -11,9 +11,14 @@ from pathlib import Path
 from controller.bundles import bundle
 from controller.recordings.recording import software
 from controller.shared.aliases import Say
+from controller.shared.errors import count
 from models.data import load
 from models.data.examples import read_training, refuse_test_seed
+from models.data.ground_truth import GroundTruth
+from models.evaluation import position_error, replay, tune
+from models.evaluation.replay import Batched
 from models.results import storage
+from models.results.evaluation import Tuning
 from models.results.training import Training, UserResult
 from models.training.request import Request
 
@@ -56,6 +61,36 @@ def train(request: Request, say: Say) -> Training | UserResult:
     result = plan.train(device, folder, say)
     shutil.rmtree(folder)
     return result
+
+
+def choose_thresholds(request: Request, say: Say) -> Tuning:
+    """Write the bundle `request.start` with thresholds chosen on recordings, and its report."""
+    from models.reports import page
+
+    assert request.start is not None
+    storage.bundle_target(request.out)
+    report = request.out.with_suffix(".html")
+    page.read(report)  # a file that is no report is refused before the work begins
+    loaded = bundle.read(request.start)
+    recordings = read_training(request.paths)  # seeds that are for tests are refused
+    for note in recordings.notes:
+        say(note)
+    networks, streams = Batched(loaded), []
+    for survey, recording in zip(recordings.surveys, recordings, strict=True):
+        name = survey.path.stem
+        truth = GroundTruth.of(recording, loaded.labels, name, request.labels)
+        bare = replace(loaded, spread=position_error.BARE)
+        streams.append(replay.run(bare, networks, recording, truth))
+        say(f"{name}: {count(len(truth.events), 'event')}")
+    found = tune.tune(
+        request.out.name, loaded.labels, loaded.debounce, streams, tune.Goal(), request.command
+    )
+    on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
+    entry = f"on {on}; {found.goal}"
+    far = tune.spread(streams)
+    tune.write(request.out, request.start, found.chosen.settings, entry, far)
+    page.write(report, page.ReportData(tuning=found))
+    return found
 
 
 def _refuse_labels(labels: tuple[str, ...]) -> None:

@@ -77,7 +77,7 @@ class UserPlan:
         split, the bundle gets one that learned from all.
         """
         request, everything = self.request, self.gestures
-        recipe = USER.lasting(request.epochs)
+        recipe = USER.lasting(request.epochs or 0)
         outputs, by_time = 1 + len(self.names), request.split == "time"
         before = np.zeros_like(self.held)  # their windows share frames with what is held out
         before[:-1] = self.held[1:] & (everything.day[1:] == everything.day[:-1])

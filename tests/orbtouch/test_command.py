@@ -59,7 +59,7 @@ def test_help_lists_every_verb_of_every_program_once_with_its_purpose(capsys: Ca
     listed = [line.split()[0] for line in printed.splitlines() if line.startswith("  ")]
     names = {name for name in (*COMMANDS, *VERBS, *training.names()) if name}
     assert sorted(listed[:-2]) == sorted({*names, "play", "run", "tetris"})
-    for purpose in (COMMANDS["doctor"][1], VERBS["find"][1], training.load("tune").SUMMARY):
+    for purpose in (COMMANDS["doctor"][1], VERBS["find"][1], training.load("paper").SUMMARY):
         assert f"  {purpose}\n" in printed
     at = [printed.index(f"\n{name}:\n") for name in ("play", "teach", "train", "look after an orb")]
     assert at == sorted(at)
@@ -107,12 +107,12 @@ class Finder:
             signal.raise_signal(signal.SIGINT)
 
 sys.meta_path.insert(0, Finder())
-sys.exit(main(["tune"]))
+sys.exit(main(["folds"]))
 """
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl+C is sent otherwise there")
-@pytest.mark.parametrize("module", ["orbtouch.cli", "host.cli", "models.cli.tune"])
+@pytest.mark.parametrize("module", ["orbtouch.cli", "host.cli", "models.cli.folds"])
 def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(module: str) -> None:
     program = INTERRUPTED_AT.format(module=module)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

@@ -47,9 +47,10 @@ def test_help_and_pages_say_how_long_networks_train(capsys: Capture) -> None:
         assert set(re.findall(r"the recipe's [0-9]+,000", told)) <= {f"the recipe's {STEPS:,}"}
 
 
+@pytest.mark.train
 def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(tmp_path: Path, capsys: Capture) -> None:
     absent = str(tmp_path / "absent" / "x.orb")
-    words = ["tune", "models/orbtouch.orb", "d"]
+    words = ["train", "d", "--from", "models/orbtouch.orb", "--epochs", "0"]
     for out in (".", "x.txt", "orb"):
         expected = f"{out!r} is no name of a bundle; name one that ends in .orb"
         assert refused(capsys, *words, "--out", out) == expected
@@ -57,7 +58,7 @@ def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(tmp_path: Path, capsys: 
 
 
 def test_where_there_are_no_recordings_is_said(tmp_path: Path, capsys: Capture) -> None:
-    said = refused(capsys, "tune", "models/orbtouch.orb", str(tmp_path))
+    said = refused(capsys, "evaluate", "models/orbtouch.orb", str(tmp_path))
     assert said.startswith(f"there are no recordings in {tmp_path}; make some with")
 
 

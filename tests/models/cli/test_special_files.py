@@ -33,10 +33,9 @@ READ = [
     for name, words in {
         "evaluate BUNDLE": "evaluate {}",
         "evaluate DATA": f"evaluate {BUNDLE} {{}}",
-        "tune BUNDLE": "tune {} {data}",
-        "tune DATA": f"tune {BUNDLE} {{}}",
         "simulate --gestures": "simulate --out {data}/new --gestures {}",
         "train DATA": "train {} --out {data}/new.orb",
+        "train --from": "train {data} --epochs 0 --from {} --out {data}/new.orb",
         "train --with": "train {data} --task gesture --with {} --out {data}/new.orb",
         "train --auxiliary": "train {} --task gesture --auxiliary {} --out {data}/new.orb",
         "train --others": "train {} --task user --others {} --out {data}/new.orb",
@@ -53,14 +52,11 @@ WRITTEN = [
     pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=words)
     for torch in [("train", "folds")]
     for words in (
-        "evaluate --card {}",
         "evaluate --json {}",
         "evaluate --html {}",
-        f"tune {BUNDLE} {{data}} --out {{}}",
-        f"tune {BUNDLE} {{data}} --json {{}}",
-        f"tune {BUNDLE} {{data}} --html {{}}",
         "train {data} --out {}",
         "train {data} --task user --out {}",
+        f"train {{data}} --epochs 0 --from {BUNDLE} --out {{}}",
         "folds {data} --out {}",
     )
 ]
@@ -186,16 +182,16 @@ def test_a_full_disk_names_the_file_and_leaves_no_half(tmp_path: Path, monkeypat
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    card = tmp_path / "card.md"
-    card.write_text("the old one")
+    kept = tmp_path / "figures.json"
+    kept.write_text("the old one")
     with monkeypatch.context() as patch:
         patch.setattr("os.fsync", full)
-        words = ["evaluate", "--sessions", "1", "--minutes", "0.5", "--card", str(card)]
+        words = ["evaluate", "--sessions", "1", "--minutes", "0.5", "--json", str(kept)]
         told = answer(main, words)
     assert told.status == 1
-    assert told.error.splitlines()[-1] == f"models: {card}: no space left on device"
-    assert card.read_text() == "the old one"
-    assert list(tmp_path.iterdir()) == [card]
+    assert told.error.splitlines()[-1] == f"models: {kept}: no space left on device"
+    assert kept.read_text() == "the old one"
+    assert list(tmp_path.iterdir()) == [kept]
 
 
 @pytest.mark.train

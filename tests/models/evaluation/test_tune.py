@@ -1,6 +1,5 @@
 """Thresholds chosen on streams: the front is a front, and only thresholds change in the bundle."""
 
-import argparse
 from dataclasses import astuple, replace
 from pathlib import Path
 
@@ -16,10 +15,10 @@ from controller.recordings import writer
 from controller.recordings.recording import Recording
 from controller.shared.event_metric import Answer, Score, judge
 from models.__main__ import main
-from models.cli import tune as cli
 from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
+from models.reports import page
 from models.results.evaluation import Point, Tuning
 from tests.support.model_commands import refused
 from tests.support.pytest_types import Capture
@@ -108,14 +107,6 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
     assert Goal().cost(found.chosen) <= Goal().cost(found.before) + 100.0 / found.events
 
 
-def test_costs_and_limits_are_options_with_the_defaults_of_a_goal() -> None:
-    parser = argparse.ArgumentParser()
-    cli.add(parser)
-    words = ["x.orb", "dir", "--alarm", "7", "--alarms", "0.5"]
-    asked = {name: getattr(parser.parse_args(words), name) for name, *_ in cli.GOAL}
-    assert Goal(*asked.values()) == replace(Goal(), alarm=7.0, alarms_per_min=0.5)
-
-
 def test_streams_without_gestures_are_refused() -> None:
     idle = of(np.full((30, 5, 5), 40.0), label=[0] * 30)
     known = GroundTruth.of(idle, LABELS, "it")
@@ -134,22 +125,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return where
 
 
-def test_tuning_shows_its_choice_and_writes_nothing_unasked(folder: Path, capsys: Capture) -> None:
-    before = sorted(folder.iterdir())
-    assert main(["tune", str(PATH), str(folder)]) == 0
-    told = capsys.readouterr().out
-    assert "chosen" in told
-    assert "false alarms" in told
-    assert sorted(folder.iterdir()) == before
+def chosen(folder: Path, out: Path) -> list[str]:
+    """Words of the command that chooses thresholds anew."""
+    return ["train", str(folder), "--from", str(PATH), "--epochs", "0", "--out", str(out)]
 
 
 @pytest.mark.train
-def test_a_tuned_bundle_differs_in_its_thresholds_only(folder: Path, tmp_path: Path) -> None:
-    out, told = tmp_path / "tuned.orb", tmp_path / "tuned.json"
-    assert main(["tune", str(PATH), str(folder), "--out", str(out), "--json", str(told)]) == 0
+def test_a_tuned_bundle_differs_in_its_thresholds_only(
+    folder: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    out = tmp_path / "tuned.orb"
+    assert main(chosen(folder, out)) == 0
+    told = capsys.readouterr().out
+    assert "chosen" in told
+    assert "false alarms" in told
     tuned = bundle.read(out)
     Recognizer(tuned)  # the golden vectors still hold
-    assert "front" in told.read_text(encoding="utf-8")
+    report = page.read(out.with_suffix(".html"))
+    assert report is not None
+    assert report.tuning is not None
+    assert report.tuning.command.startswith("models train")
     old, new = (container.unpack(path.read_bytes()) for path in (PATH, out))
     changed = {name for name in old if old[name] != new[name]}
     assert changed == {container.MANIFEST, container.SUMS}
@@ -160,15 +155,22 @@ def test_a_tuned_bundle_differs_in_its_thresholds_only(folder: Path, tmp_path: P
     assert same.labels == SHIPPED.labels
 
 
+def test_no_epochs_need_a_bundle_to_keep(tmp_path: Path, capsys: Capture) -> None:
+    words = ["train", tmp_path, "--epochs", "0", "--out", tmp_path / "x.orb"]
+    assert "--epochs 0 trains nothing; add --from BUNDLE" in refused(capsys, *words)
+
+
+@pytest.mark.train
 def test_seeds_for_tests_are_refused_in_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     writer.write_beside(tmp_path / "one.npz", writer.pack(played("nominal", seed=3)))
-    assert "for tests only" in refused(capsys, "tune", PATH, tmp_path)
+    assert "for tests only" in refused(capsys, *chosen(tmp_path, tmp_path / "x.orb"))
 
 
+@pytest.mark.train
 def test_recordings_of_another_sensor_are_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     small = of(np.full((60, 4, 4), 40.0), origin(4, 4), label=[0] * 30 + [1] * 30)
     writer.write_beside(tmp_path / "small.npz", writer.pack(small))
-    for command in ("tune", "evaluate"):
-        assert main([command, str(PATH), str(tmp_path)]) == 2
+    for words in (chosen(tmp_path, tmp_path / "x.orb"), ["evaluate", str(PATH), str(tmp_path)]):
+        assert main(words) == 2
         lines = capsys.readouterr().err.splitlines()
         assert "4×4 sensor" in lines[-1]

@@ -66,7 +66,6 @@ def rowed() -> Windows:
         label,
         stretch=np.repeat(np.arange(6), 4),
         person=np.repeat([0, 1, 2], 8),
-        touched=np.full(24, 3),
         labels=("press", "pinch"),
         people=("ada", "ben", "cy"),
     )
@@ -92,7 +91,7 @@ def test_windows_and_stretches_are_counted_and_the_gain_is_ours_less_theirs() ->
     assert mine.by_fold == mine.by_person == (7 / 8, 1.0, 1.0)
     theirs = fold_statistics.judge(rows, rounds, "theirs", certain(other), 1.0)
     assert theirs.stretches.value == pytest.approx(5 / 6)
-    more = fold_statistics.gain(rows, certain(ours), "theirs", certain(other))
+    more = fold_statistics.gain(rows, certain(ours), certain(other))
     assert more.windows.value == pytest.approx(3 / 24)
     assert more.windows.low == pytest.approx(-1 / 8)  # only ada, three times
     assert more.stretches.value == pytest.approx(1 / 6)
@@ -116,9 +115,8 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
         people=rows.people,
         held=rows.people,
         chosen=("", "", ""),
-        touched=(0, 0, 0, 24),
-        models=(replace(model, cpu_s=float("nan")),),
-        gains=(fold_statistics.gain(rows, certain(rows.label), "theirs", certain(1 - rows.label)),),
+        models=(replace(model, cpu_s=float("nan")), replace(model, name="theirs")),
+        gain=fold_statistics.gain(rows, certain(rows.label), certain(1 - rows.label)),
         reading_cpu_s=1.0,
         cpu_minutes=2.0,
     )
@@ -153,28 +151,22 @@ def test_the_plain_model_sees_where_a_touch_is_how_wide_and_how_strong() -> None
     assert rows[1, SPREAD].tolist() == pytest.approx([np.sqrt(0.5)] * 3)
     assert rows[1, TOTAL].tolist() == [4.0, 4.0, 4.0]
     assert rows[0, X].tolist() == [-1.0, 1.0, 2.0]  # nowhere, then it is touched
-    assert trajectory_baseline.touched(windowed(moving())).tolist() == pytest.approx([2 / 3, 1.0])
 
 
-@pytest.mark.parametrize("mended", [False, True])
-def test_a_signal_that_falls_under_touch_is_seen_like_one_that_rises(*, mended: bool) -> None:
-    """A sensor whose counts fall gives the plain models the features of one whose counts rise."""
+def test_a_signal_that_falls_under_touch_is_seen_like_one_that_rises() -> None:
+    """A sensor whose counts fall gives the plain model the features of one whose counts rise."""
     up, down = windowed(moving()), windowed(np.float32(2.0) - moving())
-    rising, falling = (trajectory_baseline.features(one, mended=mended) for one in (up, down))
+    rising, falling = (trajectory_baseline.features(one) for one in (up, down))
     np.testing.assert_array_equal(rising, falling)
     assert (rising[1, TOTAL] > 0.0).all()
-    np.testing.assert_array_equal(trajectory_baseline.touched(down), [2 / 3, 1.0])
 
 
-def test_a_taxel_that_is_read_wrongly_moves_a_centroid_until_it_is_mended() -> None:
+def test_a_taxel_that_is_read_wrongly_moves_no_centroid() -> None:
     images = moving()
     images[:, 5, 6] = 2.5  # alone in its corner, in every image
     images[4, 4, 0] = -3.0  # what is below untouched counts for nothing
-    told = trajectory_baseline.features(windowed(images))
-    assert (told[1, Y] > 2.5).all()
-    mended = trajectory_baseline.features(windowed(images), mended=True)
     clean = trajectory_baseline.features(windowed(moving()))
-    np.testing.assert_allclose(mended, clean, rtol=1e-6)
+    np.testing.assert_allclose(trajectory_baseline.features(windowed(images)), clean, rtol=1e-6)
 
 
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:

@@ -49,7 +49,7 @@ def steps(sessions: Sequence[Path], out: Path, found: Path) -> list[Step]:
     learned, spared, bundle = [str(path) for path in sessions[:-1]], str(sessions[-1]), str(out)
     return [
         ("train", *learned, "--task", "gesture", "--out", bundle),
-        ("tune", bundle, *learned, "--out", bundle),
+        ("train", *learned, "--from", bundle, "--epochs", "0", "--out", bundle),
         ("evaluate", bundle, spared, "--json", str(found)),
     ]
 
@@ -112,7 +112,7 @@ class TrainingRun:
     """
 
     def __init__(self, steps: Sequence[Step], command: Sequence[str] = COMMAND) -> None:
-        self.progress = TrainingProgress([step[0] for step in steps])
+        self.progress = TrainingProgress([_name(step) for step in steps])
         self.problem = self.step = ""
         self._due: Iterator[Step] = iter(steps)
         self._command = command
@@ -144,7 +144,7 @@ class TrainingRun:
 
     def _begin(self) -> None:
         words = next(self._due, ("",))
-        self.step, self._last = words[0], ""
+        self.step, self._last = _name(words), ""
         if not self.step:
             return
         self._process = subprocess.Popen(
@@ -163,6 +163,11 @@ class TrainingRun:
             target=_read, args=(self._process, self._lines), daemon=True
         )
         self._reader.start()
+
+
+def _name(step: Step) -> str:
+    """Return a step's name, of `SHARES`; "" of none."""
+    return "tune" if "--from" in step else step[0]
 
 
 def _read(process: "subprocess.Popen[str]", lines: "queue.SimpleQueue[str]") -> None:
