@@ -12,8 +12,7 @@ from tetris.engine.events import Action
 from tetris.engine.game import Game, Phase
 from tetris.engine.moves import TABLES, lowered, rows_to_fall
 from tetris.engine.pieces import KINDS, STRIDE, Kind, Piece
-from tetris.engine.rules import Config
-from tetris.engine.state import Randomizer
+from tetris.engine.rules import Config, Randomizer
 
 # Members by their bare names: looking them up in their class takes longer than a shift.
 _LEFT, _RIGHT, _DOWN, _HARD_DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP

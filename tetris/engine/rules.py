@@ -1,11 +1,12 @@
-"""The rules that a player may change, and gravity. Source: docs/tetris.md."""
+"""Rules that a player may change, gravity, and the deal of pieces. Source: docs/tetris.md."""
 
 from dataclasses import dataclass
 from enum import Enum
+from random import Random
 from typing import Final, Literal, get_args
 
 from tetris.engine.board import GARBAGE, Board, full_rows
-from tetris.engine.pieces import COLUMNS, VISIBLE_ROWS, Kicks
+from tetris.engine.pieces import COLUMNS, KINDS, VISIBLE_ROWS, Kicks, Kind
 
 VERSION: Final = 1  # of the rules: raised when the same inputs would play another game
 
@@ -83,3 +84,32 @@ def seconds_per_row(level: int) -> float:
     """Return how long a piece takes to fall one row: docs/tetris.md "gravity"."""
     steps = min(level, LAST_GRAVITY_LEVEL) - 1
     return float((0.8 - steps * 0.007) ** steps)
+
+
+class Randomizer:
+    """Deals pieces from a seed: docs/tetris.md "randomizer"."""
+
+    __slots__ = ("_randomiser", "_source", "drawn", "seed")
+
+    def __init__(self, seed: int, randomiser: Randomiser = "7-bag") -> None:
+        self.seed: Final = seed
+        self._randomiser = randomiser
+        self._source = Random(seed)
+        self.drawn = 0  # random numbers used so far: with the seed, all there is to know
+
+    def deal(self) -> list[Kind]:
+        """Return the next pieces: a shuffled bag of all seven, or one of any kind."""
+        # random() alone is promised to give the same numbers in every Python version.
+        number = self._source.random
+        if self._randomiser == "uniform":
+            self.drawn += 1
+            return [KINDS[int(number() * len(KINDS))]]
+        self.drawn += len(KINDS)
+        return sorted(KINDS, key=lambda _: number())
+
+    def rewind(self, drawn: int) -> None:
+        """Go to where so many random numbers have been used."""
+        self._source = Random(self.seed)
+        for _ in range(drawn):
+            self._source.random()
+        self.drawn = drawn

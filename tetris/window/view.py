@@ -55,7 +55,11 @@ def figures_of(
         left = Figure("figures.time_left", clock(left_s), left_s / config.time_limit_s)
         figures = [left, score, lines]
     elif config.dig:
-        figures = [time, Figure("figures.garbage", f"{game.garbage_rows:,}"), lines]
+        figures = [
+            time,
+            Figure("figures.garbage", f"{game.garbage_rows:,}"),
+            lines,
+        ]
     elif by_time and goal is not None:
         figures = [time, lines]
     else:
