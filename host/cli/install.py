@@ -60,12 +60,9 @@ def _deliver(upload: BundleUpload, link: MessageLink) -> None:
 
 
 def delivery(
-    upload: BundleUpload, send: Callable[[Message], object], *, announce: bool = False
+    upload: BundleUpload, send: Callable[[Message], object]
 ) -> Callable[[Sequence[Received]], None]:
-    """Return what delivers an upload by what a link receives, and prints its state.
-
-    `announce` is for a program that does not end with the upload: the outcome is printed, too.
-    """
+    """Return what delivers an upload by what a link receives, and prints its state."""
     shown = ""
 
     def take(received: Sequence[Received]) -> None:
@@ -75,8 +72,6 @@ def delivery(
         upload.turn(received, time.monotonic(), send)
         with contextlib.suppress(OSError, ValueError):  # standard error may be closed
             shown = _show(upload, shown)
-        if upload.over and announce:
-            warn(outcome(upload))
 
     return take
 

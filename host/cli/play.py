@@ -17,9 +17,8 @@ from host import taps, targets
 from host import window_loop as loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
-from host.cli import VERBS, _phone, add_option, install, warn
+from host.cli import VERBS, _phone, add_option, warn
 from host.cli import _device_defaults as remembering
-from host.connection.bundle_upload import load
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
@@ -101,9 +100,6 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
                 moved=noted.moved,
             )
             stack.callback(orbs.close)
-        if options.install is not None:
-            upload = load(options.install)
-            receiver.subscribe(install.delivery(upload, receiver.send, announce=True))
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
         if surface is not None:  # which shows it
             receiver.subscribe(hops.on_received)
@@ -211,7 +207,6 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,  # --key must stand for nothing but itself
     )
     parser.add_argument("--version", action="version", version=f"host {__version__}")
-    parser.add_argument("--keys", dest="mapping", type=Path, help=argparse.SUPPRESS)  # first name
     add = partial(add_option, parser)
     _add_orb(add)
     _add_targets(add)
@@ -248,8 +243,6 @@ def _add_orb(add: Callable[..., None]) -> None:
     )
     key = "the key that the orb was started with, made by `controller --key FILE`: docs/link.md"
     add("--key FILE", key, type=Path)
-    bundle = "send the orb a new bundle while you play, as `host install` does without a game"
-    add("--install FILE", bundle, type=Path)
 
 
 def _add_targets(add: Callable[..., None]) -> None:

@@ -12,13 +12,8 @@ import pytest
 
 from controller.bundles import bundle as bundles
 from controller.bundles import container
-from controller.shared.protocol.messages import DECLINED, Message, UploadOffer, UploadStatus
 from host.__main__ import main as host
-from host.cli import install
-from host.connection.bundle_upload import BundleUpload
-from host.connection.receiver import Connected, Delivered
 from tests.support import hostile_bundles
-from tests.support.fake_device import welcome
 from tests.support.pytest_types import Capture
 
 Orb = tuple[str, Path, "subprocess.Popen[str]"]
@@ -85,17 +80,3 @@ def test_what_is_no_bundle_is_declined(orb: Orb, tmp_path: Path, capsys: Capture
 def test_a_file_that_is_not_there_is_wrong_usage(capsys: Capture) -> None:
     assert host(["install", "nothing.orb", "--link", "socket://127.0.0.1:1"]) == 2
     assert "nothing.orb cannot be read" in capsys.readouterr().err
-
-
-def test_a_bundle_that_is_sent_during_a_game_is_announced(capsys: Capture) -> None:
-    sent: list[Message] = []
-    take = install.delivery(BundleUpload("new.orb", b"la" * 9), sent.append, announce=True)
-    take([Connected(welcome())])
-    assert isinstance(sent[0], UploadOffer)
-    assert capsys.readouterr().err == "\rwaiting         \n"
-    answer = Delivered(UploadStatus(DECLINED, 0, "it is a song"), 0)
-    take([answer])
-    take([answer])
-    told = capsys.readouterr().err.splitlines()
-    assert told[-1] == "host: the orb does not take it: it is a song"
-    assert len(told) == 3

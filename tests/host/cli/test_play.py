@@ -27,7 +27,6 @@ def test_help_ends_with_a_first_thing_to_try(capsys: Capture) -> None:
     told = capsys.readouterr().out
     assert "commands:\n  find     list the orbs" in told
     assert "--mapping" in told
-    assert "--keys" not in told
     assert told.rstrip().endswith("host --demo")
 
 
@@ -67,12 +66,6 @@ def test_phone_of_a_target_without_a_menu_prints_its_code(capsys: Capture) -> No
     options = ["--target", "keyboard", "--dry-run", "--headless", "--seconds", "0.1"]
     assert main([*options, "--phone", "127.0.0.1:0"]) == 0
     assert "█ ▄▄▄▄▄ █" in capsys.readouterr().err.replace("\xa0", " ")  # a corner
-
-
-def test_mapping_may_be_named_by_its_first_option(capsys: Capture) -> None:
-    for option in ("--mapping", "--keys"):
-        assert main(["--target", "keyboard", "--dry-run", option, "none.toml"]) == 2
-        assert "host: cannot read none.toml: no such file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -140,9 +133,7 @@ NO_ORB = ("--link", "/dev/null/no-port")
 SOON = ("--headless", "--seconds", "1")
 FILES = {  # what names a file
     "--mapping": ("--target", "keyboard", "--headless", "--dry-run", "--mapping"),
-    "--keys": ("--target", "gamepad", "--headless", "--dry-run", "--keys"),
     "--key": (*NO_ORB, *SOON, "--key"),
-    "--install": (*SOON, "--install"),
     "--link": (*SOON, "--link"),
     "find --key": ("find", *NO_ORB[1:], "--key"),
     "find PORT": ("find",),
@@ -154,7 +145,7 @@ PORTS = ("--link", "find PORT")  # are no files of the user's: they cannot be op
 BUNDLES = [kind for kind in special_files.KINDS if kind not in special_files.TEXTS]
 SPECIAL = {
     **dict.fromkeys(FILES, special_files.KINDS),
-    **dict.fromkeys(("--install", "install FILE"), BUNDLES),
+    "install FILE": BUNDLES,
     **dict.fromkeys(PORTS, ("missing", "folder", "pipe", "socket", "sparse", "endless")),
 }
 
