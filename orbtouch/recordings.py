@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller.recordings import edit, reader, recording
 from controller.shared.errors import UserError, how_to_install
 from controller.shared.files import atomic_write
-from models.data.examples import COLUMNS, column, labellers
+from models.data.examples import column, labellers
 
 if TYPE_CHECKING:
     import pandas
@@ -144,7 +144,7 @@ class Recording:
             end,
             self.name,
             label=label,
-            column=COLUMNS[sources[0]] if sources else "label",
+            column="label" if sources[:1] in ([], ["true"]) else sources[0],
             excluded=excluded,
         )
         return Recording(changed, self.name)

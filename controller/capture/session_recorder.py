@@ -28,8 +28,6 @@ from controller.shared.cues import Cue, Phase
 ANONYMOUS: Final = "unknown"  # the user in the names of files, if not given
 LEAST_S: Final = 1.0  # a shorter session is not kept
 
-Plain = dict[str, object]  # a change of the cues as plain data
-
 _log = logging.getLogger("controller")
 
 
@@ -42,18 +40,16 @@ class SessionRecorder:
         pipeline: Pipeline,
         labeller: Labeller,
         *,
-        on_cue: Callable[[Plain], None] = lambda plain: None,
         say: Say | None = None,
         words: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         """Begin the first file with `begin`, given the pipeline's state before its first frame.
 
-        `on_cue` is called with every change of the cues, and `say` with lines about them, in which
-        `words` describe labels. RecordingError: it cannot be written.
+        `say` is called with lines about the cues, in which `words` describe labels.
+        RecordingError: it cannot be written.
         """
         self.labels = labeller.labels
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
-        self._on_cue = on_cue
         self._say, self._words = say, words
         self._recorder = begin(pipeline.state())
         self._rested = False  # whether this file has its rest image
@@ -99,10 +95,6 @@ class SessionRecorder:
             ready=step.ready,
         )
         self._write(frame, step, label, labels)
-        for void in labels.voids:
-            self._on_cue(void.plain(step.t_s))
-        if labels.asked is not None and labels.fresh:
-            self._on_cue(labels.asked.plain(step.t_s))
         if self._say is not None:
             for line in cue_lines(labels, step.t_s, self._words):
                 self._say(line)

@@ -226,11 +226,6 @@ def _parser() -> argparse.ArgumentParser:
     add("--session", metavar="ID", default=time.strftime("%Y%m%d"), help=text)
     text = "label of the sensor's label button, for --record, if it has none itself"
     add("--label", metavar="NAME", help=text)
-    text = (
-        "a plan of cues, for --record: get ready, go, rest, until there are enough examples of "
-        "all: docs/recording.md"
-    )
-    add("--cues", metavar="FILE", type=Path, help=text)
     text = "a recording in place of a sensor: as fast as possible, or, over a link, as recorded"
     add("--replay", metavar="FILE", type=Path, help=text)
     text = "sensor scans per second, within 2 %% of the bundle's (default: the bundle's)"
@@ -257,7 +252,6 @@ def check(options: RunOptions) -> RunOptions:
         "an orb with a key is protected; leave out --key or --unprotected": key is not None
         and options.unprotected,
         "--label is for recordings; add --record": not recording and options.label,
-        "--cues is for recordings; add --record": not recording and options.cues,
     }
     for words, wrong in refused.items():
         if wrong:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -86,9 +86,6 @@ class Link(ABC):
 
         With the reason "" the session goes on, and the next one has the new description.
         """
-
-    def print_record(self, record: Mapping[str, object]) -> None:  # noqa: B027
-        """Print plain data that is no message, such as a cue; only the link that prints does."""
 
     @abstractmethod
     def close(self) -> None:

@@ -6,7 +6,6 @@ import json
 import queue
 import sys
 import threading
-from collections.abc import Mapping
 from typing import TextIO
 
 from controller.links.base import Access, Link, LinkError
@@ -59,10 +58,6 @@ class StdoutLink(Link):
         elif isinstance(message, UserIdentified):
             fields = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
             self._print(json.dumps(fields) + "\n")
-
-    def print_record(self, record: Mapping[str, object]) -> None:
-        """Print plain data that is no message, such as a cue."""
-        self._print(json.dumps(record) + "\n")
 
     def wait(self, timeout_s: float) -> None:
         """Wait for the whole timeout."""

@@ -50,13 +50,10 @@ def prepare(options: RunOptions) -> Parts:
     sensor = sensor_of(options, bundle)
     if not same_rate(sensor.rate_hz, bundle.rate_hz):  # it cannot be read as fast
         options, bundle, mapping, recognizer, sensor = _slower(options, bundle, sensor)
-    _check_user(options, bundle)
-    plan = runs = None
+    _check_names(options, bundle)
+    runs = None
     if options.record is not None:
         from controller.capture.session_recorder import RunFiles
-        from controller.runtime import recording_session
-
-        plan = recording_session.plan(options, bundle.labels)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tested, too
     if options.record is not None:
         runs = RunFiles(options.record, options.user, options.session)
@@ -80,7 +77,7 @@ def prepare(options: RunOptions) -> Parts:
         sensor.device_id,
         sensor.rate_hz,
     )
-    return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
+    return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs)
 
 
 def deployed(options: RunOptions) -> tuple[Bundle, Mapping, Recognizer]:
@@ -146,8 +143,12 @@ def _slower(
     return options, bundle, mapping, recognizer, sensor_of(options, bundle)
 
 
-def _check_user(options: RunOptions, bundle: Bundle) -> None:
-    """Raise UserError for a player who is not enrolled, unless this is a recording."""
+def _check_names(options: RunOptions, bundle: Bundle) -> None:
+    """Raise UserError for a label or a player that the bundle does not know."""
+    if options.label and options.label not in bundle.labels[1:]:
+        raise UserError(
+            f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
+        )
     if options.user and options.record is None and options.user not in bundle.users.names:
         known = ", ".join(bundle.users.names) or "none (docs/users.md)"
         raise UserError(
@@ -230,19 +231,11 @@ def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
     """Return the simulated hand; None if a host touches the orb, or if it is real."""
     if parts.link.touchable or not sensor.virtual:
         return None
-    from controller.capture.simulated_hand import CuedHand
     from controller.sensors.virtual import show
 
     gestures = getattr(sensors.options(parts.options.sensor), "gestures", ())
-    seed = sensor.seed or 0
-    if parts.plan is None:
-        script = "shows every gesture; Ctrl-C ends it"
-        hand = VirtualHand(show(parts.bundle.labels, sensor.geometry, seed, gestures))
-    else:
-        script = "follows the cues"
-        hand = VirtualHand(respond=CuedHand(sensor.geometry, seed, gestures).obey)
-    _log.info("no host touches this orb, so the simulated hand %s", script)
-    return hand
+    _log.info("no host touches this orb, so the simulated hand shows every gesture; Ctrl-C ends it")
+    return VirtualHand(show(parts.bundle.labels, sensor.geometry, sensor.seed or 0, gestures))
 
 
 def _pipeline(

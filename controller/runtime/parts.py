@@ -14,7 +14,6 @@ from controller.runtime.process import IdleCollector
 from controller.sensors.base import Sensor
 
 if TYPE_CHECKING:
-    from controller.capture.cue_plan import CuePlan
     from controller.capture.session_recorder import RunFiles
 
 
@@ -35,7 +34,6 @@ class RunOptions:
     user: str = ""
     session: str = "1"
     label: str = ""
-    cues: Path | None = None
     replay: Path | None = None
     rate: float | None = None
 
@@ -52,5 +50,4 @@ class Parts:
     link: Link  # the link for messages
     owned: bool  # whether a host started this process
     runs: RunFiles | None  # files for recordings; None: no recording
-    plan: CuePlan | None  # cues of a recording; None: without cues
     collector: IdleCollector | None = None  # garbage collection between frames; None: Python's own

@@ -35,10 +35,10 @@ class CueTiming:
     touch that has been over for `still_s`; 0: never.
     """
 
-    get_ready_s: float = field(default=1.0, metadata={"range": (0.0, 60.0)})
-    go_s: float = field(default=2.0, metadata={"range": (0.5, 60.0)})
-    rest_s: float = field(default=1.5, metadata={"range": (0.5, 60.0)})
-    jitter_s: float = field(default=0.5, metadata={"range": (0.0, 60.0)})
+    get_ready_s: float = 1.0
+    go_s: float = 2.0
+    rest_s: float = 1.5
+    jitter_s: float = 0.5
     still_s: float = 0.0
 
 
@@ -68,19 +68,6 @@ class Cue:
         """Number of missing examples of all labels."""
         return sum(self.more.values())
 
-    def plain(self, t_s: float) -> dict[str, object]:
-        """Return the cue as plain data, for any screen."""
-        return {
-            "t": round(t_s, 3),
-            "cue": self.phase.value,
-            "label": self.label,
-            **({} if self.place is None else {"place": list(self.place)}),
-            "seconds": round(self.left_s, 3),
-            "left": self.left,
-            "more": {label: count for label, count in self.more.items() if count},
-            "enough": [label for label, count in self.more.items() if not count],
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class DiscardedExample:
@@ -90,10 +77,6 @@ class DiscardedExample:
     from_s: float  # its beginning
     to_s: float  # its end
     why: str  # reason, as text
-
-    def plain(self, t_s: float) -> dict[str, object]:
-        """Return the event as plain data."""
-        return {"t": round(t_s, 3), "cue": "again", "label": self.label, "why": self.why}
 
 
 class CueSession:

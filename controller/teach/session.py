@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import MAX_EXAMPLES
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.capture.simulated_hand import CuedHand
@@ -37,6 +36,7 @@ from controller.teach import TeachError
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
 LOCATIONS: Final = "locations"  # gestures whose place counts, on every site and between them
 FEW: Final = "few"  # some examples of one gesture, to be learned at once: `controller teach --add`
+MAX_EXAMPLES: Final = 10_000  # about ten hours
 MOST_SITES: Final = 100  # of a session; of a larger grid so many are drawn
 NOTHING: Final = "touch it, but make none of the gestures"  # what the cue says of "null"
 PACES: Final = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle
 from controller.capture.labels import Labeller
-from controller.capture.session_recorder import Plain, SessionRecorder
+from controller.capture.session_recorder import SessionRecorder
 from controller.links.base import Link
 from controller.recognition.images.frames import Frame, Image, Window
 from controller.recognition.pipeline import Networks, Pipeline
@@ -175,7 +175,6 @@ class Bench:
         self.sensors: list[Slab] = []
         self.busy_s, self.lost_s = busy_s, lost_s
         self.record, self.cues = record, cues
-        self.told: list[Plain] = []
         self.loop = Loop(
             self.world, self.open, self.world.clock, await_host=await_host, orphan_s=orphan_s
         )
@@ -195,9 +194,7 @@ class Bench:
         origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
 
         labeller = Labeller(SHIPPED.labels, cues=self.cues)
-        return SessionRecorder(
-            lambda state: Recorder(path, origin, state), pipeline, labeller, on_cue=self.told.append
-        )
+        return SessionRecorder(lambda state: Recorder(path, origin, state), pipeline, labeller)
 
     def run(self, seconds: float) -> "Bench":
         self.loop.run(self.world.after(seconds))

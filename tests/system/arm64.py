@@ -35,7 +35,7 @@ ROOT: Final = Path(__file__).parents[2]
 TESTS: Final = """
     controller/bundles/bundle controller/recognition/debounce controller/bundles/engines
     controller/bundles/onnx_reader controller/recordings/journal controller/capture/labels
-    controller/capture/cue_plan controller/links/links controller/runtime/loop
+    controller/capture/session_recorder controller/links/links controller/runtime/loop
     controller/recognition/mapping controller/shared/npz controller/recognition/pipeline
     controller/recognition/images/preprocess controller/shared/protocol/messages
     controller/recordings/recorder controller/recordings/recording controller/bundles/store

@@ -140,12 +140,10 @@ MISTAKES = [
     ("--replay {DEMO} --record @/again.npz", "leave out --record"),
     ("--record @/empty.npz", "exists and is kept"),
     ("--label press", "--label is for recordings; add --record"),
-    ("--cues press", "--cues is for recordings; add --record"),
     ("--record @/nowhere", "there is no folder"),
     ("--record @ --user ../ada", "must be 1 to 64 letters"),
     ("--record @ --label poke", "there is no label 'poke'; there are press"),
     ("--record @ --label null", "there is no label 'null'"),
-    ("--record @ --cues @/plan.toml", "cannot read"),
     ("--bundle @/x.orb", "does not exist"),
     ("--bundle @/damaged.orb", "is damaged"),
     ("--mapping @/mine.toml", "'poke' is unknown; known are press"),
@@ -377,34 +375,6 @@ def test_a_virtual_orb_plays_and_ctrl_c_seals_the_recording(start: Start, tmp_pa
     assert "the simulated hand shows every gesture" in messages
     assert "Traceback" not in messages
     assert reader.load(path).commands[0].command == first["command"]
-
-
-def test_a_session_of_cues_ends_and_is_named_by_who_and_when(start: Start, tmp_path: Path) -> None:
-    plan = tmp_path / "plan.toml"
-    plan.write_text("""
-        labels = ["pinch"]
-        repetitions = 1
-        get_ready_s = 0.2
-        go_s = 1.5
-        rest_s = 0.5
-        jitter_s = 0
-    """)
-    who = ("--record", tmp_path, "--user", "ada", "--session", "1")
-    status, printed, messages = start("--cues", plan, "--seed", "4", *who).stop(None)
-    assert (status, "the simulated hand follows the cues" in messages) == (0, True)
-    lines = [json.loads(line) for line in printed.splitlines()]
-    cues = [line for line in lines if "cue" in line]
-    assert [line["cue"] for line in cues] == ["wait", "get ready", "go", "rest", "done"]
-    assert (cues[2]["label"], cues[2]["more"], cues[-1]["enough"]) == (
-        "pinch", {"pinch": 1}, ["pinch"],
-    )  # fmt: skip
-    recorded = reader.load(tmp_path / "sub-ada_ses-1_run-01.npz")
-    assert (recorded.origin.user, recorded.origin.protocol) == ("ada", "plan")
-    asked = [mark.text for mark in recorded.marks if mark.kind == "cue"]
-    assert asked == ["wait", "get ready pinch", "go pinch", "rest pinch", "done"]
-    performed = recorded.label == 2
-    assert performed.any()
-    assert (recorded.cue[performed] == 2).mean() > 0.8  # the hand reacts within the cue
 
 
 def test_a_killed_session_is_recovered_when_the_next_begins(start: Start, tmp_path: Path) -> None:

@@ -49,7 +49,6 @@ ROWS = {
     (" ", "--key"): Row("--link listen://127.0.0.1:0 --key @", fine=("missing",)),
     (" ", "--record"): Row("--record @", fine=("folder",)),
     (" ", "--record .npz"): Row("--record @", name="one.npz", fine=NEW),
-    (" ", "--cues"): Row("--record % --cues @"),
     (" ", "--replay"): Row("--replay @"),
     (" ", "--link hid:"): Row("--link hid:?keys=@"),
     ("teach", "--out"): Row("teach --out @", fine=NEW),

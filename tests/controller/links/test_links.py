@@ -115,16 +115,6 @@ def test_a_command_carries_the_uncertainty_of_its_own_frame() -> None:
     assert [line.get("sigma") for line in lines] == [None, 0.123]
 
 
-def test_cues_are_printed_among_the_commands() -> None:
-    out = io.StringIO()
-    link = StdoutLink(out)
-    link.send(PRESS, 1_200)
-    link.print_record({"t": 1.3, "cue": "rest", "label": "press"})
-    link.close()
-    lines = [json.loads(line) for line in out.getvalue().splitlines()]
-    assert [line.get("cue") for line in lines] == [None, "rest"]
-
-
 def test_a_slow_reader_of_the_standard_output_delays_nobody() -> None:
     allowed = threading.Event()
 
