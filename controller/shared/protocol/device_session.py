@@ -15,6 +15,7 @@ from controller.shared.protocol.auth import NONCE, seals
 from controller.shared.protocol.messages import (
     HUNG_MS,
     SILENCE_MS,
+    UPDATE,
     VERSION,
     Bye,
     Command,
@@ -332,5 +333,5 @@ def _update(hello: Hello) -> str:
     """Return the reason to refuse a host that has other versions only."""
     low, high = hello.version_min, hello.version_max
     versions = f"version {low}" if low == high else f"versions {low} to {high}"
-    side = "host" if high < VERSION else "orb's controller"
-    return f"the orb has protocol version {VERSION}, the host {versions}; update the {side}"
+    side = "host" if high < VERSION else "orb"
+    return f"the orb has protocol version {VERSION}, the host {versions}; {UPDATE.format(side)}"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from controller.shared.protocol.messages import VERSION, Message, Welcome
+from controller.shared.protocol.messages import UPDATE, VERSION, Message, Welcome
 
 BACKOFF_S: Final = (0.25, 0.5, 1.0, 2.0)  # before the next attempts; the last one repeats
 JITTER: Final = 0.25  # relative variation of a pause, so that many hosts do not connect at once
@@ -67,10 +67,8 @@ def no_answer(name: str, foreign: int, *, mute: bool) -> str:
     `foreign` is the peer's protocol version, if it is another than ours; `mute`: no byte came.
     """
     if foreign:
-        side = "host" if foreign > VERSION else "orb's controller"
-        return (
-            f"{name} has protocol version {foreign}, this host version {VERSION}; update the {side}"
-        )
+        command = UPDATE.format("host" if foreign > VERSION else "orb")
+        return f"{name} has protocol version {foreign}, this host version {VERSION}; {command}"
     if not mute:
         return (
             f"{name} sends bytes, but not the OrbTouch protocol; "

@@ -11,6 +11,7 @@ from typing import Annotated, Final, TypeVar, dataclass_transform
 from controller.shared.protocol import codec
 
 VERSION = 3  # of the payloads: the upper nibble of every packet
+UPDATE = "on the {}, run: pip install --upgrade orbtouch"  # the end that is older
 MAX_PAYLOAD = 1024  # bytes
 COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", "pause")
 HEARTBEAT_MS = 100  # between two heartbeats, each way
