@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
-from controller.capture.simulated_hand import CuedHand
 from controller.links.base import Link
 from controller.recognition.debounce import NULL, DebounceSettings
 from controller.recognition.images.frames import PreprocessSettings, Window
@@ -25,11 +24,13 @@ from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
-from controller.sensors.virtual import knows
+from controller.sensors.geometry import Geometry
+from controller.sensors.virtual import knows, place
 from controller.shared.aliases import Say, State
-from controller.shared.cues import NULL_LABEL, CueSession, CueTiming, ExampleRequest
+from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, ExampleRequest, Phase
 from controller.shared.errors import count
-from controller.shared.protocol.messages import Message
+from controller.shared.protocol.messages import Message, Perform
+from controller.simulator.hand.gesture_file import load
 from controller.simulator.hand.performance import DISTRACTORS
 from controller.teach import TeachError
 
@@ -47,6 +48,7 @@ PACES: Final = {
     # Few examples shall be done with care, and what was before each is learned too.
     FEW: CueTiming(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
 }
+_REACTION_S: Final = (0.2, 0.6)  # from a cue to the simulated hand's first movement
 _TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 _log = logging.getLogger("controller")
@@ -165,7 +167,7 @@ def _record(
     )
     obey = None
     if sensor.virtual:
-        obey = CuedHand(sensor.geometry, hand_seed, plan.vocabulary.files, DISTRACTORS).obey
+        obey = CuedHand(sensor.geometry, hand_seed, plan.vocabulary.files).obey
     alone = OfflineLink(simulated=sensor.virtual)
     device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(respond=obey))
     loop = Loop(alone, lambda: device, alone.now_s)
@@ -195,6 +197,28 @@ def _pipeline(sensor: Sensor, labels: Sequence[str]) -> Pipeline:
         tuple(labels), grid.rows, grid.columns, preprocess, DebounceSettings()
     )
     return Pipeline(settings, _NullModel(len(labels)), Mapping(), signal=sensor.signal)
+
+
+class CuedHand:
+    """A simulated hand that follows cues with a reaction time, for sessions without a user."""
+
+    def __init__(self, geometry: Geometry, seed: int, gestures: Sequence[Path] = ()) -> None:
+        """Prepare a hand with files of gestures, besides the shipped ones."""
+        self._rng = np.random.default_rng([seed, 1])
+        self._geometry, self._repertoire = geometry, load(gestures)
+        self._number = 0
+
+    def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
+        """Return time and gesture of the hand for a cue that changed at `t_s`; None: it rests."""
+        if cue.phase is not Phase.GO:
+            return None
+        label = cue.label
+        if label == NULL_LABEL:
+            label = str(self._rng.choice(DISTRACTORS))
+        at = cue.place or place(label, self._geometry, self._repertoire, self._rng)
+        self._number += 1
+        at_s = t_s + float(self._rng.uniform(*_REACTION_S))
+        return at_s, Perform(self._number, label, *at)
 
 
 class OfflineLink(Link):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from controller.__main__ import main
-from controller.capture.simulated_hand import CuedHand
 from controller.cli.run import options_of
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.assemble import open_device, prepare
@@ -16,7 +15,9 @@ from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Virtual, knows, show
 from controller.shared.cues import Cue, Phase
+from controller.simulator.hand.performance import DISTRACTORS
 from controller.simulator.virtual_orb import VirtualOrb
+from controller.teach.session import CuedHand
 from tests.support import ROOT
 from tests.support.recordings import of, origin
 
@@ -138,11 +139,11 @@ def test_a_replay_says_what_the_button_said() -> None:
 
 def test_an_obedient_hand_reacts_to_go_and_to_nothing_else() -> None:
     hand = CuedHand(GRID, seed=1)
-    quiet = [Cue(Phase.GET_READY, "press"), Cue(Phase.REST, "press"), Cue(Phase.GO, "null")]
-    assert [hand.obey(cue, 1.0) for cue in quiet] == [None] * 3
-    stray = CuedHand(GRID, 1, strays=("brush", "rest")).obey(Cue(Phase.GO, "null"), 1.0)
+    quiet = [Cue(Phase.GET_READY, "press"), Cue(Phase.REST, "press")]
+    assert [hand.obey(cue, 1.0) for cue in quiet] == [None] * 2
+    stray = CuedHand(GRID, 1).obey(Cue(Phase.GO, "null"), 1.0)
     assert stray is not None
-    assert stray[1].label in ("brush", "rest")
+    assert stray[1].label in DISTRACTORS
     wish = hand.obey(Cue(Phase.GO, "press", place=(1.0, 3.0)), 1.0)
     assert wish is not None
     at_s, perform = wish
