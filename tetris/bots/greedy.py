@@ -6,14 +6,12 @@ greedy bot tries every place that the piece can reach by turning and shifting at
 height and then dropping, and takes the best by Dellacherie's.
 """
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Final, NamedTuple, Protocol
 
-from tetris.bots.placements import neighbours
-from tetris.engine import moves
+from tetris.bots.placements import paths
 from tetris.engine.board import ROW, full_rows, open_row, row_shift, without_rows
 from tetris.engine.events import Action
 from tetris.engine.game import Game, Phase
@@ -191,22 +189,10 @@ def landings(
     bits: int, piece: Piece, kicks: Kicks = "srs"
 ) -> list[tuple[Piece, tuple[Action, ...]]]:
     """Return every landing in reach with the fewest actions to it, the shortest first."""
-    found: list[tuple[Piece, tuple[Action, ...]]] = []
-    landed_masks: set[int] = set()
-    seen = {piece}
-    queue: deque[tuple[Piece, tuple[Action, ...]]] = deque([(piece, ())])
-    while queue:
-        here, actions = queue.popleft()
-        landing = moves.landed(bits, here)
-        mask = landing.mask
-        if mask not in landed_masks:  # turned pieces often fill the same cells
-            landed_masks.add(mask)
-            found.append((landing, (*actions, Action.HARD_DROP)))
-        for there, action, _ in neighbours(bits, here, kicks):
-            if action is not Action.DOWN and there not in seen:
-                seen.add(there)
-                queue.append((there, (*actions, action)))
-    return found
+    found: dict[int, tuple[Piece, tuple[Action, ...]]] = {}  # turns often fill the same cells
+    for landing, _, actions in paths(bits, piece, kicks, lowers=False):
+        found.setdefault(landing.mask, (landing, actions))
+    return list(found.values())
 
 
 def value(bits: int, landing: Piece, config: Config = _GUIDELINE) -> float:

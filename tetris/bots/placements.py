@@ -41,7 +41,6 @@ _LIFT: Final = 2 * STRIDE + 2  # bits; makes every kick a shift one way
 _Turns = tuple[tuple[int, tuple[int, ...]], ...]  # from which turn, and the tests' shifts, lifted
 _TWINS: Final[frozenset[Kind]] = frozenset(("I", "S", "Z"))  # look alike after half a turn
 _TURNS: Final = (Action.ROTATE_CW, Action.ROTATE_CCW)
-_SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 _T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
 _T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
 
@@ -257,31 +256,22 @@ def path(
 
 
 def paths(
-    bits: int, piece: Piece, kicks: Kicks = "srs"
+    bits: int, piece: Piece, kicks: Kicks = "srs", *, lowers: bool = True
 ) -> Iterator[tuple[Piece, Spin, tuple[Action, ...]]]:
     """Yield every landing and spin with the fewest inputs, the last a hard drop, fewest first.
 
-    `DOWN` is one row, as an orb gives it.
+    `DOWN` is one row, as an orb gives it; without `lowers` it is not used.
     """
     landing = moves.landed(bits, piece)
     yield landing, Spin.NONE, (Action.HARD_DROP,)
     known = {(landing.mask, Spin.NONE)}
-    came: dict[Piece, tuple[Action, ...]] = {piece: ()}
-    queue = deque([piece])
-    while queue:
-        here = queue.popleft()
-        for there, action, kick in neighbours(bits, here, kicks):
-            if there not in came:
-                came[there] = (*came[here], action)
-                queue.append(there)
-            elif piece.kind != "T":  # only T's spins depend on the way
-                continue
-            landing, spin = moves.landed(bits, there), Spin.NONE
-            if landing == there:
-                spin = moves.spin(bits, there, kick)
-            if (landing.mask, spin) not in known:
-                known.add((landing.mask, spin))
-                yield landing, spin, (*came[here], action, Action.HARD_DROP)
+    for there, kick, way in _search(bits, piece, kicks, down=1 if lowers else None):
+        landing, spin = moves.landed(bits, there), Spin.NONE
+        if landing == there:
+            spin = moves.spin(bits, there, kick)
+        if (landing.mask, spin) not in known:
+            known.add((landing.mask, spin))
+            yield landing, spin, (*way, Action.HARD_DROP)
 
 
 def fewest(
@@ -291,41 +281,53 @@ def fewest(
 
     With `runs`, a shift as far as it goes, as of a held key, counts as one.
     """
-    for falls in (False, True):  # most placements need no row down, which is soon found
-        costs = {piece: 0}
-        queue = deque([piece])
-        while queue:
-            here = queue.popleft()
-            if moves.landed(bits, here).mask == landing.mask:
-                return costs[here]
-            for there, action, _ in neighbours(bits, here, kicks):
-                down = action is Action.DOWN
-                if down and not falls:
-                    continue
-                ways = [there]
-                if runs and action in _SHIFTS:
-                    ways.append(_shifted_on(bits, there, action))
-                cost = costs[here] + (not down)
-                for way in ways:
-                    if cost < costs.get(way, cost + 1):
-                        costs[way] = cost
-                        (queue.appendleft if down else queue.append)(way)
+    if moves.landed(bits, piece).mask == landing.mask:
+        return 0
+    for down in (None, 0):  # most placements need no row down, which is soon found
+        for there, _, way in _search(bits, piece, kicks, down=down, runs=runs):
+            if moves.landed(bits, there).mask == landing.mask:
+                return sum(action is not Action.DOWN for action in way)
     return None
 
 
-def _shifted_on(bits: int, piece: Piece, action: Action) -> Piece:
-    """Return a piece shifted as far as it goes."""
-    while not bits & (further := piece.left if action is Action.LEFT else piece.right).mask:
-        piece = further
-    return piece
+def _search(
+    bits: int, piece: Piece, kicks: Kicks, *, down: int | None, runs: bool = False
+) -> Iterator[tuple[Piece, int | None, tuple[Action, ...]]]:
+    """Yield the positions in reach of a free one, breadth first, with a turn's kick and the inputs.
+
+    A row down costs so many inputs, 0 or 1; None takes none. With `runs`, a shift also goes on as
+    far as it can. T's positions come once for each way into them, since its spins depend on it.
+    """
+    costs, again = {piece: 0}, piece.kind == "T"
+    queue: deque[tuple[Piece, tuple[Action, ...]]] = deque([(piece, ())])
+    while queue:
+        here, way = queue.popleft()
+        for there, action, kick in _neighbours(bits, here, kicks, runs):
+            price = down if action is Action.DOWN else 1
+            if price is None:
+                continue
+            cost = costs[here] + price
+            if cost < costs.get(there, cost + 1):
+                costs[there] = cost
+                further = (*way, action)
+                (queue.append if price else queue.appendleft)((there, further))
+                yield there, kick, further
+            elif again:
+                yield there, kick, (*way, action)
 
 
-def neighbours(bits: int, here: Piece, kicks: Kicks) -> Iterator[tuple[Piece, Action, int | None]]:
+def _neighbours(
+    bits: int, here: Piece, kicks: Kicks, runs: bool
+) -> Iterator[tuple[Piece, Action, int | None]]:
     """Yield the positions one input away from a free one, with the input and a turn's kick."""
     if not bits & here.left.mask:
         yield here.left, Action.LEFT, None
+        if runs:
+            yield _shifted_on(bits, here, Action.LEFT), Action.LEFT, None
     if not bits & here.right.mask:
         yield here.right, Action.RIGHT, None
+        if runs:
+            yield _shifted_on(bits, here, Action.RIGHT), Action.RIGHT, None
     if here.kind != "O":
         for at, action in enumerate(_TURNS, moves.TABLES[kicks]):
             for kick, turned in enumerate(here.turned[at]):
@@ -334,3 +336,10 @@ def neighbours(bits: int, here: Piece, kicks: Kicks) -> Iterator[tuple[Piece, Ac
                     break
     if not bits & here.below.mask:
         yield here.below, Action.DOWN, None
+
+
+def _shifted_on(bits: int, piece: Piece, action: Action) -> Piece:
+    """Return a piece shifted as far as it goes."""
+    while not bits & (further := piece.left if action is Action.LEFT else piece.right).mask:
+        piece = further
+    return piece
