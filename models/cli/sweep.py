@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 SUMMARY: Final = "run many trainings: learning curves, cross-validation, grids"
 DESCRIPTION: Final = (
     "Train every combination of the axes in a TOML file (docs/sweeps.md), judge each on people or "
-    "sessions that it never saw, and write results, a table and curves. Runs on this machine's "
+    "sessions that it never saw, and write results and a table. Runs on this machine's "
     "cores, or on a Dask cluster; the results are the same. Interrupted, the same command goes on "
     "where it was."
 )
 EXAMPLE: Final = "Try it (a minute): models sweep --example > try.toml, then models sweep try.toml"
-EXAMPLES: Final = files("models.studies.sweep").joinpath("examples")
+EXAMPLE_FILE: Final = files("models.studies.sweep").joinpath("example.toml")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -35,26 +35,22 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, metavar="DIR", help="folder for results (default: NAME.sweep)")
     add("--cluster", default="", metavar="HOST:PORT", help=f"Dask scheduler (default: {cores})")
     add("--workers", type=workers, default=0, metavar="N", help=f"processes (default: {cores})")
-    add("--list", action="store_true", help="list the trainings and which are done; train none")
-    names = sorted(file.name.removesuffix(".toml") for file in EXAMPLES.iterdir())
-    words = f"print a plan to begin with: {', '.join(names)} (default: try)"
-    add("--example", metavar="NAME", nargs="?", const="try", choices=names, help=words)
+    add("--example", action="store_true", help="print a file to begin with")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train what is missing, and report."""
     if arguments.example:
-        print(EXAMPLES.joinpath(f"{arguments.example}.toml").read_text(encoding="utf-8"), end="")
+        print(EXAMPLE_FILE.read_text(encoding="utf-8"), end="")
         return 0
     if arguments.file is None:
         raise ValueError("name a file; models sweep --example prints one")
     if arguments.cluster and arguments.workers:
         raise ValueError("--workers are this machine's; start a cluster's own (docs/sweeps.md)")
-    options.require("sweeping", "torch", "joblib", "matplotlib", extra="train,sweep")
+    options.require("sweeping", "torch", "joblib", extra="train,sweep")
     if arguments.cluster:
         options.require("a cluster", "distributed", extra="sweep")
-    sweep = _sweep(arguments)
-    return _list(sweep) if arguments.list else _run(sweep)
+    return _run(_sweep(arguments))
 
 
 def _sweep(arguments: argparse.Namespace) -> "Sweep":
@@ -93,15 +89,5 @@ def _run(sweep: "Sweep") -> int:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends by itself, in a second or two
         raise
     print(report.table(found))
-    written = ", ".join(map(str, [sweep.folder / run.RESULTS, *report.write(found, sweep.folder)]))
-    options.say(f"wrote {written}")
+    options.say(f"wrote {sweep.folder / run.RESULTS}")
     return int(any("failed" in job for job in found["jobs"]))
-
-
-def _list(sweep: "Sweep") -> int:
-    from models.studies.sweep import run
-
-    done = run.answers(sweep.folder)
-    for name, job in sweep.named().items():
-        print(f"{name} {'done' if name in done else '    '} {run.describe(job)}")
-    return 0

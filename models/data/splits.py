@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.shared.aliases import Index, Mask
-from controller.shared.errors import count
 from models.data.load import Data
 
 SPLITS: Final = ("session", "user", "time", "site")
@@ -170,34 +169,20 @@ class HoldOut:
     by: str  # "user" or "session"
     folds: int = 0  # number of folds, each group being held out in one of them; 0: `hold` counts
     fold: int = 0  # number of the fold held out, from 0
-    hold: int = 0  # number of groups held out, evenly spread; or of each user the last sessions
-    # sessions of every user are held out, so that all users are learned from
-    enrolled: bool = False
+    hold: int = 0  # number of groups held out, evenly spread
 
     def held(self, user: Index, session: Index) -> Mask:
         """Return which recordings are held out, (recordings,), by user and session of each."""
-        if self.enrolled:
-            return self._sessions_of_each(user, session)
         group = user if self.by == "user" else session
         names = np.unique(group)
-        self._check(len(names), f"there are {len(names)} {self.by}s")
+        if len(names) < max(2, self.folds, self.hold + 1):
+            wanted = f"{self.folds} folds" if self.folds else f"{self.hold} held out"
+            raise ValueError(
+                f"there are {len(names)} {self.by}s, too few for {wanted}; record more, or hold "
+                "out fewer"
+            )
         parts = np.array_split(names, self.folds) if self.folds else [spread(names, self.hold)]
         return np.isin(group, parts[self.fold])
-
-    def _sessions_of_each(self, user: Index, session: Index) -> Mask:
-        """Return which recordings are held out, (recordings,), of every user."""
-        held = np.zeros(len(user), dtype=np.bool_)
-        for one in np.unique(user):
-            own = np.unique(session[user == one])
-            self._check(len(own), f"a user has {count(len(own), 'session')}")
-            part = slice(self.fold, None, self.folds) if self.folds else slice(-self.hold, None)
-            held |= np.isin(session, own[part])
-        return held
-
-    def _check(self, groups: int, found: str) -> None:
-        if groups < max(2, self.folds, self.hold + 1):
-            wanted = f"{self.folds} folds" if self.folds else f"{self.hold} held out"
-            raise ValueError(f"{found}, too few for {wanted}; record more, or hold out fewer")
 
 
 def learned(user: Index, session: Index, held: Mask, users: int, sessions: int, seed: int) -> Mask:

@@ -26,7 +26,7 @@ from controller.shared.errors import UserError, reason
 from controller.simulator.orb import PRESETS
 from models.data import splits
 from models.data.examples import CHOICES, refuse_test_seed
-from models.data.recipe import RECIPES, USER, VARIED_USER
+from models.data.recipe import RECIPES
 from models.data.simulate import DataSet
 from models.data.splits import HoldOut
 
@@ -115,7 +115,7 @@ SIMULATION: Final = {
 }
 RECORDINGS: Final = {"folders": Setting(["data"])}
 TRAIN: Final = {
-    "task": Setting("gesture", words=("gesture", "location", "user")),
+    "task": Setting("gesture", words=("gesture", "location")),
     "recipe": Setting("default", words=tuple(RECIPES)),
     "labels": Setting("auto", words=CHOICES),
     "all": Setting(False),
@@ -214,7 +214,7 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
     train = {**_defaults(TRAIN), **_settings("train", given["train"], known)}
     varied = {f"data.{key}": own for key, own in SIMULATION.items()} if simulated else {}
     axes = {key: _axis(key, values, known | varied) for key, values in given["axes"].items()}
-    made = Plan(name, data, train, _test(given["test"], train["task"] == "user"), axes)
+    made = Plan(name, data, train, _test(given["test"]), axes)
     count = made.test.get("folds", 1) * math.prod(map(len, axes.values()))
     if count > MOST_JOBS:
         raise _FaultError("axes", "", f"these are {count:,} trainings; at most {MOST_JOBS:,}")
@@ -236,7 +236,7 @@ def _check_amounts(plan: Plan) -> None:
     user, section, key = session // least["sessions"], "test", "folds"
     try:
         key = "folds" if "folds" in plan.test else "hold"
-        held = HoldOut(**plan.test, enrolled=plan.train["task"] == "user").held(user, session)
+        held = HoldOut(**plan.test).held(user, session)
         section, key = "axes" if {"users", "sessions"} & plan.axes.keys() else "train", ""
         splits.learned(user, session, held, most["users"], most["sessions"], 0)
     except ValueError as error:
@@ -248,17 +248,13 @@ def _settings(section: str, given: Mapping[str, Any], known: Mapping[str, Settin
     return {key: _value(section, key, value, known) for key, value in given.items()}
 
 
-def _test(given: Mapping[str, Any], enrolled: bool) -> dict[str, Any]:
+def _test(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of [test]."""
-    test = {"by": "session" if enrolled else "user", **_settings("test", given, TEST)}
-    if enrolled and test["by"] == "user":
-        why = 'a user who is not enrolled cannot be identified; say by = "session"'
-        raise _FaultError("test", "by", why)
+    test = {"by": TEST["by"].default, **_settings("test", given, TEST)}
     if {"folds", "hold"} <= test.keys():
         raise _FaultError("test", "hold", "folds hold out every group in turn; give one of the two")
     if not {"folds", "hold"} & test.keys():
-        key = "hold" if enrolled else "folds"
-        test[key] = TEST[key].default
+        test["folds"] = TEST["folds"].default
     return test
 
 
@@ -298,7 +294,7 @@ def _of_train(recipe: str) -> dict[str, Setting]:
     """Return the settings of [train]: its own, and a recipe's by dotted names."""
     if recipe not in RECIPES:
         return TRAIN
-    parts = {**asdict(RECIPES[recipe]), "user": asdict(USER), "mood": asdict(VARIED_USER)}
+    parts = asdict(RECIPES[recipe])
     del parts["name"]
     return {**TRAIN, **{name: Setting(value) for name, value in _flattened(parts)}}
 

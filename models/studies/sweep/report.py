@@ -1,19 +1,14 @@
-"""Report of a sweep: scores of its points with their intervals, as a table, a CSV and curves.
+"""Report of a sweep: scores of its points with their intervals, as a table.
 
 Seeds and folds repeat a training: a point is all of them together. Intervals are 95 %, by
 resampling whole users (or sessions) that were held out; each counts once, however many seeds judged
 it.
 """
 
-import csv
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
-from operator import itemgetter
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -21,19 +16,11 @@ from controller.shared.errors import count
 from models.evaluation import bootstrap
 from models.reports import markdown
 from models.reports.tables import Table
-from models.results import storage
 from models.results.evaluation import Figure
 from models.studies.sweep.plan import AMOUNTS
 
-if TYPE_CHECKING:
-    from matplotlib import figure
-
-POINTS: Final = "points.csv"
-CURVES: Final = "curves.svg"
 FEW: Final = 6  # users or sessions: of fewer, resampling says too little
 LEARNED: Final = (*AMOUNTS, "windows")
-FAR: Final = 8.0  # ratio of an axis's largest value to its smallest, from which it is logarithmic
-LINES: Final = 10  # in a legend
 
 
 class Measure(NamedTuple):
@@ -46,7 +33,6 @@ class Measure(NamedTuple):
 
 MEASURES: Final = {
     "gesture": Measure("events", "unseen events named rightly"),
-    "user": Measure("events", "unseen gestures given to the right person"),
     "location": Measure("error", "mean error of unseen touches, grid units", share=False),
 }
 
@@ -61,13 +47,6 @@ class Point:
     random: float  # score on windows at random, mean of the trainings; NaN: unknown
     learned: dict[str, float]  # users, sessions, minutes and windows learned from, means
     held: int  # number of held-out users or sessions
-
-    def amount(self, axis: str) -> float:
-        """Return the place on a numeric axis; for 0, "all", what was learned from."""
-        users, sessions = max(1.0, self.learned["users"]), max(1.0, self.learned["sessions"])
-        whole = (users, sessions / users, self.learned["minutes"] / sessions)
-        every = dict(zip(AMOUNTS, whole, strict=True)).get(axis, 0.0)
-        return float(self.at[axis] or every)
 
 
 def points(found: Mapping[str, Any]) -> list[Point]:
@@ -135,8 +114,7 @@ def table(found: Mapping[str, Any]) -> str:
         f"{title(found['test'])}; scores: {MEASURES[found['train']['task']].words}"
     ]
     if made:
-        head, *cells = rows(made)
-        parts.append(markdown.table(Table(head, cells)))
+        parts.append(markdown.table(rows(made)))
     fewest = min((point.held for point in made), default=FEW)
     if fewest < FEW:
         parts.append(
@@ -159,58 +137,15 @@ def _failed(found: Mapping[str, Any]) -> list[str]:
     return [f"failed ({len(where)}): {why} [{where[0]}]" for why, where in reasons.items()]
 
 
-def rows(points: Sequence[Point]) -> list[list[str]]:
-    """Return a table of all points: a head, and a row for each."""
+def rows(points: Sequence[Point]) -> Table:
+    """Return a table of all points, a row for each."""
     learned = [f"learned {key}" for key in LEARNED]
-    made = [[*points[0].at, "trainings", "score", "low", "high", "at random", *learned]]
+    head = [*points[0].at, "trainings", "score", "low", "high", "at random", *learned]
+    made = []
     for point in points:
         figure = point.figure
         numbers = [figure.value, figure.low, figure.high, point.random, *point.learned.values()]
         cells = ["" if number != number else f"{number:.4g}" for number in numbers]
         at = [place(axis, value) for axis, value in point.at.items()]
         made.append([*at, str(point.trainings), *cells])
-    return made
-
-
-def write(found: Mapping[str, Any], folder: Path) -> list[Path]:
-    """Write the points as CSV and, if an axis has amounts, curves; return the files."""
-    made = points(found)
-    if not made:
-        return []
-    whole = io.StringIO(newline="")
-    csv.writer(whole, lineterminator="\n").writerows(rows(made))
-    storage.write_text(folder / POINTS, whole.getvalue())
-    axes = [
-        axis for axis, values in found["axes"].items()
-        if axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
-    ]  # fmt: skip
-    if not axes:
-        return [folder / POINTS]
-    from models.reports import drawing
-
-    drawn = drawing.styled(draw)(made, axes, MEASURES[found["train"]["task"]].words)
-    return [folder / POINTS, drawing.save(drawn, folder / CURVES)]
-
-
-def draw(points: Sequence[Point], axes: Sequence[str], words: str) -> "figure.Figure":
-    """Return a drawing of the score over each axis, a line for each place on the others."""
-    from models.reports import drawing
-
-    drawn, panels = drawing.panels(640.0, 290.0 * len(axes), 1, len(axes))
-    for axis, panel in zip(axes, panels[:, 0], strict=True):
-        lines: dict[str, list[Point]] = {}
-        amounts = [point.amount(axis) for point in points]
-        for _, point in sorted(zip(amounts, points, strict=True), key=itemgetter(0)):
-            others = {key: value for key, value in point.at.items() if key != axis}
-            lines.setdefault(title(others), []).append(point)
-        for (name, line), marker in zip(lines.items(), cycle("os^Dv"), strict=False):
-            x, own = [point.amount(axis) for point in line], [point.figure for point in line]
-            down, up = [one.value - one.low for one in own], [one.high - one.value for one in own]
-            y = [one.value for one in own]
-            panel.errorbar(x, y, (down, up), marker=marker, capsize=3.0, label=name)
-        if min(amounts) > 0.0 and max(amounts) / min(amounts) >= FAR:
-            panel.set_xscale("log")
-        panel.set(xlabel=axis, ylabel=words)
-        if 1 < len(lines) <= LINES:
-            panel.legend()
-    return drawn
+    return Table(head, made)

@@ -1,7 +1,6 @@
 """One training of a sweep: read or simulate, hold out, train, and score what is held out.
 
-The held-out recordings decide nothing. Of the others, `models train`'s own split chooses the epoch;
-the user network has nothing to choose, and learns from all.
+The held-out recordings decide nothing. Of the others, `models train`'s own split chooses the epoch.
 """
 
 import json
@@ -10,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 import torch
@@ -20,26 +19,15 @@ from torch import nn
 from models.data import load, splits, touch_images
 from models.data.examples import Choice
 from models.data.load import Data
-from models.data.recipe import (
-    DEFAULT,
-    RECIPES,
-    UNVARIED_USER,
-    USER,
-    VARIED_USER,
-    NetworkRecipe,
-    Recipe,
-    UserAugmentation,
-)
+from models.data.recipe import DEFAULT, RECIPES, Recipe
 from models.data.simulate import generate
 from models.data.splits import HoldOut
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
 from models.studies.sweep import plan
-from models.training import user_task
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob, batched, prepare_torch
-from models.training.user_task import UserGestures
 
 KEPT: Final = 2  # data sets that a process keeps in memory; jobs of one set are neighbours
 # A GPU adds up in another order, and so does each kind of it: results would depend on the machine.
@@ -47,7 +35,6 @@ DEVICE: Final = torch.device("cpu")
 
 Result = dict[str, Any]  # JSON
 Train = Mapping[str, Any]  # settings of [train]
-_Made = TypeVar("_Made")
 Scores = NDArray[np.bool_] | NDArray[np.floating]  # one for each judged item, (items,)
 
 
@@ -68,12 +55,9 @@ def train(job: Mapping[str, Any]) -> Result:
     # Recordings without a window are neither held out nor learned from.
     present = np.unique(data.examples.session[data.examples.ends]).astype(np.int64)
     user, session = data.user[present], data.session[present]
-    enrolled = asked["task"] == "user"
-    held = HoldOut(**job["test"], enrolled=enrolled).held(user, session)
+    held = HoldOut(**job["test"]).held(user, session)
     amounts = asked["users"], asked["sessions"], asked["seed"]
     taken = splits.learned(user, session, held, *amounts)
-    if enrolled:  # users who are not learned from cannot be identified
-        held &= np.isin(user, user[taken])
     taught = _some(data, present[taken], asked["minutes"])
     unseen = _some(data, present[held], 0.0)
     users = len(np.unique(user[taken]))
@@ -163,42 +147,10 @@ def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Resu
     return {**_summary(learned, len(split.windows.train)), "held": held}
 
 
-def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
-    """Train the user network; windows and gestures of other sessions are judged."""
-    labels = range(1, len(taught.vocabulary.labels))
-    names = np.unique(taught.user[np.unique(taught.examples.session)])
-    if len(names) < 2:
-        raise ValueError("one user cannot be confused with any; learn from two or more")
-    own, new = (  # output 0 is a stranger
-        UserGestures.of(data.examples, labels, 1 + np.searchsorted(names, data.user))
-        for data in (taught, unseen)
-    )
-    if not len(own.label) or not len(new.label):
-        raise ValueError("no recording has a gesture, and users are identified by gestures")
-    how, augmentation = _user_recipe_of(asked)
-    random = user_task.random_windows(len(own.ends), asked["seed"])
-    net, score = user_task.train_users(
-        own, 1 + len(names), asked["seed"], recipe=how, augmentation=augmentation, random=random
-    )
-    events = 1 + user_task.gesture_evidence(net, new)[:, 1:].argmax(axis=1) == new.user
-    answers = user_task.probabilities(net, new, new.ends)
-    frames = 1 + answers[:, 1:].argmax(axis=1) == new.user[new.event]
-    of = new.session[new.event]
-    held = [
-        _session(unseen, one, frames=frames[of == one], events=events[new.session == one])
-        for one in np.unique(new.session)
-    ]
-    windows = int((~random).sum())
-    passes = how.passes(-(-windows // how.batch) * how.batch)
-    return {"windows": windows, "epochs": passes, "best": passes, "check": None,
-            "random": _number(score), "held": held}  # fmt: skip
-
-
 # A task is a line here, and its measure in models/studies/sweep/report.py.
 TASKS: Final[dict[str, Callable[[Data, Data, Recipe, Train], Result]]] = {
     "gesture": _gestures,
     "location": _locations,
-    "user": _users,
 }
 
 
@@ -215,28 +167,14 @@ def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
 
 
 def _recipe_of(train: Train) -> Recipe:
-    """Return the recipe of the gesture and location networks, from the settings of [train]."""
-    own = {key: value for key, value in train.items() if key not in plan.TRAIN}
-    known = {key: own[key] for key in own if not key.startswith(("user.", "mood."))}
-    return _changed(RECIPES[train["recipe"]], known)
-
-
-def _user_recipe_of(train: Train) -> tuple[NetworkRecipe, UserAugmentation]:
-    """Return how users are learned; the paper's recipe learns them as it does gestures."""
-    if train["recipe"] == "paper":
-        return _recipe_of(train).gesture, UNVARIED_USER
-    user, mood = (
-        {key.removeprefix(part): value for key, value in train.items() if key.startswith(part)}
-        for part in ("user.", "mood.")
-    )
-    return _changed(USER, user), _changed(VARIED_USER, mood)
-
-
-def _changed(made: _Made, settings: Mapping[str, Any]) -> _Made:
-    """Return a dataclass in which settings, by dotted names, have other values."""
-    for key, value in settings.items():
-        made = _set(made, key.split("."), tuple(value) if isinstance(value, list) else value)
-    return made
+    """Return the recipe of the networks, from the settings of [train] by dotted names."""
+    recipe = RECIPES[train["recipe"]]
+    for key, value in train.items():
+        if key not in plan.TRAIN:
+            recipe = _set(
+                recipe, key.split("."), tuple(value) if isinstance(value, list) else value
+            )
+    return recipe
 
 
 def _set(made: Any, path: list[str], value: Any) -> Any:

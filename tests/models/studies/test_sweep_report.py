@@ -1,7 +1,5 @@
 """Aggregation of many trainings: intervals over people, the table, and the curves."""
 
-import csv
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -78,24 +76,14 @@ def test_what_failed_is_told_once_for_each_reason() -> None:
     assert "failed (5): no <quiet> [seed 0, fold 1]" in text
 
 
-def swept() -> dict[str, Any]:
-    axes: dict[str, list[Any]] = {"users": [1, 3, 10], "gesture.rate": [0.1, 0.2]}
+def test_the_table_has_a_row_for_each_point() -> None:
+    axes: dict[str, list[Any]] = {"users": [1, 3], "gesture.rate": [0.1, 0.2]}
     jobs = [
-        job({"users": users, "gesture.rate": rate}, [min(20, 8 + users + int(10 * rate))] * PEOPLE)
-        for users in axes["users"] for rate in axes["gesture.rate"]
-    ]  # fmt: skip
-    return found(axes, jobs)
-
-
-def test_the_csv_has_a_row_for_each_point(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    points, curves = report.write(swept(), tmp_path)
-    with points.open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["users"], row["gesture.rate"]) for row in rows][:2] == [("1", "0.1"), ("1", "0.2")]
-    assert [float(row["score"]) for row in rows][:2] == [0.5, 0.55]
-    assert float(rows[0]["low"]) <= 0.5 <= float(rows[0]["high"])
-    assert curves.read_bytes().startswith(b"<?xml")
-    drawn = report.draw(report.points(swept()), ["users", "gesture.rate"], "score")
-    assert [panel.get_xscale() for panel in drawn.axes] == ["log", "linear"]
-    assert [len(panel.containers) for panel in drawn.axes] == [2, 3]
+        job({"users": users, "gesture.rate": rate}, [8 + users + int(10 * rate)] * PEOPLE)
+        for users in axes["users"]
+        for rate in axes["gesture.rate"]
+    ]
+    table = report.rows(report.points(found(axes, jobs)))
+    assert [row[:3] for row in table.rows][:2] == [["1", "0.1", "1"], ["1", "0.2", "1"]]
+    assert [float(row[3]) for row in table.rows][:2] == [0.5, 0.55]
+    assert float(table.rows[0][4]) <= 0.5 <= float(table.rows[0][5])
