@@ -53,13 +53,11 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results import storage
     from models.results.evaluation import Evaluation, numbers
 
-    if arguments.json:
-        storage.target(arguments.json)
+    for path in filter(None, (arguments.json, arguments.html)):
+        storage.target(path)
     if arguments.html:
         options.require("a report", "jinja2", "matplotlib")
         from models.reports import page
-
-        page.read(arguments.html)  # a file that is no report is refused before the work begins
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     left_out: list[str] = []

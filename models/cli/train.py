@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _choose(request: Request) -> int:
     """Choose when a gesture counts, and print how."""
-    options.require("choosing thresholds", "tomli_w", "jinja2", "matplotlib")
+    options.require("choosing thresholds", "tomli_w")
     from controller.shared.errors import count
     from models.reports import markdown, tables
     from models.training.train import choose_thresholds
@@ -88,7 +88,7 @@ def _choose(request: Request) -> int:
             f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: record "
             "more before you make it faster"
         )
-    options.say(f"wrote {request.out}, and its report beside it")
+    options.say(f"wrote {request.out}")
     options.say("a choice flatters what it was made on: judge it on other recordings")
     return 0
 

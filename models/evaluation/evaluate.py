@@ -105,7 +105,6 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
             [sum(t.events for t in group) for group in groups],
         ),
         frame_accuracy=bootstrap.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
-        turn_accuracy=bootstrap.share(*np.array([t.turns for t in tallies]).T),
         answered=answered,
         named=_total([t.named for t in tallies]),
         classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),

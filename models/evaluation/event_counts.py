@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,6 @@ from controller.shared.event_metric import LIGHT, RIVAL, SHORT_S, TAIL_S, Answer
 from models.data.ground_truth import GroundTruth
 from models.evaluation.replay import Stream
 from models.results.verdict import REASONS
-
-TURNS: Final = ("twist_cw", "twist_ccw")
-INSIDE_S: Final = 0.2  # from an event's edges: what comes closer may be either
 
 Counts = NDArray[np.int64]  # (classes, classes)
 
@@ -38,7 +34,6 @@ class Tally:
     latencies_s: NDArray[np.float64]  # from onset, of each right answer
     contact_latencies_s: NDArray[np.float64]  # the same from first contact, where it is known
     frames: tuple[int, int]  # (right, all) frames
-    turns: tuple[int, int]  # the same inside twists
     # probabilities of the frames whose class is known, and that class
     sure: tuple[NDArray[np.float32], Index]
     places: NDArray[np.float64]  # x, y, error in x, error in y of each press
@@ -81,7 +76,6 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
         named[number[event.kind], _name(stream, event)] += 1
     use = (truth.label != UNKNOWN) & ~truth.excluded
     right = stream.probabilities.argmax(axis=1) == truth.label
-    inside = use & _inside_turns(truth)
     step_min = 1.0 / truth.rate_hz / 60.0 if len(truth.t) > 1 else 0.0
     idle = stream.ready & ~truth.excluded & ~_attached(truth)
     sure = use & stream.ready
@@ -96,7 +90,6 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
         np.bincount([number[a.kind] for a in answers], minlength=classes).astype(np.int64),
         *counts,
         (int(right[use].sum()), int(use.sum())),
-        (int(right[inside].sum()), int(inside.sum())),
         (stream.probabilities[sure], truth.label[sure]),
         *_places(stream),
     )
@@ -168,16 +161,6 @@ def _attached(truth: GroundTruth) -> NDArray[np.bool_]:
     within = np.zeros(len(truth.t), dtype=np.bool_)
     for event in truth.events:
         within |= (truth.t >= event.onset_s) & (truth.t <= event.release_s + TAIL_S)
-    return within
-
-
-def _inside_turns(truth: GroundTruth) -> NDArray[np.bool_]:
-    """Return the frames inside twists, away from their edges, (n,)."""
-    within = np.zeros(len(truth.t), dtype=np.bool_)
-    for event in truth.events:
-        if event.kind in TURNS:
-            late_enough = truth.t >= event.onset_s + INSIDE_S
-            within |= late_enough & (truth.t < event.release_s - INSIDE_S)
     return within
 
 

@@ -122,14 +122,6 @@ def limits(values: Iterable[float], least: float) -> tuple[float, float]:
     return low - spare, high + spare
 
 
-def name_point(axes: Axes, at: tuple[float, float], name: str, colour: str) -> None:
-    """Draw a large point with its name above; nothing where it is not finite."""
-    if all(map(math.isfinite, at)):
-        axes.plot(*at, "o", color=colour, mec=PAPER, ms=13, clip_on=False)
-        axes.annotate(name, at, xytext=(0, 10), textcoords="offset points", ha="center",
-                      weight="bold", color=colour)  # fmt: skip
-
-
 def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None:
     """Write words above a point, such as the top of a bar."""
     axes.annotate(words, (x, y), xytext=(0, 3), textcoords="offset points", color=colour,

@@ -1,6 +1,6 @@
-"""Figures of the report page: training curves, calibration, a map of touches, and fronts."""
+"""Figures of the report page: training curves, calibration, and a map of touches."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -8,7 +8,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from models.reports.drawing import (
     DIM,
@@ -20,12 +20,10 @@ from models.reports.drawing import (
     TRAIN,
     UNSEEN,
     limits,
-    name_point,
     new,
     styled,
     svg,
 )
-from models.results.evaluation import Point, Tuning
 from models.results.training import Epoch
 
 ARROWS_SHOWN: Final = 350  # on a map of touches
@@ -116,32 +114,3 @@ def touch_errors(touches: Sequence[Touch], grid: Grid) -> Markup:
     axes.add_collection(LineCollection(list(lines), colors=RANDOM, linewidths=1.3))
     axes.scatter(at[:, 0], at[:, 1], s=12, color=DIM, lw=0)
     return svg(figure, "touches and how far off each was")
-
-
-def missed(found: Tuning) -> Markup:
-    """Return the share of events missed over latency, of the best debounce settings."""
-    return _front(found, "events missed", lambda point: 1.0 - point.recall, PERCENT)
-
-
-def false_alarms(found: Tuning) -> Markup:
-    """Return the rate of false alarms over latency, of the best debounce settings."""
-    title = "false alarms per idle minute"
-    return _front(found, title, lambda point: point.false_alarms_per_min, PLAIN)
-
-
-@styled
-def _front(
-    found: Tuning, title: str, value: Callable[[Point], float], words: FuncFormatter
-) -> Markup:
-    every = [*found.front, found.before, found.chosen]
-    times, values = [p.latency_s for p in every], [value(p) for p in every]
-    figure, axes = new(460, 280)
-    axes.plot(times[:-2], values[:-2], "o", color=TRAIN, mec=PAPER, ms=6, clip_on=False)
-    if found.before != found.chosen:
-        name_point(axes, (times[-2], values[-2]), "before", RANDOM)
-    name_point(axes, (times[-1], values[-1]), "chosen", UNSEEN)
-    low, high = limits(values, least=0.002)
-    axes.set(title=title, xlabel="median latency, s", xlim=limits(times, least=0.05),
-             ylim=(max(0.0, low), high))  # fmt: skip
-    axes.yaxis.set_major_formatter(words)
-    return svg(figure, f"{title} over latency")

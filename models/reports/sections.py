@@ -3,12 +3,11 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
-from models.formatting import count, duration, label, percent, several
+from models.formatting import count, duration, label, percent
 from models.reports import tables
 from models.reports.tables import Table
 from models.results import verdict
@@ -110,18 +109,3 @@ def _session(row: SessionRow) -> Markup:
         return name
     findings = (Markup("<br><small>{}</small>").format(text) for text in row.findings)
     return name + Markup("").join(findings)
-
-
-def flattered(found: Evaluation, trained: Training | None) -> str:
-    """Return a warning if sessions of the training were judged, else ""."""
-    rows = trained.sessions if trained is not None else ()
-    learned = {Path(row.path).stem for row in rows if not row.held_out}
-    judged = [row.name for result in found.results for row in result.by_session]
-    known = sum(name in learned for name in judged)
-    if not known:
-        return ""
-    return (
-        f"{known} of the {several(len(judged), 'session')} judged here "
-        f"{'is' if known == 1 else 'are'} called like those that it learned from. If they are the "
-        "same, these figures flatter: judge it on others."
-    )

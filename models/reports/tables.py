@@ -69,7 +69,6 @@ _FIGURES: Final[tuple[Column, ...]] = (
     ("event accuracy", lambda r: share_interval(r.event_accuracy)),
     ("– interval over users", lambda r: share_interval(r.new_user_accuracy)),
     ("frame accuracy", lambda r: share_interval(r.frame_accuracy)),
-    ("– inside twists", lambda r: share_interval(r.turn_accuracy)),
     ("calibration error", lambda r: number(r.calibration.error, 4)),
 )
 _POSITIONS: Final[tuple[Column, ...]] = (

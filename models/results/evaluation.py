@@ -110,8 +110,6 @@ class Result:
     event_accuracy: Figure  # share of events that the mean probability names rightly, null aside
     new_user_accuracy: Figure  # the same, its interval over users instead of sessions
     frame_accuracy: Figure  # share of frames named rightly, mean over the sessions
-    # the same inside twists, two frames from their edges; NaN: there are none
-    turn_accuracy: Figure
     # events (rows; 0: nothing happened) by what was answered (columns; 0: nothing)
     answered: tuple[tuple[int, ...], ...]
     named: tuple[tuple[int, ...], ...]  # events by what the mean probability names

@@ -1,11 +1,11 @@
-"""Advice after a training: enough or more of each gesture, which are confused, which is safest.
+"""Advice after a training: enough or more of each gesture, and which are confused.
 
 `models sweep` measures learning curves, and so whether more examples of a gesture would help.
 """
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -19,8 +19,6 @@ from models.results.training import ENOUGH, ClassRow, GestureResult, Training
 FEW: Final = 20  # examples: of fewer, more help
 GOOD: Final = 0.01  # share of events not recognised that needs no advice
 CONFUSED: Final = 0.02  # share of two gestures' events that are taken for the other
-SAFER: Final = 0.01  # by which another gesture must be more reliable
-RISKY: Final = ("drop",)  # commands that cannot be taken back
 
 
 def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
@@ -37,28 +35,25 @@ def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
     )
 
 
-def advise(result: Training, commands: Mapping[str, object]) -> Training:
-    """Return a result with the figures of every class, and advice.
-
-    `commands` is the vocabulary's table, gesture to command.
-    """
+def advise(result: Training) -> Training:
+    """Return a result with the figures of every class, and advice."""
     assert result.gesture is not None
     null, *rows = (_scored(row, i, result.gesture) for i, row in enumerate(result.classes))
-    held = [sum(row) for row in result.gesture.event_confusion]
-    rows = [null, *(_judged(row, own) for row, own in zip(rows, held[1:], strict=True))]
     found = verdict.judge(result.labels, result.gesture.answered, result.gesture.unanswered)
-    gesture = replace(result.gesture, verdict=found)
-    table = gesture.answered or gesture.event_confusion
-    failing = {one.label: one.advice for one in gesture.verdict if one.advice}
-    rows = [replace(row, advice=failing.get(row.label, row.advice)) for row in rows]
+    failing = {one.label: one.advice for one in found if one.advice}
+    held = [sum(row) for row in result.gesture.event_confusion[1:]]
+    advised = [
+        replace(row, advice=failing.get(row.label) or _advice(row, own))
+        for row, own in zip(rows, held, strict=True)
+    ]
     lines = [
-        *(row.advice for row in rows[1:] if row.examples < FEW and row.label not in failing),
-        *confused(result.labels, gesture.event_confusion),
-        *safest(result.labels, table, commands),
+        *(row.advice for row in advised if row.examples < FEW and row.label not in failing),
+        *confused(result.labels, result.gesture.event_confusion),
     ]
     if not (lines or failing):
         lines = [ENOUGH]
-    return replace(result, classes=tuple(rows), gesture=gesture, advice=tuple(lines))
+    gesture = replace(result.gesture, verdict=found)
+    return replace(result, classes=(null, *advised), gesture=gesture, advice=tuple(lines))
 
 
 def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]:
@@ -79,31 +74,6 @@ def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]
     return lines
 
 
-def safest(
-    labels: Sequence[str], table: Sequence[Sequence[int]], commands: Mapping[str, object]
-) -> list[str]:
-    """Return the advice to map irrevocable commands to the most reliable gesture.
-
-    A gesture is as reliable as the worse of its recall and its precision in a table of events: true
-    class by answered class.
-    """
-    matrix = np.array(table)
-    sure = {
-        labels[i]: float(matrix[i, i] / max(matrix[i].sum(), matrix[:, i].sum()))
-        for i in range(1, len(labels))
-        if matrix[i].sum()
-    }
-    if not sure:
-        return []
-    best = max(sure, key=lambda label: sure[label])
-    return [
-        f"{command} cannot be taken back: give it to {best} ({sure[best]:.1%} sure) rather than "
-        f"to {label} ({sure[label]:.1%})"
-        for label, command in commands.items()
-        if command in RISKY and label in sure and sure[best] - sure[label] > SAFER
-    ]
-
-
 def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
     """Return a class with its recall and precision."""
     windows = np.array(result.confusion)
@@ -116,16 +86,13 @@ def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
     )
 
 
-def _judged(row: ClassRow, held: int) -> ClassRow:
-    """Return a gesture with its advice; `held` counts its events held out."""
-    error = 1.0 - row.event_recall if held else 0.0
-    more = max(0, FEW - row.examples)
-    words = f"enough of {row.label}"
-    if more:
-        words = f"{more} more of {row.label} would help"
-    elif error > GOOD:
-        words = f"make {row.label} firmer or more distinct, or record more of it"
-    return replace(row, advice=words)
+def _advice(row: ClassRow, held: int) -> str:
+    """Return the advice for a gesture; `held` counts its events held out."""
+    if row.examples < FEW:
+        return f"{FEW - row.examples} more of {row.label} would help"
+    if held and 1.0 - row.event_recall > GOOD:
+        return f"make {row.label} firmer or more distinct, or record more of it"
+    return f"enough of {row.label}"
 
 
 def _share(part: int, whole: int) -> float:

@@ -140,7 +140,7 @@ class NetworkPlan:
             answered, unanswered = evaluate.replay_held_out(bundle.read(tried), data, split)
             scores = replace(result.gesture, answered=answered, unanswered=unanswered)
             result = replace(result, gesture=scores)
-            result = advice.advise(result, data.vocabulary.table)
+            result = advice.advise(result)
         export.write_bundle(request.out, manifest, gesture, location)
         loaded = bundle.read(request.out)
         result = replace(result, debounce=numbers(loaded.debounce))

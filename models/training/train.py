@@ -64,13 +64,9 @@ def train(request: Request, say: Say) -> Training | UserResult:
 
 
 def choose_thresholds(request: Request, say: Say) -> Tuning:
-    """Write the bundle `request.start` with thresholds chosen on recordings, and its report."""
-    from models.reports import page
-
+    """Write the bundle `request.start` with thresholds chosen on recordings."""
     assert request.start is not None
     storage.bundle_target(request.out)
-    report = request.out.with_suffix(".html")
-    page.read(report)  # a file that is no report is refused before the work begins
     loaded = bundle.read(request.start)
     recordings = read_training(request.paths)  # seeds that are for tests are refused
     for note in recordings.notes:
@@ -89,7 +85,6 @@ def choose_thresholds(request: Request, say: Say) -> Tuning:
     entry = f"on {on}; {found.goal}"
     far = tune.spread(streams)
     tune.write(request.out, request.start, found.chosen.settings, entry, far)
-    page.write(report, page.ReportData(tuning=found))
     return found
 
 

@@ -110,7 +110,6 @@ def figures(found: Result) -> dict[str, Figure]:
         "false_alarms_per_min": found.false_alarms_per_min,
         "event_accuracy": found.event_accuracy,
         "frame_accuracy": found.frame_accuracy,
-        "cw_ccw_accuracy": found.turn_accuracy,
         "location_error": where.error if where else nowhere,
         "location_error_on_site": where.on_site if where else nowhere,
         "location_error_off_site": where.off_site if where else nowhere,

@@ -3,8 +3,6 @@
 import math
 from dataclasses import replace
 
-from controller.recognition.debounce import DebounceSettings
-from models.reports.page import ReportData
 from models.results import evaluation as judged
 from models.results import training as learned
 from models.results.evaluation import Calibration as Judged
@@ -47,19 +45,6 @@ def training(**more: object) -> learned.Training:
     return replace(made, **more)  # type: ignore[arg-type]
 
 
-def tuning() -> judged.Tuning:
-    points = [
-        judged.Point(
-            DebounceSettings(0.6, round(0.5 + i / 10, 4), 0.2), round(0.99 - i / 100, 4), 0.99,
-            round(0.3 - i / 20, 4), round(0.3 + i / 50, 4),
-        )
-        for i in (0, 1, 2, 3)
-    ]  # fmt: skip
-    return judged.Tuning(
-        "my.orb", 6, 300, 20.0, points[2], points[3], tuple(points), 770, "cost = 1"
-    )
-
-
 def figure(value: float) -> judged.Figure:
     return judged.Figure(value, value - 0.01, value + 0.005)
 
@@ -72,7 +57,7 @@ def evaluation(name: str = "nominal", sessions: int = 4) -> judged.Evaluation:
     classes = tuple(judged.ClassFigures(label, 60, one, one, one) for label in LABELS[1:])
     result = judged.Result(
         name, LABELS, sessions, 2, 120, 24.0, 15.0, one, one, one, one, one, one, figure(0.02), one,
-        0.5, one, 0.6, one, one, one, one, ((0, 1, 0), (1, 58, 1), (0, 0, 60)),
+        0.5, one, 0.6, one, one, one, ((0, 1, 0), (1, 58, 1), (0, 0, 60)),
         ((0, 0, 0), (0, 60, 0), (0, 0, 60)), classes, Judged(0.008, ((0.97, 0.98, 900),)), place,
         rows, rows[:2],
     )  # fmt: skip
@@ -80,6 +65,3 @@ def evaluation(name: str = "nominal", sessions: int = 4) -> judged.Evaluation:
             for i in range(5) for j in range(5)]  # fmt: skip
     return judged.Evaluation("my.orb", "ab" * 32, {"made": "by hand"}, "models evaluate", LABELS,
                       {"on": 0.85}, (result,), tuple(dead))  # fmt: skip
-
-
-WHOLE = ReportData(training(), tuning(), evaluation())

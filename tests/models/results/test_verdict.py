@@ -74,7 +74,7 @@ def judged(answered: verdict.Table = ANSWERED) -> ReportData:
     """Return a report whose training was pleased with everything, judged on a spared session."""
     found = evaluation("spared")
     result = replace(found.results[0], labels=LABELS, verdict=judge(LABELS, answered, UNANSWERED))
-    return ReportData(training(advice=(PRAISE,)), None, replace(found, results=(result,)))
+    return ReportData(training(advice=(PRAISE,)), replace(found, results=(result,)))
 
 
 def test_a_report_begins_with_what_was_understood_and_its_worst_gesture() -> None:

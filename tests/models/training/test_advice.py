@@ -16,13 +16,3 @@ def test_two_gestures_that_are_taken_for_each_other_are_named() -> None:
     assert line.startswith("press and pinch are taken for each other in 4 of 100 events")
     assert "merge them" in line
     assert not advice.confused(labels, ((0, 0, 0, 0), (0, 50, 0, 0), (0, 0, 50, 0), (0, 0, 0, 50)))
-
-
-def test_what_cannot_be_taken_back_goes_to_the_most_reliable_gesture() -> None:
-    labels = ("null", "press", "pinch")
-    table = ((0, 0, 0), (0, 50, 0), (0, 5, 95))
-    # Five pinches are taken for a press: of a hundred pinches 95 are, of 55 presses 50.
-    (line,) = advice.safest(labels, table, {"press": "drop", "pinch": "left"})
-    assert line.startswith("drop cannot be taken back: give it to pinch (95.0% sure)")
-    assert line.endswith("rather than to press (90.9%)")
-    assert not advice.safest(labels, table, {"press": "left", "pinch": "drop"})

@@ -23,8 +23,7 @@ from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED
 from models.evaluation.replay import Batched
-from models.reports import page
-from models.results import storage, training
+from models.results import training
 from models.training import loop
 
 pytestmark = pytest.mark.train
@@ -110,11 +109,7 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
         honest = found[network]["honesty"]
         assert honest["unseen"] is not None
         assert honest["random"] is not None
-    report = page.read(tmp_path / "my.html")  # tune and evaluate add to it
-    assert report is not None
-    assert report.training is not None
-    assert report.training.gesture is not None
-    assert storage.plain(report.training.gesture.verdict) == found["gesture"]["verdict"]
+    assert "How training went" in (tmp_path / "my.html").read_text()
     events = sum(map(sum, found["gesture"]["answered"][1:]))
     card = (tmp_path / "my.md").read_text()
     assert f"of {events} | | |" in card.partition("understood, as in play")[2]
