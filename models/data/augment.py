@@ -66,11 +66,12 @@ class Symmetry:
         words = {"quarters": "all", "halves": "half"}
         kinds = {
             f"turned by {word}": [
-                label for label, own in zip(labels, self.turns, strict=True)
+                label
+                for label, own in zip(labels, self.turns, strict=True)
                 if own == QUARTERS[kind]
             ]
             for word, kind in words.items()
-        }  # fmt: skip
+        }
         kinds["mirrored"] = same + other
         kinds["shifted"] = [label for label, may in zip(labels, self.shifts, strict=False) if may]
         return [f"{kind}: {', '.join(names)}" for kind, names in kinds.items() if names]

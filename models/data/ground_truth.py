@@ -118,9 +118,10 @@ def true_places(
         return np.where(np.isin(label, located)[:, None], where, np.float32(np.nan))
     place = np.full((len(label), 2), np.nan, dtype=np.float32)
     cued = [
-        (mark.t_s, match) for mark in recording.marks
+        (mark.t_s, match)
+        for mark in recording.marks
         if mark.kind == "cue" and (match := _PLACE.fullmatch(mark.text))
-    ]  # fmt: skip
+    ]
     for number, (begin_s, match) in enumerate(cued):
         if match[1] not in vocabulary.located:
             continue

@@ -208,10 +208,12 @@ def _true_lags(
     begins, ends = [], []
     for one in labels:
         over = [
-            e for e in recording.truth.events
-            if e.kind == names[one.name] and e.onset_s < t[one.end - 1]
+            e
+            for e in recording.truth.events
+            if e.kind == names[one.name]
+            and e.onset_s < t[one.end - 1]
             and e.release_s > t[one.first]
-        ]  # fmt: skip
+        ]
         if len(over) == 1:
             begins.append(t[one.first] - over[0].onset_s)
             ends.append(t[min(one.end, len(t) - 1)] - over[0].release_s)

@@ -123,9 +123,15 @@ def summarise_broken(
     found = summarise(on, labels, tallies)
     error = found.location.error.value if found.location else np.nan
     return Broken(
-        on, fault, test_sessions.meaning(fault), found.events, found.event_accuracy, found.f1,
-        found.false_alarms_per_min, error,
-    )  # fmt: skip
+        on,
+        fault,
+        test_sessions.meaning(fault),
+        found.events,
+        found.event_accuracy,
+        found.f1,
+        found.false_alarms_per_min,
+        error,
+    )
 
 
 def _class(number: int, label: str, tallies: Sequence[Tally]) -> ClassFigures:

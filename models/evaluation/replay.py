@@ -118,9 +118,12 @@ def replay(
     if computed.images and (places := networks.touches(np.stack(computed.images))) is not None:
         touches[computed.touched] = places
     return Stream(
-        truth, *spread(outputs, inputs, len(truth.t), len(bundle.labels)), touches, sigmas,
+        truth,
+        *spread(outputs, inputs, len(truth.t), len(bundle.labels)),
+        touches,
+        sigmas,
         tuple(fired),
-    )  # fmt: skip
+    )
 
 
 def debounced_stream(

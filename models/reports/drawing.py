@@ -23,10 +23,20 @@ from controller.shared import files
 
 # Variables of style.css and their values on light paper.
 COLOURS: Final = {
-    "ink": "#1e2535", "dim": "#5d6880", "line": "#dfe3ec", "panel": "#f5f7fb", "paper": "#ffffff",
-    "unseen": "#1f6fd0", "random": "#c2510f", "train": "#7b869c", "good": "#1b7f4b",
-    "doubtful": "#96640a", "violet": "#8a3fb0", "pink": "#b8336a", "teal": "#0f7f8c",
-}  # fmt: skip
+    "ink": "#1e2535",
+    "dim": "#5d6880",
+    "line": "#dfe3ec",
+    "panel": "#f5f7fb",
+    "paper": "#ffffff",
+    "unseen": "#1f6fd0",
+    "random": "#c2510f",
+    "train": "#7b869c",
+    "good": "#1b7f4b",
+    "doubtful": "#96640a",
+    "violet": "#8a3fb0",
+    "pink": "#b8336a",
+    "teal": "#0f7f8c",
+}
 INK, DIM, LINE, PANEL, PAPER = (COLOURS[it] for it in ("ink", "dim", "line", "panel", "paper"))
 UNSEEN, RANDOM, TRAIN = (COLOURS[it] for it in ("unseen", "random", "train"))
 SERIES: Final = (UNSEEN, *(COLOURS[it] for it in ("good", "violet", "doubtful", "pink", "teal")))
@@ -124,5 +134,12 @@ def limits(values: Iterable[float], least: float) -> tuple[float, float]:
 
 def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None:
     """Write words above a point, such as the top of a bar."""
-    axes.annotate(words, (x, y), xytext=(0, 3), textcoords="offset points", color=colour,
-                  ha="center", fontsize=10)  # fmt: skip
+    axes.annotate(
+        words,
+        (x, y),
+        xytext=(0, 3),
+        textcoords="offset points",
+        color=colour,
+        ha="center",
+        fontsize=10,
+    )

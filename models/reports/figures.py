@@ -73,8 +73,15 @@ def _over_epochs(epochs: int, best: int, title: str) -> tuple[Figure, Axes]:
     axes.set(title=title, xlabel="epoch", xlim=(1, max(2, epochs)))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
     axes.axvline(best, color=DIM, lw=1, ls=":")
-    axes.annotate("kept", (best, 1), xycoords=("data", "axes fraction"), xytext=(0, 3),
-                  textcoords="offset points", ha="center", color=DIM)  # fmt: skip
+    axes.annotate(
+        "kept",
+        (best, 1),
+        xycoords=("data", "axes fraction"),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        color=DIM,
+    )
     return figure, axes
 
 
@@ -87,8 +94,12 @@ def reliability(bins: Sequence[tuple[float, float, int]]) -> Markup:
     axes.plot(sure, right, color=UNSEEN, lw=1.4)
     sizes = np.square(6.0 + 14.0 * np.sqrt(amounts / amounts.max(initial=1.0)))
     axes.scatter(sure, right, sizes, color=UNSEEN, edgecolors=PAPER, zorder=3)
-    axes.set(title="how often it was right", xlabel="how sure it was",
-             xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))  # fmt: skip
+    axes.set(
+        title="how often it was right",
+        xlabel="how sure it was",
+        xlim=(-0.03, 1.03),
+        ylim=(-0.03, 1.03),
+    )
     axes.xaxis.set_major_formatter(PERCENT)
     axes.yaxis.set_major_formatter(PERCENT)
     return svg(figure, "share of right answers over the probability that was given")
@@ -100,8 +111,12 @@ def touch_errors(touches: Sequence[Touch], grid: Grid) -> Markup:
     rows, columns = grid  # row 0 is at the bottom, as the player sees the sensor
     unit = MAP_PX / max(grid)
     figure, axes = new(columns * unit + 44, rows * unit + 44)
-    axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), aspect="equal",
-             xlabel="x and y in grid units")  # fmt: skip
+    axes.set(
+        xlim=(-0.5, columns - 0.5),
+        ylim=(-0.5, rows - 0.5),
+        aspect="equal",
+        xlabel="x and y in grid units",
+    )
     axes.grid(visible=False)
     axes.spines["bottom"].set_visible(False)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))

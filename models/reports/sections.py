@@ -97,9 +97,11 @@ def session_table(found: Training, rows: Sequence[SessionRow]) -> Table:
         ("length", lambda row: duration(row.seconds)),
         ("check", lambda row: chip(row.verdict, row.verdict)),
         ("labels", lambda row: row.labeller),
-        *((label(name), lambda row, name=name: count(row.examples.get(name, 0)))
-          for name in found.labels[1:]),
-    )  # fmt: skip
+        *(
+            (label(name), lambda row, name=name: count(row.examples.get(name, 0)))
+            for name in found.labels[1:]
+        ),
+    )
     return tables.table(columns, rows, words=2)
 
 

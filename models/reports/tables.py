@@ -191,25 +191,38 @@ def honesty(found: Training) -> Table:
     if (gesture := found.gesture) is not None:
         honest = gesture.honesty
         binary = honest.random_binary - honest.unseen_binary
-        understood, events = (sum(getattr(one, name) for one in gesture.verdict)
-                              for name in ("understood", "of"))  # fmt: skip
+        understood, events = (
+            sum(getattr(one, name) for one in gesture.verdict) for name in ("understood", "of")
+        )
         rows += [
-            ["right windows", share_interval(honest.figure), percent(honest.random, 2),
-             points(honest.gap)],
-            ["right outputs (“binary”)", percent(honest.unseen_binary, 2),
-             percent(honest.random_binary, 2), points(binary)],
+            [
+                "right windows",
+                share_interval(honest.figure),
+                percent(honest.random, 2),
+                points(honest.gap),
+            ],
+            [
+                "right outputs (“binary”)",
+                percent(honest.unseen_binary, 2),
+                percent(honest.random_binary, 2),
+                points(binary),
+            ],
             ["right events", percent(gesture.event_accuracy, 2), "", ""],
             ["understood, as in play", f"{understood} of {events}", "", ""],
-        ]  # fmt: skip
+        ]
     if (location := found.location) is not None:
         honest = location.honesty
         sites = f"{number(location.on_site)}, {number(location.off_site)}"
         rows += [
-            ["position error, grid units", number_interval(honest.figure), number(honest.random),
-             number(-honest.gap)],
+            [
+                "position error, grid units",
+                number_interval(honest.figure),
+                number(honest.random),
+                number(-honest.gap),
+            ],
             ["– on the taxels, between them", sites, "", ""],
             ["– change at half the strength", number(location.half_strength), "", ""],
-        ]  # fmt: skip
+        ]
     return Table(["", "unseen", "windows at random, as the paper's protocol", "gap"], rows)
 
 

@@ -77,9 +77,14 @@ def trial(
     nothing, examples = np.empty(0, dtype=np.int64), data.examples
     parts = Parts(_spread(train, LEARNED), nothing, nothing)
     brief = replace(
-        recipe, epochs=0, steps=STEPS, batch=BATCH, limits=(1, STEPS), keep_best=False,
+        recipe,
+        epochs=0,
+        steps=STEPS,
+        batch=BATCH,
+        limits=(1, STEPS),
+        keep_best=False,
         patience=0.0,
-    )  # fmt: skip
+    )
     ends = examples.ends[_spread(test, JUDGED)]
 
     def judge(vocabulary: Vocabulary) -> tuple[float, float]:

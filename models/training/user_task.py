@@ -58,9 +58,12 @@ class UserGestures:
         for _ in range(AFTER):  # the rest that follows belongs to it
             before = event[:-1]
             follows = (
-                (event[1:] < 0) & (before >= 0) & (label[1:] == 0) & (np.diff(ends) == 1)
+                (event[1:] < 0)
+                & (before >= 0)
+                & (label[1:] == 0)
+                & (np.diff(ends) == 1)
                 & (session[1:] == session[:-1])
-            )  # fmt: skip
+            )
             event[1:][follows] = before[follows]
         kept = np.flatnonzero(event >= 0)
         order = kept[np.argsort(event[kept], kind="stable")]

@@ -45,7 +45,6 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "false_alarms_per_min": ("1/min", (0.02, 0.02)),
     "event_accuracy": ("1", (0.999, 0.995)),
     "frame_accuracy": ("1", (0.96, 0.92)),
-    "cw_ccw_accuracy": ("1", (0.995, 0.96)),
     "leak_gap": ("1", (0.02, 0.02)),
     "new_user_event_accuracy": ("1", (0.995, 0.995)),
     "dead_taxel_event_accuracy": ("1", (0.985, 0.985)),

@@ -18,26 +18,25 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
 from controller.recognition.images.frames import MOST_WINDOW
 from controller.shared import config, files
 from controller.shared.errors import UserError, reason
 from controller.simulator.orb import PRESETS
-from models.data import splits
 from models.data.examples import CHOICES, refuse_test_seed
 from models.data.recipe import RECIPES
 from models.data.simulate import DataSet
-from models.data.splits import HoldOut
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
 MOST_JOBS: Final = 100_000
-MOST_CHECKED: Final = 10_000  # recordings; of more, each training checks its own hold-out
 SECTIONS: Final = ("data", "train", "test", "axes")
 _TYPES: Final = {
-    bool: "true or false", int: "a whole number", float: "a number", str: "a text",
-    list: "a list of texts", tuple: "a row",
-}  # fmt: skip
+    bool: "true or false",
+    int: "a whole number",
+    float: "a number",
+    str: "a text",
+    list: "a list of texts",
+    tuple: "a row",
+}
 
 Job = dict[str, Any]  # "data", "train", "test" and "at", its place on the axes; JSON
 
@@ -218,29 +217,7 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
     count = made.test.get("folds", 1) * math.prod(map(len, axes.values()))
     if count > MOST_JOBS:
         raise _FaultError("axes", "", f"these are {count:,} trainings; at most {MOST_JOBS:,}")
-    if simulated:
-        _check_amounts(made)
     return made
-
-
-def _check_amounts(plan: Plan) -> None:
-    """Refuse to hold out, or to learn from, more than the smallest simulation has."""
-    least = {key: min(plan.axes.get(f"data.{key}", [plan.data[key]])) for key in AMOUNTS}
-    most = {key: max(plan.axes.get(key, [plan.train[key]])) for key in AMOUNTS}
-    if most["minutes"] > least["minutes"]:
-        why = f"{most['minutes']:g} are wanted, and {least['minutes']:g} simulated; simulate more"
-        raise _FaultError("axes" if "minutes" in plan.axes else "train", "minutes", why)
-    session = np.arange(least["users"] * least["sessions"])
-    if len(session) > MOST_CHECKED:
-        return
-    user, section, key = session // least["sessions"], "test", "folds"
-    try:
-        key = "folds" if "folds" in plan.test else "hold"
-        held = HoldOut(**plan.test).held(user, session)
-        section, key = "axes" if {"users", "sessions"} & plan.axes.keys() else "train", ""
-        splits.learned(user, session, held, most["users"], most["sessions"], 0)
-    except ValueError as error:
-        raise _FaultError(section, key, error) from None
 
 
 def _settings(section: str, given: Mapping[str, Any], known: Mapping[str, Setting]) -> Job:

@@ -110,7 +110,7 @@ def results(sweep: Sweep, done: Mapping[str, Answer], failed: Mapping[str, str])
             | ({"failed": failed[name]} if name in failed else {"result": done[name]["result"]})
             for name, job in sweep.named().items()
         ],
-    }  # fmt: skip
+    }
 
 
 def answers(folder: Path) -> dict[str, Answer]:

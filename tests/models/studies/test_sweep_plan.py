@@ -83,12 +83,6 @@ def test_the_files_in_the_documentation_can_be_read() -> None:
         ("[train]\ntask = 'user'", "line 2: [train] task: expected one of gesture, location"),
         ("[train]\ngesture.rat = 1", "line 2: [train] gesture.rat: there is no such setting"),
         ("[test]\nfolds = 2\nhold = 1", "line 3: [test] hold: folds hold out every group in turn"),
-        ("[test]\nfolds = 11", "line 2: [test] folds: there are 10 users, too few for 11 folds"),
-        ("[test]\nhold = 10", "line 2: [test] hold: there are 10 users, too few for 10 held out"),
-        ("[test]\nhold = 2\n[axes]\nusers = [1, 9]", "line 3: 9 users to learn from are wanted, "
-         "and 8 are left"),
-        ("[axes]\nsessions = [1, 3]", "line 1: 3 sessions of each user to learn"),
-        ("[axes]\nminutes = [1, 4.5]", "line 2: [axes] minutes: 4.5 are wanted, and 3 simul"),
         ("[axes]\nseed = 3", "line 2: [axes] seed: expected a list of values, found 3"),
         ('[axes]\ntask = ["gesture", "location"]', "line 2: [axes] task: scores of tasks"),
         ("[axes]\n[axes.gesture]\nrat = [1]", "line 3: [axes] gesture.rat: there is no such"),
