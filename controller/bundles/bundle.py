@@ -98,9 +98,15 @@ class Bundle(BundleSettings):
     def settings(self) -> PipelineSettings:
         """Settings of the pipeline's stages."""
         return PipelineSettings(
-            self.labels, self.rows, self.columns, self.preprocess, self.debounce, self.spread,
-            self.users, self.identifies,
-        )  # fmt: skip
+            self.labels,
+            self.rows,
+            self.columns,
+            self.preprocess,
+            self.debounce,
+            self.spread,
+            self.users,
+            self.identifies,
+        )
 
     @property
     def locates(self) -> bool:

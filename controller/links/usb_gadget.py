@@ -85,11 +85,14 @@ class Gadget:
         for folder in ("", *_FOLDERS):
             self._make(self._folder / folder)
         values = {  # a version has four decimal digits
-            "idVendor": f"{reports.VENDOR:#06x}", "idProduct": f"{reports.PRODUCT:#06x}",
-            "bcdUSB": "0x0200", "bcdDevice": f"0x{reports.PRODUCT_VERSION % 10_000:04d}",
-            f"{_STRINGS}/manufacturer": "OrbTouch", f"{_STRINGS}/product": name,
+            "idVendor": f"{reports.VENDOR:#06x}",
+            "idProduct": f"{reports.PRODUCT:#06x}",
+            "bcdUSB": "0x0200",
+            "bcdDevice": f"0x{reports.PRODUCT_VERSION % 10_000:04d}",
+            f"{_STRINGS}/manufacturer": "OrbTouch",
+            f"{_STRINGS}/product": name,
             f"{_CONFIG}/MaxPower": "500",
-        }  # fmt: skip
+        }
         for path, value in values.items():
             self._set(path, value.encode())
         for report in reports.RELEASED:

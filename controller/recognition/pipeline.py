@@ -308,9 +308,20 @@ class Pipeline:
         if self._identifier is not None:
             self._identify(self._identifier, window, busy=bool(probabilities[NULL] < 0.5))
         return Step(
-            self._number, t_s, prepared.image, prepared.ready, prepared.quiet, probabilities, touch,
-            gesture, held, command, sigma, self.user, self.confidence,
-        )  # fmt: skip
+            self._number,
+            t_s,
+            prepared.image,
+            prepared.ready,
+            prepared.quiet,
+            probabilities,
+            touch,
+            gesture,
+            held,
+            command,
+            sigma,
+            self.user,
+            self.confidence,
+        )
 
     def _command(
         self, gesture: str, touch: Touch | None, probabilities: Probabilities, t_s: float

@@ -149,9 +149,12 @@ def _messages(watch: LiveFrames, bundle: Path, tell: Tell) -> Iterator[Message]:
     try:
         for row in _rows(watch, bundle, tell):
             yield CheckRow(
-                fitted(row.name, 64), row.verdict, fitted(row.found, _MOST),
-                fitted(row.advice, _MOST), row.code,
-            )  # fmt: skip
+                fitted(row.name, 64),
+                row.verdict,
+                fitted(row.found, _MOST),
+                fitted(row.advice, _MOST),
+                row.code,
+            )
     finally:
         watch.stopped = True
     yield CheckStep("over", 0, 0, 1.0)

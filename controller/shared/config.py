@@ -25,10 +25,13 @@ _INTEGERS: Final = range(-(2**63), 2**63)  # what the TOML specification asks re
 # Strings and comments, as TOML has them; one without an end goes on to the end of its line, or of
 # the text, so that no text is looked at twice.
 _QUOTED: Final = re.compile(
-    r'"""(?:[^\\]|\\.)*?(?:"""|\\?\Z)' r"|'''.*?(?:'''|\Z)"
-    r'|"(?:[^"\\\n]|\\[^\n])*(?:"|$)' r"|'[^'\n]*(?:'|$)" r"|\#[^\n]*",
+    r'"""(?:[^\\]|\\.)*?(?:"""|\\?\Z)'
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:[^"\\\n]|\\[^\n])*(?:"|$)'
+    r"|'[^'\n]*(?:'|$)"
+    r"|\#[^\n]*",
     re.DOTALL | re.MULTILINE,
-)  # fmt: skip
+)
 _DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MAX_PARTS}}}")
 _ANY_NUMBER: Final = (0.0, 1e9)  # range of a field that names none; 1e9 stands for never
 _EXPECTED: Final = {  # of a field of each type that is checked

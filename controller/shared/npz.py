@@ -50,9 +50,7 @@ _HEADER: Final = re.compile(
 _PLAIN: Final = re.compile(r"[<>|=]?[biufcSU][1-9][0-9]{0,9}")  # truth, numbers and texts
 
 # What `zipfile` and NumPy are known to raise on what is no array.
-_DAMAGE: Final = (
-    *DAMAGE, ValueError, KeyError, IndexError, TypeError, OverflowError, RuntimeError
-)  # fmt: skip
+_DAMAGE: Final = (*DAMAGE, ValueError, KeyError, IndexError, TypeError, OverflowError, RuntimeError)
 
 
 class ZipError(ValueError):

@@ -116,9 +116,15 @@ class VirtualOrb:
         model = self.model
         grid = (model.rows, model.columns, model.pitch_mm)
         done = perform(
-            label, (x, y), self.style, self._rng,
-            grid=grid, step_hz=self._step_hz, repertoire=self._repertoire, quick=self.quick,
-        )  # fmt: skip
+            label,
+            (x, y),
+            self.style,
+            self._rng,
+            grid=grid,
+            step_hz=self._step_hz,
+            repertoire=self._repertoire,
+            quick=self.quick,
+        )
         self._running.append(_Running(number, t_s, done))
         if not self._repertoire[label].distractor:
             (thumb,) = self._thumbs.spawn(1)

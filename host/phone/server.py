@@ -91,10 +91,19 @@ class PhoneServer:
     async def _serve(self, listener: socket.socket) -> None:
         connect: Any = partial(_Connection, present=[])
         async with serve(
-            self._talk, sock=listener, process_request=self._answer, create_connection=connect,
-            compression=None, server_header=None, logger=_SILENT, max_size=MAX_BYTES,
-            open_timeout=REQUEST_S, close_timeout=1.0, ping_interval=WAIT_S, ping_timeout=WAIT_S,
-        ) as server:  # fmt: skip
+            self._talk,
+            sock=listener,
+            process_request=self._answer,
+            create_connection=connect,
+            compression=None,
+            server_header=None,
+            logger=_SILENT,
+            max_size=MAX_BYTES,
+            open_timeout=REQUEST_S,
+            close_timeout=1.0,
+            ping_interval=WAIT_S,
+            ping_timeout=WAIT_S,
+        ) as server:
             await self._over.wait()
             server.close(code=ENDED)
 

@@ -200,8 +200,10 @@ class OrbState:
         pace = hops.pace
         if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
             self.hops, self.period_ms, self.missed = (
-                tuple(hops.digest()), pace.period_ms, pace.missed
-            )  # fmt: skip
+                tuple(hops.digest()),
+                pace.period_ms,
+                pace.missed,
+            )
 
     def advance(self, now_s: float) -> None:
         """Ease what is shown towards what was felt, as far as the time has come."""

@@ -57,9 +57,13 @@ class KeyState:
     """
 
     def __init__(
-        self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0,
+        self,
+        key_map: KeyMap,
+        *,
+        armed: bool = False,
+        gap_s: float = 0.0,
         silence_s: float = SILENCE_S,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Begin in the first profile.
 
         Args:

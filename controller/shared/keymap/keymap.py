@@ -152,8 +152,10 @@ _SHIPPED: Final = {"keyboard": "arrows", "gamepad": "pad"}  # profiles of defaul
 _MOST_LETTERS: Final = 100  # of a text, during which commands are dropped
 _MOST_HOSTS: Final = 9
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_HOT_KEYS: Final = {"pattern": "f[6-9]|f10|f12|[a-z0-9]",
-                    "expected": "f6 to f10, f12, a letter or a digit"}  # fmt: skip
+_HOT_KEYS: Final = {
+    "pattern": "f[6-9]|f10|f12|[a-z0-9]",
+    "expected": "f6 to f10, f12, a letter or a digit",
+}
 _TARGETS: Final = {  # of each kind of entry
     "key": "--target keyboard",
     "pad": "--target gamepad",

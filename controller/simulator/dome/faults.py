@@ -67,9 +67,13 @@ class Fault:
         places = [int(number) for number in match.groups()[1:3] if number is not None]
         # A fault of two electrodes reaches the next one, so the last one cannot begin it.
         limits = {
-            "taxel": (rows, columns), "row": (rows,), "rows": (rows - 1,),
-            "column": (columns,), "columns": (columns - 1,), "": (),
-        }[kind.place]  # fmt: skip
+            "taxel": (rows, columns),
+            "row": (rows,),
+            "rows": (rows - 1,),
+            "column": (columns,),
+            "columns": (columns - 1,),
+            "": (),
+        }[kind.place]
         if len(places) != len(limits):
             form = (name, f"{name}:NUMBER", f"{name}:ROW,COLUMN")[len(limits)]
             raise FaultError(f"{text!r} does not say where; write {form}")

@@ -173,9 +173,15 @@ class SessionScript:
         """Do something at `now`, seconds, and return when it is over; None: it would not fit."""
         rng, hz = self._rng, self._step_hz
         done = perform(
-            kind, place or self._place(kind), self._style, rng,
-            grid=self._grid, step_hz=hz, repertoire=self._repertoire, quick=quick,
-        )  # fmt: skip
+            kind,
+            place or self._place(kind),
+            self._style,
+            rng,
+            grid=self._grid,
+            step_hz=hz,
+            repertoire=self._repertoire,
+            quick=quick,
+        )
         first = round(now * hz)
         last = first + len(done.point)
         if last + _SPARE_S * hz > last_step:

@@ -17,10 +17,18 @@ from tetris.kit.screen_stack import ScreenStack
 
 # Faults that the virtual orb knows, and the place of each: docs/simulator.md.
 FAULTS: Final = {
-    "dead": "taxel", "leaky": "taxel", "open_row": "row", "open_column": "column",
-    "short_row": "row", "short_column": "column", "air_leak": "", "temperature": "",
-    "saturation": "", "mains": "", "jitter": "",
-}  # fmt: skip
+    "dead": "taxel",
+    "leaky": "taxel",
+    "open_row": "row",
+    "open_column": "column",
+    "short_row": "row",
+    "short_column": "column",
+    "air_leak": "",
+    "temperature": "",
+    "saturation": "",
+    "mains": "",
+    "jitter": "",
+}
 _KINDS: Final = ("", *FAULTS)
 
 

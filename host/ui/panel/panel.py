@@ -107,10 +107,19 @@ class Panel:
         caption, colour = self._caption(view, now_s)
         fresh = self._rows.fresh(view, now_s)
         key: tuple[Any, ...] = (
-            self._still_key, self._heats, caption, colour, fresh, self._rows.bars(view),
-            view.contacts, view.ghost, self._lit(view), self._mark(view, now_s),
-            sprites.in_steps(255 * view.rim.level(now_s)), view.ready,
-        )  # fmt: skip
+            self._still_key,
+            self._heats,
+            caption,
+            colour,
+            fresh,
+            self._rows.bars(view),
+            view.contacts,
+            view.ghost,
+            self._lit(view),
+            self._mark(view, now_s),
+            sprites.in_steps(255 * view.rim.level(now_s)),
+            view.ready,
+        )
         if key != self._picture_key:
             self._picture_key = key
             self._compose(view, now_s, caption, colour, fresh)
@@ -121,10 +130,22 @@ class Panel:
     def _keep_still(self, view: OrbState) -> None:
         welcome = view.welcome
         key: tuple[Any, ...] = (
-            self.rect.topleft, self.rect.size, self.layout, self.projection, self._look.palette,
-            self._look.words.name, view.link, view.reason, welcome, view.shape, view.user,
-            round(view.sure, 2), view.labels, tuple(view.gestures.values()), view.badge,
-        )  # fmt: skip
+            self.rect.topleft,
+            self.rect.size,
+            self.layout,
+            self.projection,
+            self._look.palette,
+            self._look.words.name,
+            view.link,
+            view.reason,
+            welcome,
+            view.shape,
+            view.user,
+            round(view.sure, 2),
+            view.labels,
+            tuple(view.gestures.values()),
+            view.badge,
+        )
         if key == self._still_key:
             return
         self._still_key = key
