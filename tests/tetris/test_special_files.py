@@ -78,7 +78,7 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
     records = HighScores(tmp_path)
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
     summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, {})
-    assert records.add(MODES["zen"], summary, won=False, seed=1) == 1
+    assert records.add(MODES["zen"], summary, won=False) == 1
 
 
 @pytest.mark.parametrize("kind", NEVER_ENDING)

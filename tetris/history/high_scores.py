@@ -1,4 +1,4 @@
-"""Best lists and totals per mode, in one file that a crash cannot spoil.
+"""Best lists and numbers of games per mode, in one file that a crash cannot spoil.
 
 The file is written beside the old one and renamed; one that cannot be read is put aside and
 kept, and a sentence says so. Another program's additions are read before ours are written.
@@ -6,11 +6,10 @@ kept, and a sentence says so. Another program's additions are read before ours a
 
 import dataclasses
 import json
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, TypeVar, get_type_hints
+from typing import Any, Final, get_type_hints
 
 from tetris.engine.modes import Mode, Ranking
 from tetris.files import load, read_bytes, write_beside
@@ -19,11 +18,10 @@ from tetris.history.stats import Summary
 FILE_NAME: Final = "records.json"
 PLACES: Final = 10
 _FORM: Final = 1
-_SUMMED: Final = ("lines", "pieces", "time_s", "commands", "faultless")  # of a summary
+_FIGURES: Final = ("score", "lines", "pieces", "time_s")  # of a summary
 _MOST_BYTES: Final = 4_000_000
 _MOST_NUMBER: Final = 2**64
 _MOST_WORD: Final = 100
-_MOST_NAMES: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +30,8 @@ class Entry:
 
     score: int
     lines: int
-    level: int
     pieces: int
     time_s: float
-    commands: int
-    faultless: int
-    won: bool  # whether the goal was reached, or the time was over
-    seed: int
     date: str = ""  # when it ended, as the caller writes dates
     replay: str = ""  # the name of its replay's file; "" for none
 
@@ -48,24 +41,11 @@ class Entry:
         return self.pieces / self.time_s if self.time_s > 0 else 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Totals:
-    """All games of a mode together."""
-
-    games: int = 0
-    won: int = 0
-    time_s: float = 0.0
-    pieces: int = 0
-    lines: int = 0
-    commands: int = 0
-    faultless: int = 0
-    clears: Mapping[str, int] = field(default_factory=dict)  # how often, by their names
-
-
 @dataclass(slots=True)
 class _Record:
     best: list[Entry] = field(default_factory=list)
-    totals: Totals = field(default_factory=Totals)
+    games: int = 0  # that ended
+    won: int = 0  # of which the goal was reached, or the time was over
 
 
 _KEYS: Final[Mapping[Ranking, Callable[[Entry], float]]] = {
@@ -76,7 +56,7 @@ _KEYS: Final[Mapping[Ranking, Callable[[Entry], float]]] = {
 
 
 class HighScores:
-    """The best lists and totals of one player.
+    """The best lists of one player.
 
     Attributes:
         trouble: A sentence about the last reading or writing that went wrong; "" if none did.
@@ -93,19 +73,13 @@ class HighScores:
         """Return a mode's best games, the best first, ten at most."""
         return tuple(self._records.get(mode, _Record()).best)
 
-    def totals(self, mode: str) -> Totals:
-        """Return all of a mode's games together."""
-        return self._records.get(mode, _Record()).totals
+    def games(self, mode: str) -> tuple[int, int]:
+        """Return how many games of a mode ended, and how many of them reached their goal."""
+        record = self._records.get(mode, _Record())
+        return record.games, record.won
 
     def add(
-        self,
-        mode: Mode,
-        summary: Summary,
-        *,
-        won: bool,
-        seed: int,
-        date: str = "",
-        replay: str = "",
+        self, mode: Mode, summary: Summary, *, won: bool, date: str = "", replay: str = ""
     ) -> int | None:
         """Add a finished game, write the file, and return its place from 1; None below ten.
 
@@ -114,14 +88,12 @@ class HighScores:
         """
         self._read()
         record = self._records.setdefault(mode.name, _Record())
-        before = record.totals
-        sums = {name: getattr(before, name) + getattr(summary, name) for name in _SUMMED}
-        clears = dict(Counter(before.clears) + Counter(summary.clears))
-        record.totals = Totals(before.games + 1, before.won + won, clears=clears, **sums)
+        record.games += 1
+        record.won += won
         place = PLACES
         if won or mode.ranking != "time":
-            figures = {name: getattr(summary, name) for name in ("score", "level", *_SUMMED)}
-            entry = Entry(won=won, seed=seed, date=date, replay=replay, **figures)
+            figures = {name: getattr(summary, name) for name in _FIGURES}
+            entry = Entry(date=date, replay=replay, **figures)
             key = _KEYS[mode.ranking]
             place = sum(key(other) <= key(entry) for other in record.best)  # the earlier one leads
             record.best.insert(place, entry)
@@ -135,7 +107,13 @@ class HighScores:
         self._records, self.trouble = load(self._path, _load, self._records)
 
     def _write(self) -> None:
-        modes = {name: dataclasses.asdict(record) for name, record in self._records.items()}
+        modes = {
+            name: {
+                "best": [dataclasses.asdict(entry) for entry in record.best],
+                "totals": {"games": record.games, "won": record.won},
+            }
+            for name, record in self._records.items()
+        }
         text = json.dumps({"form": _FORM, "modes": modes}, indent=1)
         try:
             write_beside(self._path, text.encode("ascii"))
@@ -156,35 +134,25 @@ def _load(path: Path) -> dict[str, _Record]:
             len(mode["best"]) > PLACES for mode in document["modes"].values()
         ):
             raise ValueError("of another form")
-        return {
-            name: _Record(
-                [_made(Entry, given) for given in mode["best"]], _made(Totals, mode["totals"])
-            )
-            for name, mode in document["modes"].items()
-        }
+        return {name: _record(given) for name, given in document["modes"].items()}
     except (TypeError, KeyError, AttributeError) as error:
         raise ValueError("no best lists") from error
 
 
-_Made = TypeVar("_Made", Entry, Totals)
+def _record(given: dict[str, Any]) -> _Record:
+    """Make a record of a JSON object, each value of its type; what else is there is left out."""
+    counts = [_checked(name, int, given["totals"][name]) for name in ("games", "won")]
+    kinds = get_type_hints(Entry)
+    best = [
+        Entry(**{name: _checked(name, kind, entry[name]) for name, kind in kinds.items()})
+        for entry in given["best"]
+    ]
+    return _Record(best, *counts)
 
 
-def _made(kind: type[_Made], given: dict[str, Any]) -> _Made:
-    """Make a value of a JSON object with exactly its fields, each of its type."""
-    for name, of_kind in get_type_hints(kind).items():
-        if of_kind == Mapping[str, int]:
-            if len(given[name]) > _MOST_NAMES:
-                raise ValueError(f"{name} are more than {_MOST_NAMES}")
-            for count in given[name].values():
-                _check(name, int, count)
-        else:
-            _check(name, of_kind, given[name])
-    return kind(**given)
-
-
-def _check(name: str, kind: type, value: Any) -> None:
-    if type(value) not in ((float, int) if kind is float else (kind,)):
-        raise ValueError(f"{name} is {value!r:.40}")
+def _checked(name: str, kind: type, value: Any) -> Any:
+    fits = type(value) in ((float, int) if kind is float else (kind,))
     # No number is not a number or endless.
-    if len(value) > _MOST_WORD if kind is str else not 0 <= value <= _MOST_NUMBER:
+    if not fits or not (len(value) <= _MOST_WORD if kind is str else 0 <= value <= _MOST_NUMBER):
         raise ValueError(f"{name} is {value!r:.40}")
+    return value

@@ -12,7 +12,7 @@ from tetris.engine.events import Action, Event, Finish, GravityCap, Input, Spawn
 from tetris.engine.game import Game, Phase
 from tetris.engine.modes import Mode, Pace
 from tetris.engine.pieces import Piece
-from tetris.history.high_scores import Entry, HighScores, Totals
+from tetris.history.high_scores import Entry, HighScores
 from tetris.history.replay import Player, Recorder, Replay
 from tetris.history.replay_file import SUFFIX, ReplayError, load, save
 from tetris.history.stats import COMMANDS, Statistics, Summary
@@ -184,7 +184,6 @@ class Saves:
             mode,
             session.summary,
             won=isinstance(game.result, Finish),
-            seed=session.recorder.seed,
             date=f"{datetime.now():%Y-%m-%d %H:%M}",
             replay="" if notice else path.name,
         )
@@ -196,8 +195,7 @@ class Saves:
 
     def games(self, mode: str) -> tuple[int, int]:
         """Return how many games of a mode ended, and how many of them reached their goal."""
-        totals = self._records.totals(mode) if self._records else Totals()
-        return totals.games, totals.won
+        return self._records.games(mode) if self._records else (0, 0)
 
     def best_replay(self, mode: str, but: int | None = None) -> Replay | None:
         """Return the replay of a mode's best game, leaving out one place; None if it is gone."""

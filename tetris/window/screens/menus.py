@@ -7,9 +7,8 @@ from typing import Final
 
 from tetris.engine.game import Finish
 from tetris.engine.modes import MODES, Mode, Ranking
-from tetris.history.course import course
 from tetris.history.high_scores import Entry
-from tetris.history.replay import Replay
+from tetris.history.replay import Replay, course
 from tetris.history.replay_file import ReplayError, load_head
 from tetris.history.stats import Summary
 from tetris.kit import bindings
