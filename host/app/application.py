@@ -45,8 +45,8 @@ from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder
 from tetris.kit.language import Words
 from tetris.kit.menu import Item
-from tetris.kit.screen_stack import Screen, ScreenStack
 from tetris.kit.settings import changed
+from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, HostWindow, Start
 from tetris.window.screens.play_screen import PlayScreen
 
@@ -121,7 +121,7 @@ class OrbApp(Target):
             self._guides.offer(self.stage)
 
     @property
-    def stage(self) -> ScreenStack:
+    def stage(self) -> Stage:
         """The screens."""
         return self.game.stage
 
@@ -152,7 +152,7 @@ class OrbApp(Target):
         """Take no command for so long."""
         self._deaf_until_s = self._now_s + seconds
 
-    def _items(self, stage: ScreenStack) -> Sequence[Item]:
+    def _items(self, stage: Stage) -> Sequence[Item]:
         words, items = stage.look.words, self._guides.items(stage)
         if self.orbs is not None:
             show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)

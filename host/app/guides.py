@@ -9,8 +9,8 @@ from host.app.screens.teach.page import Course
 from host.app.screens.teach.screen import TeachScreen
 from host.app.screens.watch import TakeOver, WatchScreen
 from tetris.kit.menu import Item
-from tetris.kit.screen_stack import ScreenStack
 from tetris.kit.settings import changed
+from tetris.kit.stage import Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Guides:
     play: Callable[[], None]  # begins a game
     go_on: TakeOver  # lets the player go on with a recorded game
 
-    def items(self, stage: ScreenStack) -> list[Item]:
+    def items(self, stage: Stage) -> list[Item]:
         """Return the items; the demo needs a virtual orb, which has a hand of its own."""
         words = stage.look.words
         learn = Item(words("learn.title"), lambda: self.learn(stage), hint=words("learn.hint"))
@@ -29,7 +29,7 @@ class Guides:
         teach = Item(words("menu.teach"), lambda: self.teach(stage), hint=words("teach.hint"))
         return [learn, teach, watch] if self.orb.virtual else [learn, teach]
 
-    def learn(self, stage: ScreenStack, *, ask: bool = False) -> None:
+    def learn(self, stage: Stage, *, ask: bool = False) -> None:
         """Show the introduction, or `ask` whether to."""
 
         def exits() -> Sequence[Item]:
@@ -39,16 +39,16 @@ class Guides:
 
         stage.push(LearnScreen(stage, self.orb, exits, ask=ask))
 
-    def teach(self, stage: ScreenStack) -> None:
+    def teach(self, stage: Stage) -> None:
         """Show the gestures in use, to which others can be added."""
         self.orb.lessons.begin()
         stage.push(TeachScreen(Course(stage, self.orb, self.play)))
 
-    def watch(self, stage: ScreenStack, seed: int | None = None) -> None:
+    def watch(self, stage: Stage, seed: int | None = None) -> None:
         """Let the virtual orb's own hand play, a game of its own without a seed."""
         stage.push(WatchScreen(stage, self.orb, self.go_on, seed))
 
-    def offer(self, stage: ScreenStack) -> None:
+    def offer(self, stage: Stage) -> None:
         """Ask at the first start whether to show the introduction."""
         if not stage.settings.introduced:
             stage.change(changed(stage.settings, introduced=True))

@@ -9,7 +9,7 @@ from controller.shared.protocol.messages import Command, Contact, Message, Repor
 from host.app.lessons import Lessons
 from host.ui.orb_state import OrbState
 from tetris.kit.menu import Menu, Row
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 from tetris.window.screens.menu_screen import MenuScreen
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def rows(sentence: str, *, marked: bool = False) -> list[Row]:
 class OrbScreen(MenuScreen):
     """A menu page that takes what the orb recognises and reports before the menu does."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb) -> None:
+    def __init__(self, stage: Stage, orb: Orb) -> None:
         self.orb = orb
         super().__init__(stage, self.page, back=self.leave)
 

@@ -66,8 +66,8 @@ class Photographer:
 
 
 def play_some(data: Path) -> None:
-    """Fill the shelf with games of the bots, so that lists have something in them."""
-    shelf = Saves(data)
+    """Save games of the bots, so that lists have something in them."""
+    saves = Saves(data)
     for mode, seeds in (("sprint", range(1, 7)), ("marathon", range(3))):
         for seed in seeds:
             session = Session(MODES[mode], seed, Settings())
@@ -77,7 +77,7 @@ def play_some(data: Path) -> None:
                 for action in plan(session.game).actions:
                     now_s += 0.08 + 0.01 * seed
                     session.update(now_s, [action])
-            shelf.keep(session)
+            saves.keep(session)
 
 
 def take_all(target: Path) -> None:

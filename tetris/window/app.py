@@ -16,8 +16,8 @@ from tetris.kit import bindings
 from tetris.kit import settings as settings_file
 from tetris.kit.display import open_window, set_fullscreen, show, show_icon
 from tetris.kit.menu import Item
-from tetris.kit.screen_stack import Screen, ScreenStack
 from tetris.kit.settings import Settings, stepped
+from tetris.kit.stage import Screen, Stage
 from tetris.kit.theme import DARK
 from tetris.window.game_session import Saves
 from tetris.window.screen_flow import ScreenFlow, Start
@@ -61,7 +61,7 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
 class HostWindow:
     """A larger window that the game is a part of."""
 
-    items: Callable[[ScreenStack], Sequence[Item]]  # that the title page offers besides its own
+    items: Callable[[Stage], Sequence[Item]]  # that the title page offers besides its own
     mode_setting: str = "mode"  # name of the setting with the mode that is offered
 
 
@@ -104,7 +104,7 @@ class App:
         self._size = surface.get_size()
         self.changed: Sequence[pygame.Rect] | None = None
         self._drawn: Screen | None = None  # the screen that the surface shows
-        self.stage = ScreenStack(settings, config, surface.get_rect())
+        self.stage = Stage(settings, config, surface.get_rect())
         self.stage.notice = notice
         self._host = host
         if host is not None:

@@ -9,7 +9,7 @@ from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 from tetris.window.game_session import BotPlayer, Saves, Session
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.menus import (
@@ -43,21 +43,21 @@ class Start:
 class ScreenFlow:
     """Leads from screen to screen."""
 
-    def __init__(self, stage: ScreenStack, shelf: Saves) -> None:
-        self._stage, self._shelf = stage, shelf
+    def __init__(self, stage: Stage, saves: Saves) -> None:
+        self._stage, self._saves = stage, saves
         self._attract = AttractMode()
         self._help: MenuScreen | None = None  # shown last
         self.game: Game | None = None  # the one played last
 
     def begin(self, start: Start) -> None:
         """Show the first screens."""
-        stage, shelf, attract = self._stage, self._shelf, self._attract
+        stage, saves, attract = self._stage, self._saves, self._attract
         title = title_screen(
             stage,
             attract,
             play=lambda: self.play(chosen_mode(stage)),
-            best=lambda: stage.push(best_screen(stage, shelf, attract)),
-            replays=lambda: stage.push(replays_screen(stage, shelf, attract, self.watch)),
+            best=lambda: stage.push(best_screen(stage, saves, attract)),
+            replays=lambda: stage.push(replays_screen(stage, saves, attract, self.watch)),
             settings=lambda: open_settings(stage, attract),
         )
         stage.push(title)
@@ -110,7 +110,7 @@ class ScreenFlow:
         )
 
     def _over(self, screen: PlayScreen) -> None:
-        kept = self._shelf.keep(screen.session)
+        kept = self._saves.keep(screen.session)
         self._stage.notice = kept.notice
         replay, mode = screen.session.recorder.replay(), screen.session.mode
         self._stage.push(
@@ -118,7 +118,7 @@ class ScreenFlow:
                 self._stage,
                 screen,
                 kept,
-                replays=[replay, self._shelf.best_replay(mode.name, kept.place)],
+                replays=[replay, self._saves.best_replay(mode.name, kept.place)],
                 again=lambda: self.play(mode),
                 watch=lambda: self._watch(Player(replay)),
                 leave=lambda: self._stage.home(),
@@ -126,11 +126,11 @@ class ScreenFlow:
         )
 
     def _restart(self, screen: PlayScreen) -> None:
-        self._shelf.keep(screen.session)
+        self._saves.keep(screen.session)
         self.play(screen.session.mode)
 
     def _leave(self, screen: PlayScreen) -> None:
-        self._stage.notice = self._shelf.keep(screen.session).notice
+        self._stage.notice = self._saves.keep(screen.session).notice
         self._stage.home()
 
     def toggle_help(self) -> None:

@@ -8,7 +8,7 @@ from controller.shared.protocol.teaching import FAILED, Check, CheckRow, CheckSt
 from host.app.screen import Orb, OrbScreen, rows
 from host.ui.naming import place, said
 from tetris.kit.menu import Item, Menu, Row
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 _VERDICTS: Final = ("FAULT", "doubtful", "not checked", "good")  # worst first
 _AFTER_S: Final = 2.0  # the last press of the check does not steer the menu
@@ -18,7 +18,7 @@ _GHOST_MM: Final = (8.0, 7.0)  # depth and radius of the finger that shows where
 class CheckScreen(OrbScreen):
     """Leads through a calibration and the checks, which run in the orb."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb) -> None:
+    def __init__(self, stage: Stage, orb: Orb) -> None:
         self.orb = orb
         self._begin()
         super().__init__(stage, orb)

@@ -13,7 +13,7 @@ from tetris.engine.game import Game
 from tetris.kit import theme
 from tetris.kit.menu import Menu
 from tetris.kit.menu_view import wrapped
-from tetris.kit.screen_stack import PLAY_HZ, ScreenStack
+from tetris.kit.stage import PLAY_HZ, Stage
 from tetris.kit.theme import Colour
 from tetris.window.effects import sounds_of
 from tetris.window.view import Figure, GameView
@@ -42,7 +42,7 @@ class GamePage(OrbScreen):
         game: The game that is drawn.
     """
 
-    def __init__(self, stage: ScreenStack, orb: Orb, game: Game) -> None:
+    def __init__(self, stage: Stage, orb: Orb, game: Game) -> None:
         """Show a game in the stage; `lines` and `page` say what stands beside it."""
         self.game = game
         self._game_view: GameView | None = None

@@ -13,7 +13,7 @@ from host.app.screen import Orb, OrbScreen
 from host.ui import naming
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 # Faults that the virtual orb knows, and the place of each: docs/simulator.md.
 FAULTS: Final = {
@@ -35,7 +35,7 @@ _KINDS: Final = ("", *FAULTS)
 class LabScreen(OrbScreen):
     """Shows what the orb measures, and asks a virtual one for faults."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb, data: LabData) -> None:
+    def __init__(self, stage: Stage, orb: Orb, data: LabData) -> None:
         self.data = data
         self._kind = 0  # place in `_KINDS`
         self._taxel = 0  # row by row

@@ -14,7 +14,7 @@ from host.ui import naming
 from host.ui.pointer_input import MOUSE_FINGERS
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import ATTRACT_HZ, IDLE_HZ, ScreenStack
+from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Stage
 
 _SEED: Final = 2  # its first five pieces are no O, which looks the same turned
 _STILL: Final = Config(gravity=False, lock_resets=None)
@@ -34,9 +34,7 @@ class LearnScreen(GamePage):
         number: The step that is shown; -1 asks whether to begin, `len(steps)` is the end.
     """
 
-    def __init__(
-        self, stage: ScreenStack, orb: Orb, exits: Exits = tuple, *, ask: bool = False
-    ) -> None:
+    def __init__(self, stage: Stage, orb: Orb, exits: Exits = tuple, *, ask: bool = False) -> None:
         """Show the first step, or `ask` before; `exits` are offered at the end."""
         self.steps: tuple[Step, ...] = ()
         self.number = -1 if ask else 0

@@ -20,7 +20,7 @@ from host.app.screens.programs import ProgramsScreen
 from host.connection import bundle_upload
 from host.ui.naming import said
 from tetris.kit.menu import Item, Menu, Row
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 _HASH: Final = re.compile(r"[0-9a-f]{16}")  # name of an installed bundle
 
@@ -30,7 +30,7 @@ class OrbsScreen(OrbScreen):
 
     def __init__(
         self,
-        stage: ScreenStack,
+        stage: Stage,
         orb: Orb,
         orbs: Orbs,
         programs: Programs,
@@ -103,7 +103,7 @@ class OrbsScreen(OrbScreen):
 class PresentOrbScreen(OrbScreen):
     """The connected orb: its state, its health, its rest image, its skin, its gestures."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
+    def __init__(self, stage: Stage, orb: Orb, orbs: Orbs) -> None:
         """Show it, and ask it what it knows."""
         self._orbs = orbs
         self._bundle: Vocabulary | None = None
@@ -160,7 +160,7 @@ class PresentOrbScreen(OrbScreen):
 class InstallScreen(OrbScreen):
     """Lists the bundles of the data folder, and sends the orb one."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
+    def __init__(self, stage: Stage, orb: Orb, orbs: Orbs) -> None:
         """Show the bundles that there are now."""
         self._orbs, self._problem = orbs, ""
         self._files = bundles(data_folder())

@@ -5,13 +5,13 @@ from functools import partial
 from host.app.orbs import Orbs
 from host.app.screen import Orb, OrbScreen, rows
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 
 class PairScreen(OrbScreen):
     """Shows the pairing that is under way."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb, orbs: Orbs) -> None:
+    def __init__(self, stage: Stage, orb: Orb, orbs: Orbs) -> None:
         self._orbs = orbs
         super().__init__(stage, orb)
 

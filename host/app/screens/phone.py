@@ -8,13 +8,13 @@ from controller.shared.errors import UserError
 from host.app.screen import Orb, OrbScreen, rows
 from host.phone import open_phone, own_addresses
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 
 class PhoneScreen(OrbScreen):
     """Shows the code of a phone's page, how the connection is, and what can be done."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb) -> None:
+    def __init__(self, stage: Stage, orb: Orb) -> None:
         self._problem = ""
         super().__init__(stage, orb)
 

@@ -10,13 +10,13 @@ from host.app.programs import Mapping, Programs
 from host.app.screen import Orb, OrbScreen, rows
 from host.ui import naming
 from tetris.kit.menu import Item, Menu, Row
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 
 class ProgramsScreen(OrbScreen):
     """Lists the mappings, and switches the control of other programs on and off."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb, control: Programs, own: Path) -> None:
+    def __init__(self, stage: Stage, orb: Orb, control: Programs, own: Path) -> None:
         self._control, self._own = control, own
         self._mappings = programs.mappings(own)
         self._chosen, self._profile = 0, 0
@@ -84,7 +84,7 @@ class ProgramsScreen(OrbScreen):
 class KeysScreen(OrbScreen):
     """The key of each command in a profile."""
 
-    def __init__(self, stage: ScreenStack, orb: Orb, page: ProgramsScreen) -> None:
+    def __init__(self, stage: Stage, orb: Orb, page: ProgramsScreen) -> None:
         self._page = page
         self._before = self._mapping = page.mapping
         self._problem = ""

@@ -21,7 +21,7 @@ from tetris.engine.modes import MODES
 from tetris.history.replay import Recorder
 from tetris.kit import theme
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 from tetris.window.game_session import Session
 from tetris.window.view import Figure, figures_of
 
@@ -45,7 +45,7 @@ class WatchScreen(GamePage):
     """
 
     def __init__(
-        self, stage: ScreenStack, orb: Orb, take_over: TakeOver, seed: int | None = None
+        self, stage: Stage, orb: Orb, take_over: TakeOver, seed: int | None = None
     ) -> None:
         """Begin a game of a seed, or of any; `take_over` goes on with it as the player's game."""
         seed = secrets.randbits(_SEED_BITS) if seed is None else seed

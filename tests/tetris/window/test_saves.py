@@ -41,13 +41,13 @@ def replays(folder: Path) -> Sequence[Path]:
 
 def test_a_finished_sprint_has_a_place_and_a_replay(tmp_path: Path) -> None:
     slow, quick = played("sprint", action_s=0.2), played("sprint", action_s=0.1)
-    shelf = Saves(tmp_path)
-    assert shelf.keep(slow).place == 1
-    assert shelf.keep(quick).place == 1
-    assert [entry.time_s for entry in shelf.best("sprint")] == [quick.game.time_s, slow.game.time_s]
+    saves = Saves(tmp_path)
+    assert saves.keep(slow).place == 1
+    assert saves.keep(quick).place == 1
+    assert [entry.time_s for entry in saves.best("sprint")] == [quick.game.time_s, slow.game.time_s]
     assert len(replays(tmp_path)) == 2
-    assert Saves(tmp_path).best("sprint") == shelf.best("sprint")
-    assert (tmp_path / "replays" / shelf.best("sprint")[0].replay).exists()
+    assert Saves(tmp_path).best("sprint") == saves.best("sprint")
+    assert (tmp_path / "replays" / saves.best("sprint")[0].replay).exists()
 
 
 def test_a_lost_sprint_has_no_place_but_a_replay(tmp_path: Path) -> None:
@@ -56,10 +56,10 @@ def test_a_lost_sprint_has_no_place_but_a_replay(tmp_path: Path) -> None:
 
 
 def test_a_game_that_was_left_keeps_its_replay_if_it_had_begun_in_earnest(tmp_path: Path) -> None:
-    shelf = Saves(tmp_path)
-    shelf.keep(played("marathon", 9))
+    saves = Saves(tmp_path)
+    saves.keep(played("marathon", 9))
     assert replays(tmp_path) == []
-    assert shelf.keep(played("marathon", 10)).place is None
+    assert saves.keep(played("marathon", 10)).place is None
     assert len(replays(tmp_path)) == 1
 
 
@@ -76,8 +76,8 @@ def test_a_game_that_was_taken_over_is_kept_but_counts_for_no_list(tmp_path: Pat
         session.update(session.recorder.time_s + 0.5, [Action.HARD_DROP], commands=1)
     assert session.summary.pieces == session.game.pieces_placed
     assert session.summary.commands == session.game.pieces_placed
-    shelf = Saves(tmp_path)
-    assert shelf.keep(session).place is None
+    saves = Saves(tmp_path)
+    assert saves.keep(session).place is None
     (path,) = replays(tmp_path)
     again = Player(load(path))
     again.advance(again.end_s)
@@ -92,10 +92,10 @@ def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_goes_on(tmp_
 
 
 def test_without_a_folder_nothing_is_kept() -> None:
-    shelf = Saves(None)
-    assert shelf.keep(lost()).place is None
-    assert shelf.best("marathon") == ()
-    assert shelf.replays() == []
+    saves = Saves(None)
+    assert saves.keep(lost()).place is None
+    assert saves.best("marathon") == ()
+    assert saves.replays() == []
 
 
 @pytest.mark.parametrize("name", list(MODES))

@@ -1,1 +1,1 @@
-"""The screens: one file each, moved between by a `tetris.kit.screen_stack.ScreenStack`."""
+"""The screens: one file each, moved between by a `tetris.kit.stage.Stage`."""

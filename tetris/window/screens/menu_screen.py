@@ -10,7 +10,7 @@ from tetris.kit.keys import Code
 from tetris.kit.look import Look
 from tetris.kit.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.kit.menu_view import MenuView, Spot
-from tetris.kit.screen_stack import ATTRACT_HZ, IDLE_HZ, Screen, ScreenStack
+from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage
 from tetris.window.game_session import BotPlayer
 from tetris.window.scenery import Layout, draw_card, draw_logo
 from tetris.window.view import GameView
@@ -72,7 +72,7 @@ class MenuScreen(Screen):
 
     def __init__(
         self,
-        stage: ScreenStack,
+        stage: Stage,
         build: Callable[[], Menu],
         *,
         attract: AttractMode | None = None,

@@ -14,8 +14,8 @@ from tetris.history.stats import Summary
 from tetris.kit import bindings
 from tetris.kit.language import Words
 from tetris.kit.menu import Curve, Item, Menu, Row
-from tetris.kit.screen_stack import ScreenStack
 from tetris.kit.settings import changed, stepped
+from tetris.kit.stage import Stage
 from tetris.window.game_session import SavedGame, Saves
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.pages import back_item
@@ -33,7 +33,7 @@ Do = Callable[[], None]
 
 
 def title_screen(
-    stage: ScreenStack, attract: AttractMode, *, play: Do, best: Do, replays: Do, settings: Do
+    stage: Stage, attract: AttractMode, *, play: Do, best: Do, replays: Do, settings: Do
 ) -> MenuScreen:
     """Return the first page; each argument shows another one."""
 
@@ -69,12 +69,12 @@ def title_screen(
     return MenuScreen(stage, build, attract=attract, logo=True, back=lambda: None)
 
 
-def chosen_mode(stage: ScreenStack) -> Mode:
+def chosen_mode(stage: Stage) -> Mode:
     """Return the mode of the settings; the first one for a name that is unknown here."""
     return MODES.get(getattr(stage.settings, stage.mode_setting)) or next(iter(MODES.values()))
 
 
-def best_screen(stage: ScreenStack, shelf: Saves, attract: AttractMode) -> MenuScreen:
+def best_screen(stage: Stage, saves: Saves, attract: AttractMode) -> MenuScreen:
     """Return the best games, a mode at a time."""
     names = list(MODES)
     place = names.index(chosen_mode(stage).name)
@@ -85,14 +85,14 @@ def best_screen(stage: ScreenStack, shelf: Saves, attract: AttractMode) -> MenuS
 
     def build() -> Menu:
         words, name = stage.look.words, names[place]
-        entries = shelf.best(name)
+        entries = saves.best(name)
         title = words(f"modes.{name}.title")
         items = [Item(words("best.mode"), value=title, step=turn), back_item(stage)]
         none = [Row((words("best.none"),))]
         table = _table(entries, MODES[name].ranking, words) if entries else none
-        games, won = shelf.games(name)
+        games, won = saves.games(name)
         played = words("best.games", games=games, won=won) if won < games else ""
-        return Menu(words("best.title"), items, table, notice=shelf.trouble or played)
+        return Menu(words("best.title"), items, table, notice=saves.trouble or played)
 
     return MenuScreen(stage, build, attract=attract)
 
@@ -115,7 +115,7 @@ def _table(entries: Sequence[Entry], ranking: Ranking, words: Words) -> list[Row
 
 
 def replays_screen(
-    stage: ScreenStack, shelf: Saves, attract: AttractMode, watch: Callable[[Path], None]
+    stage: Stage, saves: Saves, attract: AttractMode, watch: Callable[[Path], None]
 ) -> MenuScreen:
     """Return the replays, the newest first; choosing one shows it."""
     words = stage.look.words
@@ -136,7 +136,7 @@ def replays_screen(
         hint = f"{when}  {words('replays.watch_hint')}"
         return Item(title, partial(watch, path), late=partial(about, path), hint=hint)
 
-    paths = shelf.replays()
+    paths = saves.replays()
     items = (*map(item, paths), back_item(stage))
 
     def build() -> Menu:
@@ -155,7 +155,7 @@ def _named(path: Path, words: Words) -> tuple[str, str, Ranking]:
     return words(f"modes.{name}.title"), when, MODES[name].ranking
 
 
-def help_screen(stage: ScreenStack) -> MenuScreen:
+def help_screen(stage: Stage) -> MenuScreen:
     """Return the keys in use; the sentence below has the buttons of pads."""
 
     def item(action: str) -> Item:
@@ -184,7 +184,7 @@ def help_screen(stage: ScreenStack) -> MenuScreen:
 
 
 def pause_screen(
-    stage: ScreenStack, game: PlayScreen, *, reason: str, restart: Do, settings: Do, leave: Do
+    stage: Stage, game: PlayScreen, *, reason: str, restart: Do, settings: Do, leave: Do
 ) -> MenuScreen:
     """Return the menu; the reason says why the game pauses, "" when the player wanted it."""
 
@@ -206,7 +206,7 @@ def pause_screen(
 
 
 def over_screen(
-    stage: ScreenStack,
+    stage: Stage,
     game: PlayScreen,
     kept: SavedGame,
     *,

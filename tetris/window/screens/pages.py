@@ -8,8 +8,8 @@ from tetris.kit import bindings, language
 from tetris.kit.bindings import Names
 from tetris.kit.keys import Code
 from tetris.kit.menu import Item, Menu, MenuStep
-from tetris.kit.screen_stack import ScreenStack
 from tetris.kit.settings import CHOICES, LIMITS, Settings, changed, stepped
+from tetris.kit.stage import Stage
 from tetris.kit.theme import PALETTES
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 
@@ -25,7 +25,7 @@ _SCREEN: Final = ("theme", "patterns", "motion", "ghost", "grid", "scale", "full
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
 
-def open_settings(stage: ScreenStack, attract: AttractMode | None = None) -> None:
+def open_settings(stage: Stage, attract: AttractMode | None = None) -> None:
     """Show the page from which all settings are reached."""
 
     def show(title: str, names: Sequence[str]) -> Item:
@@ -52,7 +52,7 @@ def open_settings(stage: ScreenStack, attract: AttractMode | None = None) -> Non
     stage.push(MenuScreen(stage, build, attract=attract))
 
 
-def _theme_item(stage: ScreenStack) -> Item:
+def _theme_item(stage: Stage) -> Item:
     words, names = stage.look.words, list(PALETTES)
     place = names.index(stage.settings.theme) if stage.settings.theme in names else 0
 
@@ -63,7 +63,7 @@ def _theme_item(stage: ScreenStack) -> Item:
     return Item(words("settings.theme"), value=present, step=turn, hint=hint)
 
 
-def language_item(stage: ScreenStack) -> Item:
+def language_item(stage: Stage) -> Item:
     """The language, each named in itself."""
     names = ["", *language.names()]
     chosen = stage.settings.language
@@ -78,12 +78,12 @@ def language_item(stage: ScreenStack) -> Item:
     return Item(stage.look.words("settings.language"), value=value, step=turn)
 
 
-def back_item(stage: ScreenStack) -> Item:
+def back_item(stage: Stage) -> Item:
     """The way back, for hands that have no key for it."""
     return Item(stage.look.words("menu.back"), stage.pop)
 
 
-def _page(stage: ScreenStack, title: str, names: Sequence[str]) -> Menu:
+def _page(stage: Stage, title: str, names: Sequence[str]) -> Menu:
     words = stage.look.words
 
     def reset() -> None:
@@ -95,7 +95,7 @@ def _page(stage: ScreenStack, title: str, names: Sequence[str]) -> Menu:
     return Menu(words(title), (*items, afresh, back_item(stage)), notice=stage.notice)
 
 
-def _item(stage: ScreenStack, name: str) -> Item:
+def _item(stage: Stage, name: str) -> Item:
     words, value = stage.look.words, getattr(stage.settings, name)
 
     def step(direction: int) -> None:
@@ -117,7 +117,7 @@ def _item(stage: ScreenStack, name: str) -> Item:
     return Item(words(f"settings.{name}"), value=written, step=step, share=share, hint=hint)
 
 
-def _pads(stage: ScreenStack) -> str:
+def _pads(stage: Stage) -> str:
     count = stage.pads.count
     return stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)
 
@@ -125,7 +125,7 @@ def _pads(stage: ScreenStack) -> str:
 class BindingScreen(MenuScreen):
     """Binds the keys ("keys") or the buttons of pads ("pads")."""
 
-    def __init__(self, stage: ScreenStack, kind: str, attract: AttractMode | None = None) -> None:
+    def __init__(self, stage: Stage, kind: str, attract: AttractMode | None = None) -> None:
         self._kind = kind
         self._waiting = ""  # the action that gets the next key
         self._until_s: float | None = None

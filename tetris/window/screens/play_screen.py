@@ -13,7 +13,7 @@ from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
 from tetris.kit import bindings
 from tetris.kit.keys import Code, DueAction, Keys
-from tetris.kit.screen_stack import PLAY_HZ, Screen, ScreenStack
+from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session
 from tetris.window.view import GameView, figures_of
@@ -34,7 +34,7 @@ class PlayScreen(Screen):
 
     def __init__(
         self,
-        stage: ScreenStack,
+        stage: Stage,
         session: Session,
         *,
         paused: Callable[["PlayScreen", str], None],

@@ -9,7 +9,7 @@ from tetris.engine.modes import MODES
 from tetris.history.replay import Player, Recorder
 from tetris.kit.keys import Code
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import IDLE_HZ, PLAY_HZ, ScreenStack
+from tetris.kit.stage import IDLE_HZ, PLAY_HZ, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.view import GameView, clock, figures_of
@@ -27,7 +27,7 @@ class ReplayScreen(MenuScreen):
 
     def __init__(
         self,
-        stage: ScreenStack,
+        stage: Stage,
         player: Player,
         *,
         take_over: Callable[[Recorder], None],

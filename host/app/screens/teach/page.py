@@ -18,7 +18,7 @@ from tetris.kit import theme
 from tetris.kit.keys import Code
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu
-from tetris.kit.screen_stack import ScreenStack
+from tetris.kit.stage import Stage
 
 _FOOT: Final = 100  # design units of the sentence below a menu
 _QUIET_S: Final = 0.6  # in which the gesture that opened a page takes no step on it
@@ -35,7 +35,7 @@ class Course:
         recording: State of the orb's recording; None before the first, and without a link.
     """
 
-    stage: ScreenStack
+    stage: Stage
     orb: Orb
     play: Do
     watch: TouchWatch = field(default_factory=TouchWatch)

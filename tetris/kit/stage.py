@@ -76,7 +76,7 @@ class Screen(ABC):
         """
 
 
-class ScreenStack:
+class Stage:
     """Holds the screens, the uppermost of which is active, and what they share."""
 
     def __init__(self, settings: Settings, folder: Path | None, area: pygame.Rect) -> None:
