@@ -1,11 +1,11 @@
-"""Hold-out rules: by session, by user, by blocks of time, or by place; none of them leaks.
+"""Hold-out rules: by session, by user, or by blocks of time; none of them leaks.
 
 Windows slide by one frame, so neighbours share nine of ten. Split at random, nearly every window
 of the test set has its twin in the training set, and the score is that of memory. The paper states
 no split (docs/paper.md); `random_windows` measures what that is worth, and nothing else uses it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from controller.shared.aliases import Index, Mask
 from models.data.load import Data
 
-SPLITS: Final = ("session", "user", "time", "site")
+SPLITS: Final = ("session", "user", "time")
 RANDOM: Final = ("windows", "random")  # refused, with the reason
 SHARE: Final = 1 / 6  # of sessions, users or sites, held out
 MOST: Final = 16  # sessions held out
@@ -58,8 +58,6 @@ class Split:
     words: str  # the rule, a sentence
     held: Mask  # recordings held out as a whole, (recordings,)
     windows: Parts  # positions in `ends`
-    # touches are held out by the taxel that is nearest, not with their recordings
-    sites: bool = False
 
 
 # --- folds of windows -----------------------------------------------------------------------------
@@ -126,12 +124,8 @@ def check(fold: Fold, ends: Index, window: int) -> None:
 def split_windows(data: Data, by: str, seed: int) -> Split:
     """Hold sessions, users or the ends of sessions out; "": sessions if there are enough.
 
-    "site" is the same for gestures, and holds out touches by their place.
-
     LeakError if it would leak, ValueError if there is no such split, or too little to split.
     """
-    if by == "site":
-        return replace(split_windows(data, "", seed), sites=True)
     examples = data.examples
     present = np.unique(examples.session)  # recordings that have a window
     many = len(np.unique(data.session[present])) >= FEW

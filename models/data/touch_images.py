@@ -1,6 +1,6 @@
 """Images of touches with their places: training data of CNN-2D, by the device's own stage.
 
-Touches are held out with their windows, or by place.
+Touches are held out with their windows.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from controller.recognition.touch_input import TOUCH_WINDOWS
 from controller.recognition.touch_position import TouchImage
 from controller.shared.aliases import Index, Mask
 from models.data.examples import Examples, run_starts
-from models.data.splits import BLOCKS, SHARE, Parts, Split, covered, parts_of, spread
+from models.data.splits import BLOCKS, SHARE, Parts, Split, covered, parts_of
 
 # Until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAG_S: Final = 0.15
@@ -98,7 +98,7 @@ def _unnoticed(examples: Examples, rng: np.random.Generator) -> NDArray[np.bool_
 
 
 def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -> Parts:
-    """Return the same split of images of touches, by whole touches, or by sites if `split.sites`.
+    """Return the same split of images of touches, by whole touches.
 
     A touch is learned from if none of its frames is in a window held out, and held out if all
     of them are. Where one side would have none, as where places were recorded in one session
@@ -111,10 +111,7 @@ def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -
     frames = np.bincount(found.touch, minlength=count)
     inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
     learned, held, words = inside == 0, inside == frames, ""
-    if split.sites:
-        held, words = _sites(found, count)
-        learned = ~held
-    elif not (learned.any() and held.any()):
+    if not (learned.any() and held.any()):
         recording = np.zeros(count, dtype=np.int64)
         recording[found.touch] = examples.session[found.frame]
         held = last_events(recording)
@@ -135,23 +132,3 @@ def last_events(recording: Index) -> Mask:
         if len(events) > 1:
             held[events[-max(1, len(events) // BLOCKS) :]] = True
     return held
-
-
-def _sites(found: Touches, count: int) -> tuple[Mask, str]:
-    """Return which touches are held out, being nearest to a site held out, (touches,); in words.
-
-    ValueError if all touches are at one site.
-    """
-    place = np.zeros((count, 2))
-    place[found.touch] = found.place  # of its last image, where they differ
-    sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
-    if len(sites) < 2:
-        raise ValueError(
-            "all touches are at one site; record others with: controller teach --places"
-        )
-    taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
-    listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
-    return np.isin(own.reshape(-1), taken), (
-        f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
-        f"{listed}"
-    )

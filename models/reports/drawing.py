@@ -39,7 +39,6 @@ COLOURS: Final = {
 }
 INK, DIM, LINE, PANEL, PAPER = (COLOURS[it] for it in ("ink", "dim", "line", "panel", "paper"))
 UNSEEN, RANDOM, TRAIN = (COLOURS[it] for it in ("unseen", "random", "train"))
-SERIES: Final = (UNSEEN, *(COLOURS[it] for it in ("good", "violet", "doubtful", "pink", "teal")))
 STYLE: Final[dict[Any, Any]] = {
     "axes.axisbelow": True,
     "axes.edgecolor": DIM,

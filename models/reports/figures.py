@@ -8,7 +8,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
 
 from models.reports.drawing import (
     DIM,
@@ -51,21 +51,6 @@ def curves(epochs: Sequence[Epoch], best: int, *, share: bool) -> Markup:
     axes.set_ylim(max(0.0, low), min(1.0, high))
     axes.yaxis.set_major_formatter(PERCENT if share else PLAIN)
     return svg(figure, "score over the epochs, on what was learned, at random and unseen")
-
-
-@styled
-def losses(epochs: Sequence[Epoch], best: int) -> Markup:
-    """Return the loss over the epochs, on training examples and unseen."""
-    figure, axes = _over_epochs(len(epochs), best, "loss")
-    numbers = [e.number for e in epochs]
-    axes.plot(numbers, [e.loss for e in epochs], color=TRAIN, lw=1.5, label="learned")
-    axes.plot(numbers, [e.check_loss for e in epochs], color=UNSEEN, label="unseen")
-    axes.legend()
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(10, (1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(PLAIN)
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    return svg(figure, "loss over the epochs, on what was learned and unseen")
 
 
 def _over_epochs(epochs: int, best: int, title: str) -> tuple[Figure, Axes]:

@@ -49,7 +49,7 @@ class Request:
     seed: int = 0
     split: str = _option(
         "",
-        "hold out sessions, users, the ends of sessions, or places: session, user, time, site "
+        "hold out sessions, users, or the ends of sessions: session, user, time "
         "(default: session, or time for fewer than four)",
         "BY",
     )

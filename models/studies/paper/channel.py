@@ -1,11 +1,9 @@
-"""Capacity of a noisy channel, per use and per time, and played games as such a channel.
+"""Capacity of a noisy channel, and played games as such a channel.
 
 Source: C. Shannon, A mathematical theory of communication, 1948; R. Blahut, Computation of channel
 capacity and rate-distortion functions, and S. Arimoto, An algorithm for computing the capacity of
-arbitrary discrete memoryless channels, both IEEE Transactions on Information Theory 18, 1972. With
-symbols of unequal duration, information per time is greatest where I - rate x duration is: the rate
-is found by W. Dinkelbach's iteration, On nonlinear fractional programming, Management Science 13,
-1967. Each use is taken to be independent of those before it.
+arbitrary discrete memoryless channels, both IEEE Transactions on Information Theory 18, 1972.
+Each use is taken to be independent of those before it.
 
 A game is what `host --demo --json` prints: its "events" are the intended gestures, its "commands"
 the recognised ones. One gesture is one use of the channel, and its output is the first command that
@@ -43,15 +41,6 @@ Transitions = NDArray[np.float64]  # (inputs, outputs): probability of each outp
 Numbers = NDArray[np.int64]  # (gestures,): index of a command, or of `NOTHING` behind the last
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Use:
-    """The best use of a channel."""
-
-    nats: float  # information of each use
-    seconds: float  # mean duration of a use
-    share: Shares  # relative frequency of each symbol, (inputs,)
-
-
 def information(share: ArrayLike, given: Transitions) -> float:
     """Return I(input; output), nats, for shares (inputs,) and transitions (inputs, outputs)."""
     p = np.asarray(share, dtype=np.float64)
@@ -65,28 +54,19 @@ def counted(counts: ArrayLike) -> float:
     return max(0.0, float(mutual_information(table[None] / total, total).information[0]))
 
 
-def best_use(given: Transitions, seconds: ArrayLike = 0.0) -> Use:
-    """Return the best use of transitions (inputs, outputs), per use or per seconds (inputs,)."""
-    lasts = np.broadcast_to(np.asarray(seconds, dtype=np.float64), len(given))
-    rate = 0.0  # nats per second
-    while True:
-        share = _blahut_arimoto(given, rate * lasts)
-        nats, mean = information(share, given), float(share @ lasts)
-        if not lasts.any() or nats <= rate * mean + TOLERANCE:
-            return Use(nats, mean, share)
-        rate = nats / mean
+def best_use(given: Transitions) -> tuple[float, Shares]:
+    """Return the greatest information of a use, nats, and the shares of its inputs, (inputs,).
 
-
-def _blahut_arimoto(given: Transitions, cost: NDArray[np.float64]) -> Shares:
-    """Return the shares (inputs,) with the greatest information less the cost (inputs,), nats."""
+    Transitions are (inputs, outputs).
+    """
     share = np.full(len(given), 1.0 / len(given))
     for _ in range(ROUNDS):
-        worth = _divergence(given, share @ given) - cost
+        worth = _divergence(given, share @ given)
         if worth.max() - share @ worth < TOLERANCE:
             break
         share = share * np.exp(worth - worth.max())
         share /= share.sum()
-    return share
+    return information(share, given), share
 
 
 def _divergence(given: Transitions, output: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -195,12 +175,12 @@ def figures(played: Played) -> dict[str, Any]:
     """Return the figures of a player's channel: plain data, nats and seconds.
 
     `played` is the information of a gesture as commands were used, [value, low, high] by resampling
-    gestures; `capacity` that with the best use; `fastest` that with the most per minute.
+    gestures; `capacity` that with the best use.
     """
     counts, total = played.counts(), len(played.meant)
     used = counts.sum(axis=1) > 0
     lasts, uses = played.seconds[used], counts[used].sum(axis=1, keepdims=True)
-    best, fastest = (best_use(counts[used] / uses, seconds) for seconds in (0.0, lasts))
+    capacity, _ = best_use(counts[used] / uses)
     now, mean_s = counted(counts), float(uses[:, 0] @ lasts / total)
     rng = np.random.default_rng(0)
     drawn = [counted(played.counts(rng.integers(0, total, total))) for _ in range(DRAWS)]
@@ -214,7 +194,5 @@ def figures(played: Played) -> dict[str, Any]:
         "mean_s": mean_s,
         "played": [now, *bootstrap.middle(np.array(drawn))],
         "played_per_min": 60.0 * now / mean_s,
-        "capacity": best.nats,
-        "fastest_s": fastest.seconds,
-        "fastest_per_min": 60.0 * fastest.nats / fastest.seconds,
+        "capacity": capacity,
     }

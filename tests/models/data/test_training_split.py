@@ -87,22 +87,6 @@ def test_where_one_session_only_knows_places_its_last_touches_are_held_out(data:
     assert found.frame[parts.check].min() > found.frame[learned].max()
 
 
-def test_places_are_held_out_with_all_touches_nearest_to_them(data: load.Data) -> None:
-    found = touch_images.find(data.examples, averaged=True, seed=0)
-    split = splits.split_windows(data, "site", seed=0)
-    assert split.held.sum() == 1  # gestures go by sessions all the same
-    parts = touch_images.split_touches(split, data.examples, found, seed=0)
-    sites = [
-        {tuple(site) for site in np.rint(found.place[part]).tolist()}
-        for part in (parts.check, np.concatenate([parts.train, parts.random]))
-    ]
-    assert sites[0]
-    assert sites[1]
-    assert not sites[0] & sites[1]
-    assert parts.words.startswith(f"places: {len(sites[0])} of {len(sites[0] | sites[1])} sites")
-    assert len(parts.check) + len(parts.train) + len(parts.random) == len(found.images)
-
-
 def test_a_few_sessions_are_too_dear_to_do_without_one(data: load.Data) -> None:
     few = replace(data, session=np.array([0, 0, 0, 1, 1, 1]))
     assert "the last of 6 blocks of every session" in splits.split_windows(few, "", seed=0).words

@@ -124,8 +124,8 @@ def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
 
 
 def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> None:
-    drawing = figures.losses(training().gesture.epochs, 7)  # type: ignore[union-attr]
-    assert drawing == figures.losses(training().gesture.epochs, 7)  # type: ignore[union-attr]
+    drawing = figures.curves(training().gesture.epochs, 7, share=True)  # type: ignore[union-attr]
+    assert drawing == figures.curves(training().gesture.epochs, 7, share=True)  # type: ignore[union-attr]
     assert "var(--unseen)" in drawing
     assert not re.search(r"#[0-9a-f]{6}", drawing)
     assert "learned" in drawing  # text stays text

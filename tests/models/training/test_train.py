@@ -147,13 +147,6 @@ def test_one_person_s_examples_are_all_turned_and_many_people_s_are_not() -> Non
     assert paper.of_people(1) == paper
 
 
-def test_places_never_taught_are_told_apart_in_the_card(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "my.orb"
-    assert train(out, data, "--task", "location", "--split", "site") == 0
-    assert "sites held out, with all touches nearest to them" in (tmp_path / "my.md").read_text()
-    assert "sites held out" in (tmp_path / "my.html").read_text()
-
-
 def test_resuming_is_exact(data: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     whole, parts = tmp_path / "whole" / "my.orb", tmp_path / "parts" / "my.orb"
     for out in (whole, parts):
