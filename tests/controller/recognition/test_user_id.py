@@ -1,6 +1,8 @@
 """User identification: evidence adds up over gestures, fades, and is forgotten."""
 
 import dataclasses
+from hashlib import sha256
+from random import Random
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from controller.recognition.user_id import (
     uniform_belief,
     update_belief,
 )
+from controller.shared import config
 
 TWO = Users(
     ("ann", "bob"), ("press",), temperature=1.0, accept=0.9, stay=0.98, forget_s=5.0
@@ -144,3 +147,41 @@ def test_nobody_in_particular_is_never_named() -> None:
     assert identify(np.array([0.98, 0.01, 0.01]), TWO) == 0
     assert identify(np.array([0.0, 0.5, 0.5]), TWO) == 0
     assert identify(np.array([0.05, 0.9, 0.05]), TWO) == 1
+
+
+def test_an_hour_of_two_people_goes_as_it_went_and_can_be_continued_elsewhere() -> None:
+    """The digest is that of every name and confidence; a new one stands in the failure."""
+    script, witness, said = Random(1), UserIdentifier(TWO, 10.0), sha256()
+    for number in range(400):
+        guest = script.random() < 0.2
+        for _ in range(1 + int(6 * script.random())):
+            shares = np.array([0.5 if guest else 0.1, 0.2 + 0.6 * script.random(), 0.3])
+            witness.step((shares / shares.sum()).astype(np.float32), counts=script.random() < 0.6)
+        if number % 7 == 0:
+            copy = UserIdentifier(TWO, 10.0)
+            copy.restore(witness.state())
+            witness = copy
+        for _ in range(60 if script.random() < 0.05 else 2):
+            witness.step(None)
+            said.update(f"{witness.name} {witness.confidence:.4f}\n".encode())
+    assert said.hexdigest()[:16] == "c66a154f7dd03f69"
+
+
+@pytest.mark.parametrize(
+    ("key", "usual", "least", "most"),
+    [
+        ("temperature", 1.0, 0.01, 100.0),
+        ("accept", 0.9, 0.0, 1.0),
+        ("stay", 0.98, 0.0, 1.0),
+        ("forget_s", 30.0, 0.1, 1e6),
+    ],
+)
+def test_a_parameter_has_a_usual_value_and_a_range(
+    key: str, usual: float, least: float, most: float
+) -> None:
+    assert getattr(Users(), key) == usual
+    for value in (least, most):
+        assert getattr(config.settings(Users, {key: value}), key) == value
+    for value in (least - 0.001, most * 1.001):
+        with pytest.raises(config.ConfigError, match=f"has {key} = "):
+            config.settings(Users, {key: value})

@@ -4,13 +4,14 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TypeVar
 
 import numpy as np
 import pytest
 
 from controller import adapt
-from controller.adapt import Example
+from controller.adapt import Example, few_shot
 from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import BundleStore
 from controller.cli.run import options_of
@@ -19,6 +20,7 @@ from controller.remote import examples, link_recording
 from controller.remote.bundle_updates import BundleUpdater
 from controller.remote.gesture_reports import Describer
 from controller.remote.handlers import handlers
+from controller.remote.teacher import Teacher
 from controller.runtime.assemble import TOKEN, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
@@ -399,3 +401,30 @@ def test_a_running_orb_takes_a_bundle_with_another_gesture(make: Callable[..., O
     now = orb.device.pipeline.rest
     assert now is not None
     assert np.abs(now / rest - 1.0).max() < 0.05
+
+
+def test_the_progress_of_a_change_is_told_once_and_leaves_a_fifth_for_the_test(
+    make: Callable[..., Orb],
+) -> None:
+    orb = make()
+    teacher, device = orb.only(Teacher), orb.device
+    assert teacher.poll(device) == ()
+    teacher._advance(0.5)
+    assert teacher.poll(device) == [LearnStatus(LEARNING, 0.4, "learning")]
+    assert teacher.poll(device) == ()
+
+
+def test_a_change_says_what_waits_now_and_a_forgotten_gesture_loses_its_examples(
+    make: Callable[..., Orb], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orb = make()
+    before = orb.parts.bundle.debounce
+    orb.example(1, FINGER)
+    teacher, labels = orb.only(Teacher), orb.parts.bundle.labels[1:]
+    for fresh, waits in (((), ""), (("a",), "; a now waits"), (("a", "b"), "; a and b now wait")):
+        made = replace(before, patient=(*before.patient, *fresh), patience_s=0.3)
+        outcome = SimpleNamespace(recognised={labels[0]: 0.5}, debounce=made)
+        monkeypatch.setattr("controller.adapt.process.alter", lambda *_, found=outcome: found)
+        text = teacher._forget(few_shot.forget, "poke")
+        assert text == f"poke is forgotten{waits and waits + ' 0.30 s for it'}"
+    assert stored(tmp_path) == []

@@ -21,6 +21,7 @@ from controller.sensors import base as sensors
 from controller.sensors import lines
 from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware.description import Description
+from controller.sensors.hardware.line_parser import LineParser
 from controller.shared import ports
 from controller.shared.aliases import Frames
 from tests.support import ROOT
@@ -256,7 +257,7 @@ def test_picofarads_at_zero_are_refused_since_they_would_be_divided_by() -> None
     mine = described('rows = 2\ncolumns = 2\nunit = "pF"\n')
     assert lines.start(mine, port, None, port.clock, port.sleep).signal.ratio
     port = Paced(40.0)
-    port.line = b"1,0,-1,2\n"
+    port.line = b"1,0,3,2\n"
     with pytest.raises(
         SensorError, match=r"reads 0 pF or less.* give its description another unit"
     ):
@@ -378,3 +379,28 @@ def test_a_source_that_never_pauses_costs_a_bounded_amount_a_frame() -> None:
 def test_a_rate_is_measured_of_a_source_that_never_pauses() -> None:
     description = described('port = "endless"\nrows = 2\ncolumns = 2\n')
     assert lines.start(description, NeverEmpty(), 40.0).rate_hz == pytest.approx(40.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("chunks", "parsed", "dropped"), [(2, 2, 0), (9, 4, 5), (500, 4, 256)])
+def test_of_a_flood_the_first_is_parsed_and_the_rest_is_dropped(
+    chunks: int, parsed: int, dropped: int
+) -> None:
+    class Flood:
+        in_waiting, left = 2, chunks
+
+        def read(self, size: int) -> bytes:
+            self.left -= 1
+            return b"1\n" if self.left >= 0 else b""
+
+    class Counter(LineParser):
+        fed = cuts = 0
+
+        def feed(self, data: bytes) -> None:
+            self.fed += 1
+
+        def cut(self) -> None:
+            self.cuts += 1
+
+    counter = Counter(1)
+    lines.receive(Flood(), counter)
+    assert (counter.fed, counter.cuts) == (parsed, dropped)

@@ -540,7 +540,7 @@ class Scripted:
 
     def __init__(self) -> None:
         self.chunks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self.commands = 0
+        self.commands = self.written = 0
 
     def read(self, timeout_s: float) -> bytes:
         try:
@@ -549,6 +549,7 @@ class Scripted:
             return b""
 
     def write(self, data: bytes) -> None:
+        self.written += len(data)
         for packet in Decoder().feed(data):
             if isinstance(packet.message, Hello):
                 self.sequence = packet.sequence
@@ -584,6 +585,9 @@ def test_commands_that_a_busy_program_left_are_too_late(ears: Ears, monkeypatch:
     monkeypatch.setattr(receiver_module, "LATE_MS", -1)  # so anything has waited too long
     ear.until(lambda news: news == Delivered(State(()), 0))
     assert (ear.frames(), ear.receiver.past.missed) == ([[1]], 1)
+    assert receiver_module.Missed(1) in [news for _, news in ear.told]
+    assert 0 < ear.receiver.bytes_sent <= transport.written
+    assert ear.receiver.bytes_received > 0
 
 
 def test_a_program_that_listens_no_more_costs_no_memory(ears: Ears, monkeypatch: Patch) -> None:

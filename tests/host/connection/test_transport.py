@@ -4,9 +4,11 @@ import contextlib
 import random
 import socket
 import threading
+from typing import cast
 
 import pytest
 
+from controller.shared.ports import Stream
 from host.connection.receiver import LinkError
 from host.connection.transport import BACKLOG, _Selected, open_transport
 
@@ -73,3 +75,21 @@ def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> 
         transport.close()
     assert isinstance(transport, _Selected)
     assert len(transport._backlog) <= BACKLOG + 4096
+
+
+def test_a_port_that_takes_three_bytes_at_a_time_gets_each_once() -> None:
+    class Narrow:
+        taken = b""
+
+        def send(self, data: bytes) -> int:
+            self.taken += data[:3]
+            return len(data[:3])
+
+        def close(self) -> None:
+            pass
+
+    port = Narrow()
+    transport = _Selected(cast(Stream, port), "narrow")
+    transport.write(b"OrbTouch")
+    assert port.taken == b"OrbTouch"
+    transport.close()

@@ -5,6 +5,7 @@ import queue
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.shared.keymap.key_state import Stroke
+from host.injection import watchdog
 from host.injection.backends import Backend, BackendError
 from host.injection.injector import MUTE_MS, Injector
 from host.injection.watchdog import HANG_MS, Watchdog
@@ -68,6 +70,9 @@ def test_guard_lifts_everything_when_its_sender_hangs() -> None:
     assert watch.tick(304) == ""
     assert watch.tick(305) == "released the program hung for 300 ms"
     assert board.done == ["+a", "+b", "-b", "-a"]
+    watch, board = guard()
+    watch.line("d 0 a", 0)
+    assert watch.line("a stranger's line", 300) == "released the program hung for 300 ms"
 
 
 def test_guard_presses_nothing_more_until_the_sender_knows() -> None:
@@ -98,6 +103,7 @@ def test_press_that_waited_in_the_pipe_is_too_late() -> None:
 def test_guard_waits_for_nobody_while_nothing_is_down() -> None:
     watch, _ = guard()
     assert watch.tick(10_000) == ""
+    assert watch.wait_s(10_000) == 60.0
     assert watch.wait_s(10_000) > 1.0
 
 
@@ -224,3 +230,25 @@ def test_killed_sender_leaves_no_key_down(paper: Path) -> None:
     sender.kill()
     sender.communicate()
     until(lambda: paper.read_text().split() == ["+a", "-a", "closed"])
+
+
+@pytest.mark.parametrize(
+    ("where", "error", "status", "said"),
+    [
+        ("open_backend", BackendError("no keyboard here"), 1, "failed no keyboard here\n"),
+        ("serve", OSError("a key is stuck"), 1, "ready paper\nfailed a key is stuck\n"),
+        ("serve", BrokenPipeError(), 0, "ready paper\n"),
+    ],
+)
+def test_the_program_says_how_it_began_and_why_it_ends(
+    where: str, error: Exception, status: int, said: str,
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(watchdog, "open_backend", lambda *_: ("paper", Recorder()))
+    monkeypatch.setattr(watchdog, where, fail)
+    assert watchdog.main(["a"]) == status
+    assert capfd.readouterr().out == said
+    assert watchdog.now_ms() == pytest.approx(time.monotonic() * 1000, abs=1000)

@@ -54,6 +54,7 @@ def test_the_token_opens_the_page_and_nothing_may_be_loaded_into_it(phone: Phone
     answer = ask(phone, parts(phone)[1])
     page = answer.read().decode()
     assert answer.status == 200
+    assert not phone.refused
     assert page.startswith("<!doctype html>")
     assert "{nonce}" not in page
     assert "{words}" not in page
@@ -118,7 +119,12 @@ def test_fingers_of_the_page_are_on_the_dome_until_they_lift(phone: PhoneServer)
     with opened(phone.url) as tab:
         join(tab)
         tab.send(ONE_FINGER)
-        assert until(lambda: phone.contacts) == page.contacts(ONE_FINGER, phone.pad)
+        fingers = until(lambda: phone.contacts)
+        assert fingers == page.contacts(ONE_FINGER, phone.pad)
+        for status in ("a", "b"):  # a short silence lifts nothing
+            phone.view = {**VIEW, "status": status}
+            assert json.loads(tab.recv(PATIENCE_S))["status"] == status
+        assert phone.contacts == fingers
         tab.send("[]")
         until(lambda: not phone.contacts)
 
