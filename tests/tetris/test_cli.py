@@ -32,11 +32,6 @@ def test_a_headless_bot_prints_one_json_object(capsys: Capture) -> None:
     assert capsys.readouterr().out == first
 
 
-def test_without_json_the_result_is_a_line_to_read(capsys: Capture) -> None:
-    assert main(["--headless", "--bot", "--seed", "3", "--pieces", "5"]) == 0
-    assert "5 pieces (seed 3)" in capsys.readouterr().out
-
-
 def test_one_of_a_kind_is_not_many(capsys: Capture) -> None:
     main(["--headless", "--bot", "dellacherie", "--seed", "3", "--pieces", "1"])
     assert capsys.readouterr().out == "38 points, 0 lines, level 1, 1 piece (seed 3)\n"

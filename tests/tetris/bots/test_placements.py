@@ -1,6 +1,5 @@
 """Every reachable placement: spins under overhangs, places to tuck into, and the inputs to each."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,13 +19,6 @@ T_SLOT = """
     JJJ...JJJJ
     JJJJ.JJJJJ
 """
-
-
-@pytest.mark.parametrize(
-    ("kind", "count"), [("I", 17), ("O", 9), ("T", 34), ("S", 17), ("Z", 17), ("J", 34), ("L", 34)]
-)
-def test_on_an_empty_board_a_piece_has_its_number_of_placements(kind: Kind, count: int) -> None:
-    assert len(find(Board().bits, Piece.entering(kind))) == count
 
 
 def test_under_an_overhang_only_a_turn_reaches_the_slot() -> None:

@@ -165,12 +165,6 @@ def test_blocks_where_a_piece_enters_end_the_game() -> None:
     assert game.phase is Phase.OVER
 
 
-def test_a_piece_partly_below_row_20_locks_and_the_game_goes_on() -> None:
-    tower = "\n".join(["J.J......."] * 19)
-    game = game_with(tower, Piece("O", 0, 19))
-    assert not of(game.update(0.0, [Action.HARD_DROP]), ToppedOut)
-
-
 def test_after_the_end_only_a_restart_counts() -> None:
     game = game_with("\n".join(["...JJJJ..."] * 21), Piece("O", 0, 5))
     game.update(0.0, [Action.HARD_DROP])

@@ -63,10 +63,12 @@ def test_a_restart_brings_the_first_board_back() -> None:
     assert str(game.board) == "#########."
 
 
-def test_a_partial_lock_out_ends_the_game_where_the_rules_say_so() -> None:
+@pytest.mark.parametrize("partial", [False, True])
+def test_a_partial_lock_out_ends_the_game_where_the_rules_say_so(partial: bool) -> None:
     tower = "\n".join(["J.J......."] * 19)
-    game = game_with(tower, Piece("O", 0, 19), Config(partial_lock_out=True))
-    assert of(game.update(0.0, DROP), ToppedOut)[0].reason is TopOut.LOCK_OUT
+    game = game_with(tower, Piece("O", 0, 19), Config(partial_lock_out=partial))
+    reasons = [event.reason for event in of(game.update(0.0, DROP), ToppedOut)]
+    assert reasons == [TopOut.LOCK_OUT] * partial
 
 
 # -- time between pieces -------------------------------------------------------------------

@@ -63,12 +63,9 @@ def test_a_lock_that_clears_nothing_leaves_the_chain_and_ends_the_combo(before: 
         assert clear.combo == -1
 
 
-def test_a_mini_single_goes_on_with_the_chain() -> None:
-    assert worth(1, Spin.MINI, b2b=True).points == 300
-
-
-def test_the_combo_pays_50_for_each_clear_before_times_the_level() -> None:
+def test_combos_pay_50_for_each_clear_before_times_the_level_and_chains_half_more() -> None:
     assert worth(1, combo=3, level=2).points == (100 + 150) * 2
+    assert worth(1, Spin.MINI, b2b=True).points == 300
 
 
 @pytest.mark.parametrize(("lines", "bonus"), [(1, 800), (2, 1200), (3, 1800), (4, 2000)])
@@ -78,11 +75,6 @@ def test_a_perfect_clear_is_added(lines: int, bonus: int) -> None:
 
 def test_a_perfect_clear_by_a_back_to_back_quad_adds_3200() -> None:
     assert worth(4, b2b=True, perfect=True).points == 1200 + 3200
-
-
-def test_a_lock_that_clears_nothing_is_no_perfect_clear() -> None:
-    for spin in Spin:
-        assert worth(0, spin) == Clear(0, spin, False, -1, False, worth(0, spin).points)
 
 
 def test_a_level_is_ten_lines_and_the_first_goal_ten_times_the_start_level() -> None:

@@ -1,14 +1,16 @@
 """Turns with kicks, and the T-spins that come of them, drawn as boards."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.support.tetris_games import rotated, set_up
 from tetris.engine import moves
 from tetris.engine.board import Board
-from tetris.engine.events import Locked, Rotated
-from tetris.engine.game import Action, Game
+from tetris.engine.events import Blocked, Locked, Rotated
+from tetris.engine.game import Action, Config, Game
 from tetris.engine.moves import Spin
-from tetris.engine.pieces import Piece
+from tetris.engine.pieces import KICKS, KINDS, Kicks, Kind, Piece
 from tetris.engine.scoring import Clear
 
 
@@ -94,3 +96,28 @@ def test_a_drop_stops_on_the_first_block_below() -> None:
     assert moves.landed(board.bits, Piece("O", x=2, y=15)).y == 3
     assert moves.landed(board.bits, Piece("O", x=3, y=15)).y == 1
     assert moves.landed(board.bits, Piece("O", x=5, y=15)).y == 0
+
+
+@given(
+    st.sampled_from(KINDS),
+    st.integers(0, 3),
+    st.sampled_from(["srs", "srs+"]),
+    st.sampled_from([CW, Action.ROTATE_CCW]),
+    st.lists(st.text("..T", min_size=6, max_size=6), max_size=8),
+)
+@settings(max_examples=300)
+def test_a_turn_takes_the_first_free_place_of_its_tests(
+    kind: Kind, turn: int, kicks: Kicks, action: Action, rows: list[str]
+) -> None:
+    board, piece = Board.parse("\n".join(rows), 6), Piece(kind, 1, 3, turn)
+    game = Game(1, Config(columns=6, kicks=kicks, gravity=False))
+    set_up(game, board, piece)
+    to = (turn + (1 if action is CW else 3)) % 4
+    places = [Piece(kind, 1 + x, 3 + y, to) for x, y in KICKS[kicks][kind][turn, to]]
+    free = [kick for kick, place in enumerate(places) if not board.bits & place.mask]
+    game.update(0.0)
+    (event,) = game.update(0.0, [action])
+    if free:
+        assert event == Rotated(0.0, places[free[0]], free[0], action)
+    else:
+        assert event == Blocked(0.0, action)

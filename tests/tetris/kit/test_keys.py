@@ -130,12 +130,6 @@ def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:
     assert Action.DOWN not in keys.held
 
 
-def test_what_is_held_is_known_for_the_next_piece() -> None:
-    keys = hands()
-    keys.press(pygame.K_z, 0.0)
-    assert keys.held == {Action.ROTATE_CCW}
-
-
 def test_each_action_knows_what_was_held_at_its_moment_and_not_what_came_after() -> None:
     keys = hands()
     keys.press(pygame.K_SPACE, 0.0)

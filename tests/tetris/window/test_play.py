@@ -381,13 +381,6 @@ def test_shift_held_at_the_wall_is_one_input(window: pygame.Surface, arr_ms: int
         assert (summary.faults, summary.commands) == (0, commands)
 
 
-def test_at_an_instant_repeat_a_held_direction_goes_to_the_wall(player: Player) -> None:
-    player.app.stage.change(Settings(das_ms=50, arr_ms=0))
-    screen = player.play()
-    player.wait(0.1, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
-    assert min(x for x, _ in screen.session.game.piece.cells) == 0
-
-
 def test_orb_pace_gives_a_quick_hand_more_gravity(window: pygame.Surface) -> None:
     player = open_app(window, Start(mode="orb", seed=3, level=9))
     player.wait(READY_S + 0.1)

@@ -16,7 +16,6 @@ from tetris.kit import display, theme
 from tetris.kit.look import Look
 from tetris.kit.settings import Settings
 from tetris.window.game_session import BotPlayer
-from tetris.window.scenery import Layout
 from tetris.window.tiles import colours
 from tetris.window.view import GameView
 
@@ -100,30 +99,11 @@ def test_drawing_what_changed_gives_the_picture_that_drawing_all_of_it_gives(nam
     assert saved > 300
 
 
-def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:
-    game = Game(seed=5, config=Config(start_level=20))
-    now_s = 0.0
-    for size in ((640, 480), (300, 900), (64, 48), (1280, 720)):
-        view = GameView(pygame.Rect((0, 0), size))
-        for _ in range(10):
-            now_s += 0.1
-            view.show(game.update(now_s, [*greedy.plan(game).actions, Action.HOLD]))
-            view.draw(pygame.Surface(size), game, now_s)
-
-
 def test_words_can_be_drawn_again_after_pygame_was_quit() -> None:
     theme.text("TETRIS", 31, theme.WHITE)
     pygame.quit()
     pygame.font.init()
     assert theme.text("PLAY AGAIN", 31, theme.WHITE).get_width() > 0
-
-
-def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
-    area = pygame.Rect(100, 50, 700, 680)
-    layout = Layout.inside(area)
-    parts = [layout.board, layout.hold, layout.stats, layout.next]
-    assert all(area.contains(part) for part in parts)
-    assert all(len(part.collidelistall(parts)) == 1 for part in parts)
 
 
 # -- display and the bot in the window -----------------------------------------------------
