@@ -49,6 +49,9 @@ def main(argv: list[str] | None = None) -> int:
     tests, reasons = related(), equivalent()
     if old := stale(reasons):
         parser.error(f"equivalent.toml is out of date; remove or mend these entries: {old}")
+    named = [*tests, *(test for paths in tests.values() for test in paths)]
+    if missing := [path for path in named if not (ROOT / path).exists()]:
+        parser.error(f"related.toml names {missing[0]}, which is not there; mend its line")
     if unknown := sorted(set(options.source) - set(tests)):
         parser.error(f"related.toml names no tests for {unknown[0]}; add a line there")
     found = [

@@ -153,6 +153,17 @@ def test_an_entry_for_a_line_that_is_no_more_is_out_of_date(
     assert "if now_s < 5:" in capsys.readouterr().err
 
 
+def test_a_listed_file_that_was_moved_is_told(
+    tree: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(mutants, "ROOT", tree)
+    monkeypatch.setattr(mutants, "related", lambda: {"late.py": ["tests/test_moved.py"]})
+    monkeypatch.setattr(mutants, "equivalent", dict)
+    with pytest.raises(SystemExit):
+        mutants.main([])
+    assert "names tests/test_moved.py, which is not there" in capsys.readouterr().err
+
+
 def test_equivalent_mutations_are_not_drawn(
     tree: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

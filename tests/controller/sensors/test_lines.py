@@ -395,8 +395,9 @@ def test_of_a_flood_the_first_is_parsed_and_the_rest_is_dropped(
     class Counter(LineParser):
         fed = cuts = 0
 
-        def feed(self, data: bytes) -> None:
+        def feed(self, data: bytes) -> list[Any]:
             self.fed += 1
+            return []
 
         def cut(self) -> None:
             self.cuts += 1
