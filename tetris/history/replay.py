@@ -168,12 +168,6 @@ class Player:
         return self.time_us / _US
 
     @property
-    def next_s(self) -> float:
-        """The time of the next moment, or of the end."""
-        moments = self.replay.moments[self.moments_played :]
-        return moments[0].time_us / _US if moments else self.end_s
-
-    @property
     def at_end(self) -> bool:
         """Whether all of it has been played."""
         return self.time_us >= self.replay.end_us

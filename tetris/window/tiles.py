@@ -60,8 +60,8 @@ class Tiles:
         return self._keep("hint", mark, size, self._draw_hint)
 
     def colour(self, mark: str) -> Colour:
-        """Return the colour of a mark of the board."""
-        return self._colours[mark]
+        """Return the colour of a mark of the board; that of garbage for any other."""
+        return self._colours.get(mark) or self._colours[GARBAGE]
 
     def _keep(
         self, what: str, mark: str, size: int, draw: Callable[[str, int], pygame.Surface]

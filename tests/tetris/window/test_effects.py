@@ -83,6 +83,18 @@ def test_light_begins_three_times_a_second_at_most() -> None:
     assert all(later - earlier > 1 for earlier, later in zip(lit, lit[3:], strict=False))
 
 
+def test_a_row_that_two_pieces_of_one_frame_complete_is_seen() -> None:
+    game, view = Game(seed=1), GameView(AREA, look=MOVING)
+    set_up(game, Board.parse("JJJJJJ...."), Piece("O", 6, 10))
+    game.update(0.0)
+    view.draw(pygame.Surface(AREA.size), game, 0.0)
+    events = game.update(0.0, [Action.HARD_DROP])
+    game.put(Piece("O", 8, 10))
+    view.show([*events, *game.update(0.0, [Action.HARD_DROP])])
+    view.draw(pygame.Surface(AREA.size), game, 0.05)
+    assert (game.lines, view.lively) == (1, True)
+
+
 def test_words_stand_beside_the_board() -> None:
     game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
     layout = Layout.inside(AREA)
