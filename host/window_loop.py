@@ -1,17 +1,14 @@
 """Window loop in real time: events and messages in, pictures and contacts out."""
 
-import io
 import math
 import os
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import pygame
 from pygame import Surface as Surface
 
-from controller.shared.errors import TroubleError, reason
-from controller.shared.files import atomic_write
+from controller.shared.errors import TroubleError
 from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
 from host.ui import dome
@@ -25,10 +22,6 @@ SIZE = (1280, 720)  # the window's first; it can be resized
 _ICON = 56  # radius of the dome that is the window's icon, pixels
 
 
-class PictureError(TroubleError, OSError):
-    """A picture of the window cannot be saved; the message is one sentence for the user."""
-
-
 class WindowError(TroubleError, RuntimeError):
     """No window can be opened; the message is one sentence for the user."""
 
@@ -40,18 +33,16 @@ def play(
     stopped: Sequence[str] = (),
     *,
     seconds: float | None = None,
-    screenshot: Path | None = None,
     drawn: Callable[[], object] = lambda: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Play until the window is closed, or for some seconds, and save the last picture if asked to.
+    """Play until the window is closed, or for some seconds.
 
     It also ends when `stopped` has a reason. `drawn` is called when a picture is on the screen; the
     clock never turns back.
 
     Raises:
         LinkError: The first connection failed; later ones are tried again and again.
-        PictureError: The picture cannot be saved.
     """
     pace = pygame.time.Clock()
     began_s = clock()
@@ -80,8 +71,6 @@ def play(
         pace.tick(FRAMES_PER_S)
         over = target.closed or bool(stopped) or (seconds is not None and now_s >= seconds)
         playing = playing and not over
-    if screenshot is not None:
-        save(surface, screenshot)
 
 
 def serve(
@@ -127,16 +116,3 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
     if not headless:
         show_icon(surface, dome.balloon(_ICON, theme.DARK.raised, theme.DARK.line))
     return surface
-
-
-def save(surface: pygame.Surface, path: Path) -> None:
-    """Save a picture of the window in the format that its name says, or raise PictureError."""
-    try:
-        # In memory first: pygame does not see that a disk is full.
-        picture = io.BytesIO()
-        pygame.image.save(surface, picture, path.name)
-        atomic_write(path, picture.getvalue())
-    except OSError as error:
-        raise PictureError(f"cannot save the picture {path}: {reason(error)}") from error
-    except pygame.error as error:
-        raise PictureError(f"cannot save the picture {path}: {error}") from error

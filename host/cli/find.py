@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from controller.shared.arguments import Parser, number
+from controller.shared.arguments import Parser
 from controller.shared.errors import complain, one_line
 from controller.shared.protocol import psk
 from host.cli import add_option, warn
@@ -37,7 +37,7 @@ def main(argv: list[str]) -> int:
         except psk.KeyFileError as error:
             return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
-    answers = discovery.ask_all(ports, deadline_s=options.seconds)
+    answers = discovery.ask_all(ports, deadline_s=discovery.DEADLINE_S)
     discovery.note(memory, answers)
     found = rows(answers, memory.devices)
     if options.json:
@@ -104,8 +104,6 @@ def _parser() -> argparse.ArgumentParser:
     add = partial(add_option, parser)
     add("ports PORT", "ask these ports or URLs, and no others", nargs="*")
     add("--all", "open every serial port; each is sent our Hello")
-    lasts = "how long ports may take, all together (default: %(default)g)"
-    add("--seconds N", lasts, type=number(0.5, 600.0), default=discovery.DEADLINE_S)
     add("--key FILE", "the key that the orbs ask for (default: the remembered one)")
     add("--forget DEVICE", "forget what is remembered of a device")
     add("--json", "print one line of JSON")

@@ -14,7 +14,7 @@ from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.errors import TROUBLE, complain, how_to_install
 from host.connection import rfcomm
-from host.connection.pairing import BY_SYSTEM, LOOK_S, pair
+from host.connection.pairing import BY_SYSTEM, pair
 
 
 def main(argv: Sequence[str]) -> int:
@@ -46,7 +46,6 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("address", metavar="ADDRESS", nargs="?", type=_address, help="the orb's (default: look)")
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
-    add("--seconds", metavar="N", type=int, default=LOOK_S, help="to look for (default: 30)")
     add("--yes", action="store_true", help="pair without comparing digits")
     return parser
 
@@ -62,6 +61,4 @@ async def _pair(options: argparse.Namespace) -> str:
 
     confirm = None if options.yes else Prompt().confirm
     tell = partial(print, flush=True)
-    return await pair(
-        tell, confirm, adapter=options.adapter, address=options.address, seconds=options.seconds
-    )
+    return await pair(tell, confirm, adapter=options.adapter, address=options.address)

@@ -113,7 +113,6 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
                 surface,
                 shutdown,
                 seconds=options.seconds,
-                screenshot=options.screenshot,
                 drawn=lambda: _drawn(target, hops),
             )
 
@@ -182,10 +181,6 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error(
             "--mapping, --profile, --backend and --dry-run need --target keyboard or gamepad"
         )
-    if acts and options.headless and options.screenshot:
-        parser.error("--screenshot needs a window; leave out --headless")
-    if options.demo and options.headless and options.screenshot:
-        parser.error("--screenshot needs a window; leave out --headless and --json")
     if options.headless and not (options.demo or acts) and options.seconds is None:
         parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
     if options.seconds == 0.0:
@@ -218,7 +213,6 @@ def _parser() -> argparse.ArgumentParser:
     lasts = f"stop after so long (default: play on; a demo without a window: {_DEMO_S:g})"
     add("--seconds N", lasts, type=arguments.number(0.0))
     add("--json", "end a demo without a window with one line of JSON: how it went")
-    add("--screenshot FILE", "save the last picture of the window, as .png", type=_picture)
     add("--verbose", "log what happens to the link")
     return parser
 
@@ -267,12 +261,3 @@ def _add_targets(add: Callable[..., None]) -> None:
         default=backends.AUTO,
     )
     add("--dry-run", "print what would be pressed, and press nothing")
-
-
-def _picture(words: str) -> Path:
-    path = Path(words)
-    if path.suffix.lower() != ".png" or not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"{words} must end in .png and be in a folder that exists")
-    if path.exists() and not path.is_file():
-        raise argparse.ArgumentTypeError(f"{words} is no file; name another one")
-    return path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 
 import pytest
 
@@ -20,7 +21,7 @@ from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.shared.bluetooth.bluez import ADAPTER, DEVICE
 from host.cli import pair as host_pair
-from host.connection import discovery, rfcomm
+from host.connection import discovery, pairing, rfcomm
 
 ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
@@ -92,8 +93,11 @@ def test_a_bonded_orb_needs_no_address_and_may_not_wait_yet(
     assert "start it there: controller --link rfcomm:" in told
 
 
-def test_the_host_finds_no_absent_orb(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
-    assert host_pair.main(["--yes", "--seconds", "1"]) == 1
+def test_the_host_finds_no_absent_orb(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host_pair, "pair", partial(pairing.pair, seconds=1))
+    assert host_pair.main(["--yes"]) == 1
     assert "found no orb within 1 s" in capsys.readouterr().err
 
 

@@ -1,6 +1,5 @@
 """The command line of the host."""
 
-import errno
 import os
 import subprocess
 import sys
@@ -72,7 +71,6 @@ def test_phone_of_a_target_without_a_menu_prints_its_code(capsys: Capture) -> No
     ("arguments", "advice"),
     [
         (["--json"], "add --demo"),
-        (["--demo", "--json", "--screenshot", "a.png"], "needs a window"),
         (["--seconds", "nan", "--demo"], "must be a number"),
         (["--seed", "-3"], "whole number"),
         (["--headless"], "add --demo or --seconds"),
@@ -80,16 +78,12 @@ def test_phone_of_a_target_without_a_menu_prints_its_code(capsys: Capture) -> No
         (["--device", "orb-1", "--link", "COM7"], "leave out --link, --demo"),
         (["--demo", "--tap", "osc"], "leave out --demo"),
         (["--profile", "slides"], "need --target keyboard or gamepad"),
-        (["find", "--seconds", "0"], "a number from 0.5 to 600"),
         (["--target", "tetris", "/dev/ttyACM0"], "named with --link /dev/ttyACM0"),
         (["--ke", "orb.key"], "unrecognized arguments: --ke"),
         (["--target", "keyboard", "presets"], "follow two dashes: host -- --preset"),
         (["--link", ""], "leave it out to play with a virtual orb"),
         (["--dry-run"], "need --target keyboard or gamepad"),
         (["--mapping", "mine.toml"], "need --target keyboard or gamepad"),
-        (["--target", "keyboard", "--headless", "--screenshot", "a.png"], "needs a window"),
-        (["--screenshot", "play.txt"], "must end in .png"),
-        (["--screenshot", "no/such/folder/play.png"], "a folder that exists"),
     ],
 )
 def test_wrong_usage_says_what_is_right(arguments: list[str], advice: str, capsys: Capture) -> None:
@@ -160,31 +154,6 @@ def test_special_file_is_told(opt: str, kind: str, tmp_path: Path, monkeypatch: 
     assert told.refused_by("host"), told
     assert told.status == (1 if opt in PORTS else 2)
     assert told.output == ""
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
-@pytest.mark.parametrize("kind", ["folder", "pipe", "socket", "full", "null"])
-def test_picture_replaces_nothing_but_a_file(kind: str, tmp_path: Path, capsys: Capture) -> None:
-    path = special_files.make(kind, tmp_path, "play.png")
-    with pytest.raises(SystemExit) as ended:
-        main(["--screenshot", str(path)])
-    assert ended.value.code == 2
-    assert capsys.readouterr().err.endswith("play.png is no file; name another one\n")
-
-
-def test_picture_on_full_disk_is_none(tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
-    def full(handle: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr(os, "fsync", full)
-    picture = tmp_path / "play.png"
-    demo = ["--demo", "--seconds", "0.1", "--screenshot", str(picture)]
-    assert main(demo) == 1
-    told = capsys.readouterr()
-    assert told.err == f"host: cannot save the picture {picture}: no space left on device\n"
-    assert told.out == ""
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_demo_that_prints_json_needs_no_screen() -> None:
