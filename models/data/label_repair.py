@@ -95,9 +95,8 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
         "unfelt": len(labels) - len(touched),
         "unlabelled": int((runs[::2] >= UNNAMED).sum()),
     }
-    begin, end = _medians(begins), _medians(ends)
     counts |= _true_lags(recording, given, label, labels)
-    return label, Lateness(begin[0], begin[1], end[0], end[1], len(begins), **counts)
+    return label, Lateness(_median(begins), _median(ends), len(begins), **counts)
 
 
 def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, int]:
@@ -218,14 +217,13 @@ def _true_lags(
             begins.append(t[one.first] - over[0].onset_s)
             ends.append(t[min(one.end, len(t) - 1)] - over[0].release_s)
     return {
-        "true_begin_s": _medians(begins)[0],
-        "true_end_s": _medians(ends)[0],
+        "true_begin_s": _median(begins),
+        "true_end_s": _median(ends),
         "wrong": float((given != true)[before].mean()) if before.any() else np.nan,
         "wrong_after": float((repaired != true)[after].mean()) if after.any() else np.nan,
     }
 
 
-def _medians(lags_s: list[float]) -> tuple[float, float]:
-    """Return the median and the range of the middle half; NaN if there are none."""
-    early, median, late = np.quantile(lags_s or [np.nan], (0.25, 0.5, 0.75)).tolist()
-    return median, late - early
+def _median(lags_s: list[float]) -> float:
+    """Return the median; NaN if there are none."""
+    return float(np.median(lags_s)) if lags_s else np.nan

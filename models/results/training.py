@@ -21,9 +21,7 @@ class Lateness:
 
     # the median over the labels' beginnings; NaN: there was nothing to compare
     begin_s: float = math.nan
-    begin_spread_s: float = math.nan  # the middle half of them lies in a range as long as this
     end_s: float = math.nan  # the same of their ends
-    end_spread_s: float = math.nan  # the same of their ends
     edges: int = 0  # number of edges compared
     moved: int = 0  # labels whose edges were moved to where the touch was
     masked: int = 0  # frames too close to an edge to be labelled; they are left out of training
