@@ -17,7 +17,6 @@ from controller.recognition.user_id import (
     uniform_belief,
     update_belief,
 )
-from controller.shared import config
 
 TWO = Users(
     ("ann", "bob"), ("press",), temperature=1.0, accept=0.9, stay=0.98, forget_s=5.0
@@ -165,23 +164,3 @@ def test_an_hour_of_two_people_goes_as_it_went_and_can_be_continued_elsewhere() 
             witness.step(None)
             said.update(f"{witness.name} {witness.confidence:.4f}\n".encode())
     assert said.hexdigest()[:16] == "c66a154f7dd03f69"
-
-
-@pytest.mark.parametrize(
-    ("key", "usual", "least", "most"),
-    [
-        ("temperature", 1.0, 0.01, 100.0),
-        ("accept", 0.9, 0.0, 1.0),
-        ("stay", 0.98, 0.0, 1.0),
-        ("forget_s", 30.0, 0.1, 1e6),
-    ],
-)
-def test_a_parameter_has_a_usual_value_and_a_range(
-    key: str, usual: float, least: float, most: float
-) -> None:
-    assert getattr(Users(), key) == usual
-    for value in (least, most):
-        assert getattr(config.settings(Users, {key: value}), key) == value
-    for value in (least - 0.001, most * 1.001):
-        with pytest.raises(config.ConfigError, match=f"has {key} = "):
-            config.settings(Users, {key: value})

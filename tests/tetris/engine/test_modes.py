@@ -18,6 +18,7 @@ def test_the_menu_has_eight_modes() -> None:
 
 def test_a_start_level_is_taken_where_it_may_be_chosen() -> None:
     assert MODES["marathon"].config(start_level=7).start_level == 7
+    assert MODES["marathon"].config().start_level == 1
     sprint = MODES["sprint"].config(start_level=7)
     assert (sprint.start_level, sprint.gravity_cap) == (1, 1)  # else slow hands lose it at level 5
 
@@ -64,6 +65,7 @@ def test_in_zen_nothing_falls_and_a_piece_can_be_taken_back() -> None:
 
 
 def test_dig_begins_with_ten_rows_of_garbage_that_its_seed_draws() -> None:
+    assert MODES["dig"].config() == MODES["dig"].config(seed=0)
     game = Game(4, MODES["dig"].config(seed=4))
     rows = game.board.rows
     assert len(rows) == game.garbage_rows == 10
