@@ -165,7 +165,8 @@ class GameView:
         flash_s, words_s = (
             time_s if each.alive else None for each in (self._effects, self._callouts)
         )
-        board = tuple(game.board.rows), game.piece, game.in_play, game.phase
+        self._rows = tuple(game.board.rows)
+        board = self._rows, game.piece, game.in_play, game.phase
         layout = self.layout
 
         def draw_board() -> None:
