@@ -16,6 +16,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import BundleStore
 from controller.cli.run import options_of
 from controller.recordings import reader
+from controller.recordings.recording import RecordingError
 from controller.remote import examples, link_recording
 from controller.remote.bundle_updates import BundleUpdater
 from controller.remote.gesture_reports import Describer
@@ -428,3 +429,36 @@ def test_a_change_says_what_waits_now_and_a_forgotten_gesture_loses_its_examples
         text = teacher._forget(few_shot.forget, "poke")
         assert text == f"poke is forgotten{waits and waits + ' 0.30 s for it'}"
     assert stored(tmp_path) == []
+
+
+def test_a_recording_that_cannot_begin_or_be_kept_is_not_on(
+    make: Callable[..., Orb], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orb, folder = make(), tmp_path / "teaching" / "recordings"
+    folder.parent.mkdir(exist_ok=True)
+    folder.write_bytes(b"no folder")
+    (refused,) = orb.ask(Record(True))
+    assert isinstance(refused, RecordingStatus)
+    assert not refused.on
+    assert refused.text.startswith("the orb cannot record: ")
+    folder.unlink()
+    folder.mkdir()
+    (folder / "old.npz").write_bytes(b"12")
+    monkeypatch.setattr(link_recording, "MOST_BYTES", 1)
+    full = RecordingStatus(False, f"{folder} is full; delete recordings there")
+    assert orb.ask(Record(True)) == [full]
+    monkeypatch.setattr(link_recording, "MOST_BYTES", 2)
+    (begun,) = orb.ask(Record(True))
+    assert isinstance(begun, RecordingStatus)
+    assert begun.on
+    orb.ask(Record(False))
+    assert orb.answer() == RecordingStatus(False, "there was less than a second to keep")
+    orb.ask(Record(True))
+    assert orb.device.recorder is not None
+
+    def fail() -> bool:
+        raise RecordingError("the disk is full")
+
+    monkeypatch.setattr(orb.device.recorder, "close", fail)
+    orb.ask(Record(False))
+    assert orb.answer() == RecordingStatus(False, "the disk is full")
