@@ -135,3 +135,13 @@ def test_clicks_on_a_noisy_orb_find_a_dead_taxel_though_each_frame_looks_untouch
 def test_hands_that_close_around_a_taxel_and_raise_it_say_nothing_of_it(seed: int) -> None:
     """The first frames of a squeeze look like one finger on a taxel that answers the wrong way."""
     assert phantom.play("nominal", "squeezes", seed, 90.0, "", lambda dead: True) is None
+
+
+def test_evidence_is_taken_over_unless_its_form_is_that_of_before() -> None:
+    monitor = ResponseMonitor(5, 5, 10.0)
+    shape = monitor.evidence.shape
+    monitor.restore(np.full(shape, 0.5), np.arange(6.0))
+    assert (monitor.evidence == 0.5).all()
+    monitor.restore(np.ones((shape[0] - 1, 5, 5)), np.zeros(6))
+    assert (monitor.evidence == 0.5).all()
+    assert monitor.counts.tolist() == list(range(6))

@@ -22,7 +22,7 @@ def numbers(box: RetransmitQueue) -> list[int]:
 
 def test_an_acknowledgement_counts_for_all_before_it() -> None:
     box = filled(5)
-    assert (numbers(box), box.done) == ([1, 2, 3, 4, 5], 0)
+    assert (numbers(box), box.done, box.missed) == ([1, 2, 3, 4, 5], 0, 0)
     box.acknowledge(3)
     assert (numbers(box), box.done, box.lost) == ([4, 5], 3, 0)
     box.acknowledge(2)

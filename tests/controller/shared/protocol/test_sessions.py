@@ -759,7 +759,8 @@ def test_granted_time_begins_without_what_was_before_it(session: DeviceSession) 
 def test_a_new_description_with_a_reason_ends_the_session_by_telling_it() -> None:
     pair = met()
     other = dataclasses.replace(welcome(), labels=("null", "swipe"))
-    pair.device.renew(other, "another bundle", pair.now_ms)
+    ended = pair.device.renew(other, "another bundle", pair.now_ms)
+    assert ended == [Bye("another bundle")]
     assert not pair.device.live
     assert [packet.message for packet in said(pair.device)] == [Bye("another bundle")]
 
