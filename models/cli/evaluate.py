@@ -22,8 +22,9 @@ DESCRIPTION: Final = (
 )
 EXAMPLE: Final = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
 
-# Returns the sessions of a set, with the faults named.
-Played = Callable[[Sequence[str]], "Iterable[tuple[str, Recording]]"]
+# Returns the named sessions of a set.
+Played = Callable[[], "Iterable[tuple[str, Recording]]"]
+Sets = tuple[dict[str, Played], tuple[str, ...]]  # by name, and notes for the report
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -32,11 +33,6 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("bundle", type=Path, nargs="?", help="default: the one that ships")
     add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
     options.take(parser, "labels")
-    words = (
-        "also with each taxel and each electrode dead, and, where sessions are simulated, "
-        "under every other fault; takes some forty times as long"
-    )
-    add("--broken", action="store_true", help=words)
     add("--sessions", type=options.count, default=20, help="simulated, a preset (default: 20)")
     add("--minutes", type=options.minutes, default=6.0, help="of each of them (default: 6)")
     words = "source of the simulated touches (default: person)"
@@ -48,7 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller.bundles import bundle
-    from models.evaluation.evaluate import evaluate, summarise, summarise_broken
+    from models.evaluation.evaluate import evaluate, summarise
     from models.reports import cards
     from models.results import storage
     from models.results.evaluation import Evaluation, numbers
@@ -61,17 +57,13 @@ def run(arguments: argparse.Namespace) -> int:
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     left_out: list[str] = []
-    found_sets = _recorded(loaded, arguments, left_out) if arguments.data else None
-    sets, faults, note = found_sets or _simulated(loaded, arguments)
-    results, broken = [], []
+    found_sets = _recorded(arguments, left_out) if arguments.data else None
+    sets, notes = found_sets or _simulated(loaded, arguments)
+    results = []
     for name, played in sets.items():
         options.say(f"{name}:")
-        tallies = evaluate(loaded, played(()), options.say, arguments.labels, left_out)
+        tallies = evaluate(loaded, played(), options.say, arguments.labels, left_out)
         results.append(summarise(name, loaded.labels, tallies))
-        for fault in faults if arguments.broken else ():
-            tallies = evaluate(loaded, played((fault,)), _quiet, arguments.labels, [])
-            broken.append(summarise_broken(name, fault, loaded.labels, tallies))
-            options.say(f"{fault}: event accuracy {broken[-1].event_accuracy}")
     found = Evaluation(
         bundle=path.name,
         hash=loaded.hash,
@@ -80,8 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
         labels=loaded.labels,
         debounce=numbers(loaded.debounce),
         results=tuple(results),
-        broken=tuple(broken),
-        notes=(note, *dict.fromkeys(left_out)),
+        notes=(*notes, *dict.fromkeys(left_out)),
         rows=loaded.rows,
         columns=loaded.columns,
     )
@@ -95,37 +86,29 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _recorded(
-    loaded: "Bundle", arguments: argparse.Namespace, left_out: list[str]
-) -> tuple[dict[str, Played], list[str], str]:
-    """Return each folder as a set and all files as one, what can be broken in them, and a note.
+def _recorded(arguments: argparse.Namespace, left_out: list[str]) -> Sets:
+    """Return the recordings of each folder as a set.
 
     Files that cannot be read are `left_out`, each with a sentence.
     """
-    from models.data import examples, test_sessions
+    from controller.recordings import reader
+    from models.data import examples
 
-    grid = loaded.rows, loaded.columns
-    sets: dict[str, Played] = {
-        name: partial(test_sessions.named, files, grid)
-        for name, files in examples.recording_sets(arguments.data, left_out).items()
-    }
+    def played(files: Sequence[Path]) -> "Iterable[tuple[str, Recording]]":
+        return ((file.stem, reader.load(file)) for file in files)
+
+    found = examples.recording_sets(arguments.data, left_out)
     options.say_each(left_out)
-    note = (
-        "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
-        "react."
-    )
-    return sets, [*test_sessions.taxels(*grid), *test_sessions.electrodes(*grid)], note
+    sets: dict[str, Played] = {name: partial(played, files) for name, files in found.items()}
+    return sets, ()
 
 
-def _simulated(
-    loaded: "Bundle", arguments: argparse.Namespace
-) -> tuple[dict[str, Played], list[str], str]:
-    """Return simulated people on both presets' orbs, what can be broken, and a note."""
+def _simulated(loaded: "Bundle", arguments: argparse.Namespace) -> Sets:
+    """Return simulated people on both presets' orbs, and a note on them."""
     from controller.simulator.orb import PRESETS
-    from models.data import test_sessions
-    from models.data.test_sessions import EVALUATE_SEED, People
+    from models.data.simulated_people import EVALUATE_SEED, People
 
-    count, grid = arguments.sessions, (loaded.rows, loaded.columns)
+    count = arguments.sessions
     sets: dict[str, Played] = {}
     for preset in PRESETS:
         people = People.of(
@@ -138,9 +121,4 @@ def _simulated(
         "other orbs. Simulated recordings say nothing about a physical orb. "
         "This card is printed by `models evaluate`."
     )
-    kinds = test_sessions.taxels, test_sessions.electrodes, test_sessions.others
-    return sets, [fault for kind in kinds for fault in kind(*grid)], note
-
-
-def _quiet(line: str) -> None:
-    """Ignore progress: one line for a fault is enough."""
+    return sets, (note,)

@@ -14,7 +14,6 @@ from controller.recordings import reader
 from controller.recordings.recording import Recording
 from controller.shared.aliases import Say
 from controller.shared.errors import count
-from models.data import test_sessions
 from models.data.examples import SAID, Choice
 from models.data.ground_truth import GroundTruth
 from models.data.load import Data
@@ -24,7 +23,6 @@ from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs, run
 from models.results import verdict
 from models.results.evaluation import (
-    Broken,
     Calibration,
     ClassFigures,
     LocationFigures,
@@ -113,24 +111,6 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
         by_session=tuple(_row(t.name, [t]) for t in tallies),
         by_user=tuple(_row(u or "unknown", g) for u, g in zip(users, groups, strict=True)),
         verdict=verdict.judge(labels, answered, _total([t.unanswered for t in tallies])),
-    )
-
-
-def summarise_broken(
-    on: str, fault: str, labels: Sequence[str], tallies: Sequence[Tally]
-) -> Broken:
-    """Return the figures of a named set of sessions under a fault, such as "dead:2,3"."""
-    found = summarise(on, labels, tallies)
-    error = found.location.error.value if found.location else np.nan
-    return Broken(
-        on,
-        fault,
-        test_sessions.meaning(fault),
-        found.events,
-        found.event_accuracy,
-        found.f1,
-        found.false_alarms_per_min,
-        error,
     )
 
 

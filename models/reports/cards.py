@@ -33,8 +33,6 @@ def evaluation(found: Evaluation) -> str:
             parts.append(markdown.table(tables.sessions("user", result.by_user)))
         if result.sessions > 1:
             parts.append(markdown.table(tables.sessions("session", result.by_session)))
-    if found.broken:
-        parts += ["## With a fault", markdown.table(tables.broken(found.broken))]
     return "\n\n".join(parts)
 
 

@@ -19,7 +19,6 @@ from models.formatting import (
     share_interval,
 )
 from models.results.evaluation import (
-    Broken,
     LocationFigures,
     Result,
     Row,
@@ -101,15 +100,6 @@ _ROWS: Final[tuple[Column, ...]] = (
     ("latency", lambda r: seconds(r.latency_s)),
     ("position error", lambda r: number(r.location_error)),
 )
-_BROKEN: Final[tuple[Column, ...]] = (
-    ("on", lambda b: b.on),
-    ("fault", lambda b: b.fault),
-    ("meaning", lambda b: b.meaning),
-    ("event accuracy", lambda b: share_interval(b.event_accuracy)),
-    ("F1", lambda b: share_interval(b.f1)),
-    ("false alarms / min", lambda b: number_interval(b.false_alarms_per_min)),
-    ("position error", lambda b: number(b.location_error)),
-)
 
 
 def figures(results: Sequence[Result]) -> Table:
@@ -137,11 +127,6 @@ def sessions(what: str, rows: Iterable[Row]) -> Table:
     """Return the figures of sessions or users, the worst first."""
     ranked = sorted(rows, key=lambda row: row.f1 if math.isfinite(row.f1) else 2.0)
     return table(((what, lambda row: row.name), *_ROWS), ranked)
-
-
-def broken(rows: Iterable[Broken]) -> Table:
-    """Return the figures under each fault, the worst first."""
-    return table(_BROKEN, sorted(rows, key=lambda one: one.event_accuracy.value), words=3)
 
 
 def thresholds(found: Tuning) -> Table:

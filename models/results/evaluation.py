@@ -123,20 +123,6 @@ class Result:
 
 
 @dataclass(frozen=True, slots=True)
-class Broken:
-    """Figures of a bundle under a fault."""
-
-    on: str  # name of the set of sessions
-    fault: str  # as in controller/simulator/dome/faults.py: "dead:2,3".
-    meaning: str  # in words
-    events: int  # true gestures
-    event_accuracy: Figure  # share that the mean probability names rightly
-    f1: Figure  # of the event metric
-    false_alarms_per_min: Figure  # in idle time
-    location_error: float  # mean over the presses; NaN: unknown
-
-
-@dataclass(frozen=True, slots=True)
 class Evaluation:
     """Results of `models evaluate`."""
 
@@ -147,7 +133,6 @@ class Evaluation:
     labels: tuple[str, ...]  # classes, "null" first
     debounce: dict[str, float]  # debounce settings by name
     results: tuple[Result, ...]  # one for each set of sessions
-    broken: tuple[Broken, ...] = ()  # one for each fault that was tried
     notes: tuple[str, ...] = ()  # further remarks, in sentences
     rows: int = 5  # of the sensor; 5 in files of older versions
     columns: int = 5  # of the sensor

@@ -26,10 +26,10 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.simulator.orb import PRESETS
-from models.data import test_sessions
-from models.data.test_sessions import BENCHMARK_SEED, People
-from models.evaluation.evaluate import evaluate, summarise, summarise_broken
-from models.results.evaluation import Broken, Figure, Result
+from models.data import simulated_people
+from models.data.simulated_people import BENCHMARK_SEED, People
+from models.evaluation.evaluate import evaluate, summarise
+from models.results.evaluation import Figure, Result
 
 from . import recognition_few, recognition_users
 from .results import Results, command_line, figure_row, say
@@ -83,8 +83,8 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
     mouse = dataclasses.replace(people, data=dataclasses.replace(people.data, hand="pointer"))
     clicked = summarise(preset, loaded.labels, evaluate(loaded, mouse.sessions(size.mouse), _no))
     grid = loaded.rows, loaded.columns
-    taxel = _worst(loaded, people, test_sessions.taxels(*grid)[:: size.every], size)
-    electrode = _worst(loaded, people, test_sessions.electrodes(*grid)[:: size.every], size)
+    taxel = _worst(loaded, people, simulated_people.taxels(*grid)[:: size.every], size)
+    electrode = _worst(loaded, people, simulated_people.electrodes(*grid)[:: size.every], size)
     return {
         **figures(found),
         "leak_gap": _exact(leak_gap(path)),
@@ -128,16 +128,18 @@ def leak_gap(path: Path) -> float:
         return math.nan
 
 
-def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) -> Broken:
-    """Return the fault under which the fewest events are recognised."""
+def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) -> Result:
+    """Return the figures under the fault with which the fewest events are recognised."""
     found = []
     for fault in faults:
         tallies = evaluate(loaded, people.sessions(size.broken, (fault,)), _no)
-        found.append(summarise_broken(people.data.preset, fault, loaded.labels, tallies))
+        found.append(summarise(fault, loaded.labels, tallies))
     worst = min(found, key=lambda one: one.event_accuracy.value)
     mean = np.mean([one.event_accuracy.value for one in found])
-    say(f"  {len(found)} faults, {worst.events} events each: mean {mean:.4f}, worst "
-         f"{worst.fault} {worst.event_accuracy}")  # fmt: skip
+    say(
+        f"  {len(found)} faults, {worst.events} events each: mean {mean:.4f}, worst "
+        f"{worst.name} {worst.event_accuracy}"
+    )
     return worst
 
 

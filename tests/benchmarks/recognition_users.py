@@ -30,7 +30,7 @@ from controller.recognition.user_id import Users
 from controller.simulator.hand.performance import GESTURES
 from controller.simulator.orb import PRESETS
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
-from models.data.test_sessions import BENCHMARK_SEED
+from models.data.simulated_people import BENCHMARK_SEED
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results import storage

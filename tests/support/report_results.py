@@ -61,7 +61,5 @@ def evaluation(name: str = "nominal", sessions: int = 4) -> judged.Evaluation:
         ((0, 0, 0), (0, 60, 0), (0, 0, 60)), classes, Judged(0.008, ((0.97, 0.98, 900),)), place,
         rows, rows[:2],
     )  # fmt: skip
-    dead = [judged.Broken(name, f"dead:{i},{j}", "a taxel", 100, one, one, one, 0.1)
-            for i in range(5) for j in range(5)]  # fmt: skip
     return judged.Evaluation("my.orb", "ab" * 32, {"made": "by hand"}, "models evaluate", LABELS,
-                      {"on": 0.85}, (result,), tuple(dead))  # fmt: skip
+                      {"on": 0.85}, (result,))  # fmt: skip

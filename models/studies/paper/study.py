@@ -15,7 +15,7 @@ from controller.simulator.orb import PRESETS
 from controller.simulator.session import TEST_SEEDS
 from models import formatting, processes
 from models.data.recipe import RECIPES
-from models.data.test_sessions import People
+from models.data.simulated_people import People
 from models.results import storage
 from models.studies.paper import bound, figure7, section6
 from models.studies.paper.figure7 import Settings

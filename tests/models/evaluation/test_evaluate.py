@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from controller.bundles import bundle
 from controller.shared.event_metric import Answer, Event, judge
+from models.__main__ import main
 from models.data.ground_truth import GroundTruth
 from models.evaluation.evaluate import evaluate, summarise
 from models.evaluation.event_counts import Tally, tally
@@ -17,6 +18,7 @@ from models.evaluation.replay import Stream
 from models.reports import cards
 from models.results import storage
 from models.results.evaluation import Evaluation, numbers
+from tests.support.pytest_types import Capture
 from tests.support.recordings import LABELS, played
 
 SHIPPED = bundle.read(bundle.default_path(10.0))
@@ -195,3 +197,10 @@ def test_a_result_becomes_a_card_and_json_where_the_unknown_is_null(shipped: lis
     again = storage.from_plain(Evaluation, told)
     assert again.debounce == pytest.approx(debounce)
     assert again.results[0].verdict == result.verdict
+
+
+def test_without_recordings_new_people_are_simulated(capsys: Capture) -> None:
+    assert main(["evaluate", "--sessions", "2", "--minutes", "0.5"]) == 0
+    card = capsys.readouterr().out
+    assert "| figure | nominal | paper-snr |" in card
+    assert "| sessions, users | 2, 2 | 2, 2 |" in card
