@@ -1,7 +1,8 @@
 """List the mutations of a source file: single edits that a test should notice.
 
 Operators, `not`, numbers, booleans, slice bounds, conditions and return values are mutated.
-Docstrings, texts, annotations, decorators, assertions, raised errors and log calls are not.
+Docstrings, texts, annotations, decorators, assertions, raised errors and log calls are not. Nor
+is `daemon` of threads: tests/project/test_threads.py holds it everywhere.
 """
 
 import ast
@@ -79,7 +80,7 @@ def _walk(node: ast.AST, returns: str) -> Iterator[tuple[ast.expr | ast.stmt, st
     """Yield the expressions below a node and their replacements; {} is what they were."""
     if isinstance(node, (ast.JoinedStr, ast.Raise, ast.Assert)) or (
         (isinstance(node, ast.Call) and _LOG.fullmatch(ast.unparse(node.func)))
-        or (isinstance(node, ast.keyword) and node.arg == "strict")
+        or (isinstance(node, ast.keyword) and node.arg in ("strict", "daemon"))
         or (isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__slots__")
         or (isinstance(node, (ast.BinOp, ast.AugAssign)) and _is_union(node))
         or (isinstance(node, ast.If) and _FIXED.fullmatch(ast.unparse(node.test)))
