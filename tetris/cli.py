@@ -23,7 +23,6 @@ from tetris.history.replay_file import ReplayError, load, save
 
 _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
-_MOST_RATE_HZ: Final = 1000
 _BOT_RATE_HZ: Final = 12  # where the clock counts: a quick hand
 
 
@@ -98,9 +97,8 @@ def _play_unseen(options: argparse.Namespace) -> int:
     seed = secrets.randbits(32) if options.seed is None else options.seed
     mode = MODES[options.mode or "endless"]
     config = mode.config(options.level or 1, seed)
-    rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
     recorder = Recorder(seed, config, mode.name)
-    action_s = 1 / rate_hz if rate_hz else 0.0
+    action_s = 1 / _BOT_RATE_HZ if config.time_limit_s else 0.0
     play_bot(recorder, BOTS[options.bot], pieces=options.pieces, action_s=action_s)
     if options.record:
         try:
@@ -225,12 +223,6 @@ def _parser() -> argparse.ArgumentParser:
     add("--headless", "no window, as fast as it can; with --bot, --replay")
     pieces = "pieces of a bot's headless game (default: %(default)s)"
     add("--pieces N", pieces, type=_whole(_MOST_PIECES), default=1000)
-    add(
-        "--rate HZ",
-        "the bot's actions a second in a headless game (default: as fast as the rules "
-        f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
-        type=_whole(_MOST_RATE_HZ),
-    )
     add("--record FILE", "keep a headless game", type=Path)
     add("--json", "print the result as JSON")
     add("--version", "print the version")
