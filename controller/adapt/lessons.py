@@ -12,7 +12,7 @@ The part `taught.npz` holds, beside rows of the head (`controller.bundles.head`)
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -61,7 +61,7 @@ class Lessons:
     head: Head  # as it was trained
     rehearsal: Rehearsal | None  # None: nothing can be taught
     examples: tuple[Example, ...]  # of all lessons
-    debounce: DebounceSettings  # before the first of them
+    debounce: DebounceSettings  # in force, without gestures that wait for taught ones
 
     @property
     def trained(self) -> tuple[str, ...]:
@@ -88,16 +88,21 @@ def read(data: bytes) -> Lessons:
         own = head.read(parts[container.HEAD], container.MAX_BYTES)
         part = parts.get(container.REHEARSAL)
         known = None if part is None else _rehearsal(part, own, grid)
+        debounce = config.settings(DebounceSettings, table["debounce"])
         if container.TAUGHT not in parts:
-            settings = config.settings(DebounceSettings, table["debounce"])
-            return Lessons(parts, table, own, known, (), settings)
+            return Lessons(parts, table, own, known, (), debounce)
         arrays = npz.unpack(parts[container.TAUGHT], MAX_BYTES)
         if not fits(arrays, grid):
             raise BundleError("has examples of another sensor or version; install a newer bundle")
-        settings = config.settings(
-            DebounceSettings, config.parse_toml(arrays["debounce"].tobytes())
+        before = config.settings(DebounceSettings, config.parse_toml(arrays["debounce"].tobytes()))
+        # Thresholds may have been chosen anew since; each lesson finds anew which gesture waits.
+        debounce = replace(
+            debounce,
+            patient=before.patient,
+            awaited=before.awaited,
+            patience_s=before.patience_s,
         )
-        return Lessons(parts, table, own, known, unpack(arrays), settings)
+        return Lessons(parts, table, own, known, unpack(arrays), debounce)
     except (npz.NpzError, HeadError, BundleError, ConfigError, KeyError) as error:
         raise BundleError(f"the bundle {error}") from None
 

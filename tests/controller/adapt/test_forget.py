@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import tomli_w
 
 from controller import adapt
 from controller.adapt import AdaptedBundle, AdaptError, Example, commands, lessons, process
@@ -60,6 +61,15 @@ def test_when_the_last_one_is_forgotten_the_bundle_is_as_it_was_trained() -> Non
     assert bundle.mapping == shipped.mapping
     assert bundle.card == shipped.card
     assert container.TAUGHT not in container.unpack(data)
+
+
+def test_thresholds_that_were_chosen_after_a_lesson_stay() -> None:
+    parts = container.unpack(taught())
+    manifest = container.manifest(parts[container.MANIFEST])
+    manifest["debounce"]["on"] = 0.875
+    text = tomli_w.dumps(manifest).encode()
+    data = bundles.assembled(text, container.content(parts))
+    assert bundles.parse(file_of(adapt.forget(data, "tap"))).debounce.on == 0.875
 
 
 def test_a_gesture_that_is_taught_again_forgets_its_old_examples() -> None:
