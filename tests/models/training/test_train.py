@@ -259,7 +259,7 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
     [
         (
             ["--split", "windows"],
-            "the score would be that of memory; split by session, user, time, site",
+            "the score would be that of memory; split by session, user, time",
         ),
         (["--split", "user"], "there is only one user; record another, or use --split time"),
         (["--labels", "cue"], "no cue label names a gesture; it has true and button labels"),
