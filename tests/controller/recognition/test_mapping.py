@@ -72,6 +72,8 @@ def test_the_six_commands_are_always_announced_and_others_when_used() -> None:
         ('[[press]]\ncommand = "left"\nunder = 1', "'under' is unknown; a region has left_of"),
         ('[[press]]\ncommand = "left"\nbelow = "1"', "not a number of grid units"),
         ('[[press]]\ncommand = "left"\nbelow = nan', "not a number of grid units"),
+        ('[[press]]\ncommand = "left"\nbelow = 1e6', "not a number of grid units"),
+        ('[[press]]\ncommand = "left"\nbelow = 999999.5', "the last rule, and no other"),
         ('[[users.ada.press]]\ncommand = "left"\nbelow = true', "line 1: .*not a number of grid"),
         ('[[press]]\ncommand = "left"\nleft_of = 1\nright_of = 1', "can never fit"),
         ('[[press]]\ncommand = "left"\nleft_of = 1', "the last rule, and no other"),

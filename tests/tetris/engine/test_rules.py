@@ -224,6 +224,8 @@ def test_on_any_board_pieces_enter_above_the_rows_and_stay_inside(columns: int, 
         *({"soft_drop_factor": 1}, {"previews": 1}, {"columns": 4}, {"columns": 10}),
         *({"rows": 4}, {"rows": 30}, {"rows": 5, "board": "J.........\n" * 5}),
         {"dig": True, "board": "#........."},
+        *({"start_level": 10_000}, {"soft_drop_factor": 10_000}, {"lock_resets": 10_000}),
+        *({"lines_goal": 10_000}, {"previews": 100}, {"guard_s": 1e6}, {"time_limit_s": 1e6}),
     ],
 )
 def test_rules_at_their_limits_are_taken(extreme: dict[str, Any]) -> None:
@@ -241,6 +243,8 @@ def test_rules_at_their_limits_are_taken(extreme: dict[str, Any]) -> None:
         *({"gravity_cap": 0}, {"lock_delay_s": 0.0009}, {"lock_delay_s": 1_000_001}),
         *({"generation_delay_s": -0.1}, {"time_limit_s": 0.0009}, {"previews": 0}, {"columns": 11}),
         *({"rows": 3}, {"rows": 5, "board": "J.........\n" * 6}),
+        *({"start_level": 10_001}, {"soft_drop_factor": 10_001}, {"lock_resets": 10_001}),
+        *({"lines_goal": 10_001}, {"previews": 101}, {"guard_s": 1e6 + 1}, {"time_limit_s": 2e6}),
     ],
 )
 def test_impossible_rules_are_refused(wrong: dict[str, Any]) -> None:

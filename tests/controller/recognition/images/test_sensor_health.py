@@ -44,6 +44,7 @@ def test_a_sound_sensor_lacks_nothing() -> None:
     [
         (np.s_[:], 0.88, "pressure down 6 %: pump (or the orb has cooled)"),
         (np.s_[3], 0.8, "row 3 has drifted by -20 %; look at its lead"),
+        (np.s_[3], 3.0, "row 3 has drifted by +196 %; look at its lead"),
         (np.s_[1, 2], 1.5, "taxel row 1, column 2: drifted by +49 %; the film may be cracking"),
     ],
 )
