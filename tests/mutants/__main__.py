@@ -73,12 +73,12 @@ def main(argv: list[str] | None = None) -> int:
 def related() -> dict[str, list[str]]:
     """Return the paths of the tests of each source file: "a/b" is tests/a/test_b.py.
 
-    The last are the agreed values and `test_golden.py` of the file's package, if there is one.
+    The last is `test_golden.py` of the file's package, if there is one.
     """
     table = tomllib.loads((HERE / "related.toml").read_text())
     tests = {}
     for file, names in table.items():
-        all_names = [*names.split(), "project/limits", f"{Path(file).parent}/golden"]
+        all_names = [*names.split(), f"{Path(file).parent}/golden"]
         paths = [Path("tests", name) for name in all_names]
         found = [str(path.with_name(f"test_{path.name}.py")) for path in paths]
         tests[file] = found if (ROOT / found[-1]).exists() else found[:-1]
@@ -114,7 +114,7 @@ def run(drawn: list[Mutation], tests_of: dict[str, list[str]]) -> Iterator[tuple
                 limits_s[mutation.file] = (time.monotonic() - start_s) * SLOWER + GRACE_S
             verdict = judge(tree, mutation, tests, limits_s[mutation.file])
             if verdict == "survived":
-                folders = sorted({str(Path(test).parent) for test in tests} - {"tests/project"})
+                folders = sorted({str(Path(test).parent) for test in tests})
                 verdict = judge(tree, mutation, folders, FOLDERS_LIMIT_S)
             yield mutation, verdict
 

@@ -2,7 +2,8 @@
 
 Operators, `not`, numbers, booleans, slice bounds, conditions and return values are mutated.
 Docstrings, texts, annotations, decorators, assertions, raised errors and log calls are not. Nor
-is `daemon` of threads: tests/project/test_threads.py holds it everywhere.
+is `daemon` of threads: tests/project/test_threads.py holds it everywhere. Nor are named constants:
+another limit is a decision, and a test that repeats its value shows nothing.
 """
 
 import ast
@@ -25,6 +26,7 @@ _RETURNS: Final = (  # annotation, what is returned instead
 )  # fmt: skip
 _SKIPPED: Final = ("annotation", "returns", "decorator_list", "bases", "type_params")
 _LOG: Final = re.compile(r"_?log(ging|ger)?\.(debug|info|warning|error|exception|log)|TypeVar|cast")
+_CONSTANT: Final = re.compile(r"_?[A-Z][A-Z0-9_]*(: Final)? = ")
 _FIXED: Final = re.compile(r"TYPE_CHECKING|__name__ == '__main__'|.*\bsys\.platform\b.*")
 
 
@@ -83,6 +85,7 @@ def _walk(node: ast.AST, returns: str) -> Iterator[tuple[ast.expr | ast.stmt, st
         or (isinstance(node, ast.keyword) and node.arg in ("strict", "daemon"))
         or (isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__slots__")
         or (isinstance(node, (ast.BinOp, ast.AugAssign)) and _is_union(node))
+        or (isinstance(node, (ast.Assign, ast.AnnAssign)) and _CONSTANT.match(ast.unparse(node)))
         or (isinstance(node, ast.If) and _FIXED.fullmatch(ast.unparse(node.test)))
     ):
         return
