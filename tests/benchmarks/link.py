@@ -1,13 +1,13 @@
-"""Cost of the link: packets, round trips against bare pyserial, cuts, silence; and each key.
+"""Cost of the link: packets, round trips against bare pyserial, cuts, silence.
 
-    python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S] [--keys N]
+    python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S]
                                     [--wire NAME ...] [--json]
 
 A round trip is Grant and its Granted, program to program. Its peers are the same number of bytes
 there and back over the same kind of wire, in turns: "pyserial" knows how long a frame is, which is
 the least that a program can do and the peer of the goal; "lines" has to find a frame's end, as ours
 has to; "sessions" is the two sessions with neither thread, lock nor queue. The pty's wire is a
-process between two ptys. `link_ledger` needs Xvfb and the [keys] extra.
+process between two ptys.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from controller.shared.protocol.packets import Decoder, encode
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
 from host.connection.transport import open_transport
 
-from . import link_ledger
 from .link_peers import CHUNK, FRAME
 from .link_wires import WIRES, Line, Peer, Wire
 from .results import Results, command_line
@@ -277,7 +276,7 @@ def _cpu_s(pid: int) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    parser = command_line(__doc__, packets=50_000, trips=5000, cuts=10, silent=60.0, keys=300)
+    parser = command_line(__doc__, packets=50_000, trips=5000, cuts=10, silent=60.0)
     parser.add_argument(
         "--wire", action="append", choices=[wire.name for wire in WIRES], help="only these"
     )
@@ -294,8 +293,6 @@ def main(argv: Sequence[str] | None = None) -> None:
             cuts(results, wire, options.cuts)
         if options.silent:
             silence(results, wire, options.silent)
-    if options.keys:
-        link_ledger.measure(results, options.keys)
     results.finish(options.json)
 
 

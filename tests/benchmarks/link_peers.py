@@ -7,11 +7,8 @@
     python -m tests.benchmarks.link_peers cable           two ptys, joined
     python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
     python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
-    python -m tests.benchmarks.link_peers xprogram        a window that tells when it gets keys
-    python -m tests.benchmarks.link_peers tetris          our game's window, and the same
 
-Each prints where it is as its first line, and ends with its standard input. Times are of the
-machine's monotonic clock, microseconds, which all processes share.
+Each prints where it is as its first line, and ends with its standard input.
 """
 
 from __future__ import annotations
@@ -25,7 +22,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -33,11 +29,6 @@ if TYPE_CHECKING:
 
 CHUNK: Final = 16 * 1024
 FRAME: Final = 20  # bytes that Grant and Granted have on the wire
-
-
-def now_us() -> int:
-    """Return the machine's monotonic clock, as a Command's frame can carry it."""
-    return time.monotonic_ns() // 1000 & 0xFFFFFFFF
 
 
 def say(**values: Any) -> None:
@@ -56,18 +47,12 @@ def on_line(take: Callable[[str], None]) -> None:
 
 
 def device(url: str) -> None:
-    """Answer every grant at once, and send a command when a line says so: its time is its frame."""
+    """Answer every grant at once."""
     from controller.links import open_link
-    from controller.shared.protocol.messages import Command, Grant, Granted, State
+    from controller.shared.protocol.messages import Grant, Granted
 
     link = open_link(url, _welcome())
-
-    def command(name: str) -> None:
-        # Straight from here: `send` may be called from any one thread, and the loop only answers.
-        link.send(Command(name, "press", 0.9, None, now_us()), now_us() // 1000)
-        link.send(State(()), now_us() // 1000)
-
-    on_line(command)
+    on_line(lambda line: None)
     say(url=getattr(link, "url", url))
     while True:
         link.wait(60.0)
@@ -129,11 +114,9 @@ def _port(url: str) -> Any:
 
 
 def _welcome() -> Welcome:
-    from controller.shared.protocol.messages import COMMANDS
     from tests.support.fake_device import welcome
 
-    boot_nonce = int.from_bytes(os.urandom(4), "little")
-    return replace(welcome(nonce=boot_nonce), commands=(*COMMANDS, "menu"))
+    return welcome(nonce=int.from_bytes(os.urandom(4), "little"))
 
 
 class Joint:
@@ -172,7 +155,7 @@ def cable(far: list[int] | None = None) -> None:
 
     def take(line: str) -> None:
         joint.pulled = {"pull": True, "plug": False}.get(line, joint.pulled)
-        say(bytes=joint.passed, us=now_us())
+        say(bytes=joint.passed)
 
     on_line(take)
     say(ends=[os.ttyname(slave) for _, slave in pairs])
@@ -204,7 +187,7 @@ def proxy(port: str) -> None:
             for end in present:
                 with contextlib.suppress(OSError):
                     end.shutdown(socket.SHUT_RDWR)
-        say(bytes=joint.passed, us=now_us())
+        say(bytes=joint.passed)
 
     on_line(take)
     with socket.create_server(("127.0.0.1", 0)) as listener:
@@ -219,50 +202,8 @@ def proxy(port: str) -> None:
                     joint.run([far.fileno(), host.fileno()])
 
 
-def xprogram() -> None:
-    """Open a window of the X server with Xlib, and tell when each key goes down."""
-    from Xlib import X
-    from Xlib.display import Display
-
-    display = Display()
-    screen = display.screen()
-    window = screen.root.create_window(
-        0, 0, 100, 100, 0, screen.root_depth, event_mask=X.KeyPressMask | X.FocusChangeMask
-    )
-    window.set_wm_name("listener")
-    window.map()
-    display.sync()
-    on_line(lambda line: None)
-    say(window=window.id)
-    while True:
-        if display.next_event().type == X.KeyPress:
-            say(us=now_us())
-
-
-def tetris() -> None:
-    """Play our game in its window, and tell when its loop gets each key."""
-    import pygame
-
-    from tetris.__main__ import main
-
-    get = pygame.event.get
-
-    def telling(*values: Any, **named: Any) -> list[pygame.event.Event]:
-        events = get(*values, **named)
-        for event in events:
-            if event.type == pygame.KEYDOWN:
-                say(us=now_us())
-        return events
-
-    pygame.event.get = telling
-    on_line(lambda line: None)
-    say(title="Tetris")
-    main(["--mode", "endless", "--seed", "1"])
-
-
 _ROLES: Final[dict[str, Callable[..., None]]] = {
-    role.__name__: role
-    for role in (device, sessions, echo, lines, cable, air, proxy, xprogram, tetris)
+    role.__name__: role for role in (device, sessions, echo, lines, cable, air, proxy)
 }
 
 if __name__ == "__main__":

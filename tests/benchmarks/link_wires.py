@@ -17,9 +17,9 @@ from tests.support.processes import LineProcess
 class Peer(LineProcess):
     """A process of `link_peers`."""
 
-    def __init__(self, *command: str, environment: dict[str, str] | None = None) -> None:
+    def __init__(self, *command: str) -> None:
         program = [sys.executable, "-m", "tests.benchmarks.link_peers", *command]
-        super().__init__(program, stderr=subprocess.DEVNULL, env=environment)
+        super().__init__(program, stderr=subprocess.DEVNULL)
         self.first = self.read()  # what its first line told
 
     def read(self) -> dict[str, Any]:
