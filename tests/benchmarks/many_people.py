@@ -1,4 +1,4 @@
-"""Cost of recordings of many people: measured on a few simulated ones, and multiplied open_set.
+"""Cost of recordings of many people: measured on a few simulated ones, and multiplied up.
 
     python -m tests.benchmarks.many_people [--people N] [--minutes M] [--json]
 
