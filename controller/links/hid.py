@@ -4,7 +4,6 @@ hid:                        over GATT (Bluetooth low energy), on the first adapt
 hid:hci1                    on another adapter
 hid:classic                 over classic Bluetooth; on another adapter: hid:classic,hci1
 hid:?keys=keyboard          keys in place of the pad; or the path of a mapping: docs/hid.md
-hid:?host=AA:BB:CC:DD:EE:FF for one host only
 """
 
 from __future__ import annotations
@@ -41,36 +40,30 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     classic = first == CLASSIC
     adapter = second if classic else head
     options = dict(parse_qsl(query, keep_blank_values=True))
-    host = options.get("host", "").upper()
-    if head.startswith("//") or "," in adapter or set(options) - {"keys", "host"}:
+    if head.startswith("//") or "," in adapter or set(options) - {"keys"}:
         raise LinkError(
             f"cannot understand {url}; write hid: or hid:classic, then an adapter as in "
-            "hid:classic,hci1, then ?keys=FILE or ?host=ADDRESS (docs/hid.md)"
+            "hid:classic,hci1, then ?keys=FILE (docs/hid.md)"
         )
-    if host and not hosts.is_address(host):
-        raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
     keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome, adapter, classic=classic, only=host)
+    return HidLink(keys, welcome, adapter, classic=classic)
 
 
 class HidLink(KeyLink, BluetoothLink):
     """Link to one bonded host at a time, over an encrypted connection."""
 
     def __init__(
-        self, keys: KeyMap, welcome: Welcome, adapter: str, *, classic: bool = False, only: str = ""
+        self, keys: KeyMap, welcome: Welcome, adapter: str, *, classic: bool = False
     ) -> None:
-        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses.
-
-        `only` is the address of the only host that may be active; "": any paired host.
-        """
+        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses."""
         super().__init__()
         self._closed = threading.Event()
         place = hosts.place()
         self._device = HidDevice(
             keys,
-            HostSelection(hosts.recall(place), only, time.monotonic()),
+            HostSelection(hosts.recall(place), time.monotonic()),
             notify=self._report_host,
             store=partial(hosts.remember, place),
             rate_hz=welcome.rate_hz,

@@ -45,7 +45,6 @@ class Inversion:
         self._row_pf, self._bleed = wiring.circuit.row_pf, wiring.circuit.bleed_mohm
         self._full = full * wiring.circuit.reach
         self._ghosting = wiring.circuit.ghosting
-        self._gain = np.array(wiring.gain) if wiring.gain else np.array(1.0)
         self._sums: _Sums | None = None
 
     def picofarads(self, counts: Array, age_s: Array, dark: Array) -> Array:
@@ -68,7 +67,7 @@ class Inversion:
         others = np.maximum(total_pf - self._row_pf - taxels, 0.0)
         usual = (counts.shape[1] - 1) * NOMINAL_PF
         left = (_STRAY_PF + self._ghosting * usual) / (_STRAY_PF + self._ghosting * others)
-        return np.asarray(np.maximum(taxels * left * self._gain, LEAST_PF))
+        return np.asarray(np.maximum(taxels * left, LEAST_PF))
 
     def _total_pf(self, sums: Array) -> Array:
         """Return everything on a row, T_j + C_r, (rows, 1), for the sums of its shares."""

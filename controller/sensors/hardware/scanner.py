@@ -25,7 +25,7 @@ class Slot:
 
 def slots(wiring: Wiring) -> Iterator[Slot]:
     """Yield the slots of one frame: column by column (paper, section 3.2)."""
-    for column in wiring.order or range(wiring.columns):
+    for column in range(wiring.columns):
         for rows in _groups(wiring):
             yield Slot(column, rows)
 

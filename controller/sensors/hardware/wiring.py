@@ -122,15 +122,11 @@ class Wiring:
     # "taxel": one row floats at a time, as in the paper; "column": all rows of a column settle
     # together
     scheme: Scheme = "column"
-    # the columns in the order of scanning; (): left to right
-    order: tuple[int, ...] = numbers((), MAX_ELECTRODES - 1)
     supply_v: float = number(3.3, 1.0, 5.5)  # of the pins; also the converter's reference
     button: int | None = _pin(16)  # the label button's pin, to ground; None: there is none
     led: int | None = _pin(20)  # the status LED's pin; None: there is none
     # the pump; None: the orb is inflated by hand
     pump: PumpWiring | None = field(default_factory=PumpWiring)
-    # factor of each taxel, (rows, columns), from a capacitance meter; (): all 1
-    gain: tuple[tuple[float, ...], ...] = ()
 
     @property
     def rows(self) -> int:
@@ -151,7 +147,6 @@ class Wiring:
 
 _PULLED: Final = (2, 3)  # pins with resistors to the supply on every Raspberry Pi
 _SPI: Final = {0: ((9, 10, 11), {0: 8, 1: 7}), 1: ((19, 20, 21), {0: 18, 1: 17, 2: 16})}
-_GAIN: Final = (0.1, 10.0)
 
 Use = tuple[str, str, str, int]  # table, key, what uses it, and the number of a pin or an input
 
@@ -177,7 +172,6 @@ def _wiring(table: dict[str, Any]) -> Wiring:
     electrodes = table.get("electrodes")
     if electrodes is None:
         raise ConfigError("has no table [electrodes], which names the pins of rows and columns")
-    gain = _gain(table.pop("gain", []))
     wiring = config.settings(Wiring, table)
     for key in ("columns", "rows", "channels"):
         if key not in electrodes:
@@ -187,18 +181,7 @@ def _wiring(table: dict[str, Any]) -> Wiring:
         wiring = replace(wiring, converter=replace(wiring.converter, ground=None))
         if "scheme" not in table:
             wiring = wiring.scanned("taxel")
-    return replace(wiring, gain=gain, **absent)
-
-
-def _gain(rows: Any) -> tuple[tuple[float, ...], ...]:
-    """Return the gains of taxels, row by row, or raise ConfigError."""
-    low, high = _GAIN
-    if isinstance(rows, list) and all(isinstance(row, list) for row in rows):
-        numbers = [one for row in rows for one in row]
-        if all(type(one) in (int, float) and low <= one <= high for one in numbers):
-            return tuple(tuple(float(one) for one in row) for row in rows)
-    expected = f"rows of numbers from {low:g} to {high:g}, [[1.0, 0.98, ...], ...]"
-    raise ConfigError(f"has gain = {rows!r}; expected is {expected}", "", "gain")
+    return replace(wiring, **absent)
 
 
 # --- entries that must go together ----------------------------------------------------------------
@@ -206,16 +189,10 @@ def _gain(rows: Any) -> tuple[tuple[float, ...], ...]:
 
 def _check_scan(wiring: Wiring) -> None:
     """Refuse a scan, a converter or a pump that cannot work like this."""
-    order, pump, converter = wiring.order, wiring.pump, wiring.converter
-    if order and sorted(order) != list(range(wiring.columns)):
-        words = f"has an order without each column, 0 to {wiring.columns - 1}, once"
-        raise ConfigError(words, "", "order")
+    pump, converter = wiring.pump, wiring.converter
     if wiring.scheme == "column" and converter.ground is None:
         words = "has scheme = 'column', which needs an input tied to ground: [converter] ground"
         raise ConfigError(words, "", "scheme")
-    if wiring.gain and [len(row) for row in wiring.gain] != [wiring.columns] * wiring.rows:
-        words = f"has a gain that is not {wiring.rows} rows of {wiring.columns} numbers"
-        raise ConfigError(words, "", "gain")
     fastest = CHIPS[converter.type].fastest_hz
     if converter.clock_hz > fastest:
         words = f"has clock_hz = {converter.clock_hz}, more than the {fastest} of {converter.type}"

@@ -105,14 +105,6 @@ async def test_keys_are_pressed_where_the_url_wants_them(link: HidLink, bluez: F
     await bluez.until(lambda: [value for _, _, value in bluez.heard[-2:]] == tap)
 
 
-@scene(f"hid:?host={LAPTOP.lower()}")
-async def test_an_orb_for_one_host_sends_the_others_away(link: HidLink, bluez: FakeBluez) -> None:
-    bluez.connect(PHONE)
-    await bluez.read(PHONE, 0x2A4B)
-    await bluez.until(lambda: bluez.disconnected == [PHONE])
-    await come(bluez, link)
-
-
 def test_the_last_host_of_the_orb_is_remembered(play: Callable[..., None], tmp_path: Path) -> None:
     async def scene(link: HidLink, bluez: FakeBluez) -> None:
         await come(bluez, link)
@@ -164,7 +156,6 @@ def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.Monk
         ("hid:hci0,hci1", "cannot understand"),
         ("hid:?key=a.toml", "cannot understand"),
         ("hid:?keys=no.toml", "cannot read no.toml: no such file"),
-        ("hid:?host=laptop", "laptop is no Bluetooth address, such as AA:BB:CC:DD:EE:FF"),
     ],
 )
 def test_a_mistake_in_the_url_is_told_in_one_sentence(url: str, said: str) -> None:

@@ -75,15 +75,6 @@ def test_a_wish_for_the_host_that_has_the_orb_changes_nothing() -> None:
     assert (hosts.active, hosts.unwanted()) == (LAPTOP, [])
 
 
-def test_an_orb_for_one_host_takes_no_other_ever() -> None:
-    hosts = HostSelection(TWO, only=PHONE)
-    hosts.arrive(LAPTOP, 1000.0)
-    assert (hosts.active, hosts.unwanted(), hosts.due_s) == ("", [LAPTOP], None)
-    assert hosts.change(0, 1000.0) == f"this orb was started for {PHONE} only"
-    hosts.arrive(PHONE, 1001.0)
-    assert hosts.active == PHONE
-
-
 @settings(deadline=None)
 @given(
     st.lists(

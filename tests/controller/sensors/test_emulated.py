@@ -132,12 +132,12 @@ LARGE = replace(
         (0, 1, 2, 3, 4, 8, 9, 10, 11),
     ),
     converter=replace(Wiring().converter, devices=(0, 1)),
-    order=(6, 0, 5, 1, 4, 2, 3), button=None, led=None, pump=None,
+    button=None, led=None, pump=None,
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("wiring", [COARSE, LARGE])
-def test_ten_bits_two_converters_and_any_order_will_do(wiring: Wiring) -> None:
+def test_ten_bits_and_two_converters_will_do(wiring: Wiring) -> None:
     bench = EmulatedBoard(wiring, seed=3)
     driver = Driver(bench.board)
     frame = np.mean([driver.frame() for _ in range(8)], axis=0)

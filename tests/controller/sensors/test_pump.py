@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.sensors.hardware.pump import Pump, kilopascals
+from controller.sensors.hardware.driver import Pump, kilopascals
 from controller.sensors.hardware.wiring import PumpWiring
 
 WIRING = PumpWiring(target_kpa=2.2, limit_kpa=2.4, longest_s=20.0, rest_s=20.0)

@@ -61,9 +61,6 @@ MISTAKES = [
     (TYPE, "ground = 2", "gives input 2 to row 2, but it is ground's"),
     (SCHEME, 'scheme = "column"', "line 3 has scheme = 'column', which needs an input"),
     (SCHEME, 'scheme = "all"', "line 3 has scheme = 'all'; expected is one of taxel, column"),
-    (SCHEME, "order = [1, 1]", "line 3 has order = [1, 1]; expected"),
-    (SCHEME, "order = [1]", "line 3 has an order without each column, 0 to 1, once"),
-    (SCHEME, "gain = [[1.0, 1.0]]", "line 3 has a gain that is not 3 rows of 2 numbers"),
     (SCHEME, "button = 22", "line 3 gives GPIO 22 to the button"),
     (SCHEME, "colour = 1", "line 3 has the unknown key 'colour'; known are name,"),
     (NAME, 'name = "my orb"', "line 2 has name = 'my orb'; expected is 1 to 24 letters"),
@@ -93,12 +90,12 @@ def test_a_file_that_cannot_be_read_is_told_in_one_sentence(tmp_path: Path) -> N
         read(tmp_path / "x.toml")
 
 
-def test_a_frame_goes_column_by_column_in_any_order_of_columns() -> None:
+def test_a_frame_goes_column_by_column() -> None:
     wiring = wired(TEXT)
     assert list(slots(wiring))[:4] == [Slot(0, (0,)), Slot(0, (1,)), Slot(0, (2,)), Slot(1, (0,))]
     assert list(dark_slots(wiring)) == [Slot(None, (0,)), Slot(None, (1,)), Slot(None, (2,))]
-    text = TEXT.replace('"taxel"', '"column"\norder = [1, 0]') + "ground = 7\n"
-    assert list(slots(wired(text))) == [Slot(1, (0, 1, 2)), Slot(0, (0, 1, 2))]
+    text = TEXT.replace('"taxel"', '"column"') + "ground = 7\n"
+    assert list(slots(wired(text))) == [Slot(0, (0, 1, 2)), Slot(1, (0, 1, 2))]
 
 
 def test_every_converter_asks_for_a_channel_and_understands_the_answer() -> None:

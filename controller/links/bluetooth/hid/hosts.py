@@ -42,18 +42,17 @@ class HostSelection:
         active: The address of the active host, "" if none.
     """
 
-    def __init__(self, known: StoredHosts, only: str = "", now_s: float = 0.0) -> None:
-        """Begin with the hosts of the last run; `only`: the address of the one allowed host."""
-        self.known = StoredHosts(known.hosts, only) if only else known
+    def __init__(self, known: StoredHosts, now_s: float = 0.0) -> None:
+        """Begin with the hosts of the last run."""
+        self.known = known
         self.active = ""
-        self._only = only
         self._present: list[str] = []  # in the order in which they connected
         self._open_s = now_s + WAIT_S  # from then on any host may become active
 
     @property
     def due_s(self) -> float | None:
         """Time of the next change by `tick`, None if there is none."""
-        return None if self.active or not self._present or self._only else self._open_s
+        return None if self.active or not self._present else self._open_s
 
     def arrive(self, address: str, now_s: float) -> None:
         """Add a paired host that has connected."""
@@ -75,8 +74,6 @@ class HostSelection:
         Returns a sentence for the log.
         """
         hosts: Sequence[str] = self.known.hosts
-        if self._only:
-            return f"this orb was started for {self._only} only"
         if not hosts or number > len(hosts):
             return f"there is no host {number or 'yet'}; there are {len(hosts)}"
         wanted = self.known.wanted
@@ -94,7 +91,7 @@ class HostSelection:
         if self.active:
             return
         wanted = self.known.wanted
-        any_host = not self._only and (not wanted or now_s >= self._open_s)
+        any_host = not wanted or now_s >= self._open_s
         for address in self._present:
             if address == wanted or any_host:
                 self.active = address
@@ -124,7 +121,7 @@ def recall(path: Path) -> StoredHosts:
     except (OSError, ValueError, KeyError, TypeError) as error:
         log.warning("cannot read %s, so no host is known: %s", path, error)
         return StoredHosts()
-    known = [host for host in hosts if is_address(host)]
+    known = [host for host in hosts if isinstance(host, str) and _ADDRESS.fullmatch(host)]
     return StoredHosts(tuple(dict.fromkeys(known)), wanted if wanted in known else "")
 
 
@@ -134,8 +131,3 @@ def remember(path: Path, known: StoredHosts) -> None:
         atomic_write(path, json.dumps({"hosts": known.hosts, "wanted": known.wanted}).encode())
     except OSError as error:
         log.warning("cannot write %s, so the next run will not know its hosts: %s", path, error)
-
-
-def is_address(text: object) -> bool:
-    """Return whether this is a Bluetooth address in BlueZ's notation."""
-    return isinstance(text, str) and _ADDRESS.fullmatch(text) is not None

@@ -166,8 +166,8 @@ class EmulatedBoard:
     @property
     def pumping(self) -> bool:
         """Whether the pump runs."""
-        on = self.wiring.pump is not None and self.factory.outputs.get(self.wiring.pump.pin, False)
-        return (on or self._has("pump_stuck")) and not self._has("pump_dead")
+        pump = self.wiring.pump
+        return pump is not None and self.factory.outputs.get(pump.pin, False)
 
     def breathe(self, seconds: float) -> None:
         """Let time pass for the air: it leaks, and the pump brings more."""
@@ -230,8 +230,7 @@ class EmulatedBoard:
             return self.circuit.hold(0.0, converter)
         pump = self.wiring.pump
         if pump is not None and channel == pump.channel:
-            volts = pump.zero_v + pump.v_per_kpa * self.kpa
-            return self.circuit.hold(0.0 if self._has("no_pressure_sensor") else volts, converter)
+            return self.circuit.hold(pump.zero_v + pump.v_per_kpa * self.kpa, converter)
         return self.circuit.held(converter)
 
     def _has(self, kind: str) -> bool:
