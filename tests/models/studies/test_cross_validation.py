@@ -22,7 +22,6 @@ from models.data import load
 from models.data.recipe import DEFAULT
 from models.studies import cross_validation
 from models.studies.cross_validation import Request
-from tests.benchmarks.people import main as benchmark
 
 pytestmark = pytest.mark.train
 
@@ -121,15 +120,3 @@ def test_the_scale_of_a_fold_is_that_of_its_own_people(recordings: Path) -> None
 def test_there_are_no_more_folds_than_people(recordings: Path, tmp_path: Path, folds: int) -> None:
     with pytest.raises(ValueError, match="at most one for each"):
         cross_validation.cross(asked(recordings, tmp_path / "out.json", folds=folds), print)
-
-
-def test_the_benchmark_takes_a_path_and_keeps_nothing(tmp_path: Path, capsys: Capture) -> None:
-    path = tmp_path / "frames.npz"
-    look_alike.write(path, people=5, repeats=1)
-    assert benchmark([str(path), "--steps", "8", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert found["benchmark"] == "people"
-    value = {one["name"]: one["value"] for one in found["results"]}
-    gain = value["people_window_accuracy"] - value["people_window_accuracy@trees"]
-    assert value["people_window_gain"] == pytest.approx(100.0 * gain)
-    assert [file.name for file in tmp_path.iterdir()] == ["frames.npz"]
