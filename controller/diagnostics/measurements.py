@@ -94,7 +94,7 @@ class _Probe:
 
     def __init__(self, board: Board) -> None:
         # One row at a time: what is wrong with one then shows in that one.
-        board = replace(board, wiring=board.wiring.scanned("taxel"))
+        board = replace(board, wiring=replace(board.wiring, scheme="taxel"))
         self._board, self._wiring = board, board.wiring
         self._full = float(1 << board.chip.bits)
         self._rows, self._columns = board.wiring.electrodes.rows, board.wiring.electrodes.columns

@@ -1,7 +1,7 @@
 """Hardware of a real orb: pins, converter, pump, and the circuit from picofarads to counts.
 
-Pure: wiring, reading, schedule, inversion, converters, pump. Edges: pins and knobs (gpiozero), spi
-(spidev). `emulated` puts a simulated circuit in place of the edges, and needs no hardware.
+Pure: wiring, description, inversion, converters, line_parser, and in `driver` the pump. Edges: pins
+(gpiozero), raspberry_pi (spidev). `emulated` puts a simulated circuit in place of the edges.
 """
 
 from controller.sensors.geometry import SensorAwayError, SensorError

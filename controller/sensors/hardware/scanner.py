@@ -4,7 +4,7 @@ A slot grounds all electrodes, lets its rows float, raises its column, lets that
 and lowers the column again.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,24 +23,14 @@ class Slot:
     rows: tuple[int, ...]  # which float, in the order of conversion; all others are grounded
 
 
-def slots(wiring: Wiring) -> Iterator[Slot]:
-    """Yield the slots of one frame: column by column (paper, section 3.2)."""
-    for column in range(wiring.columns):
-        for rows in _groups(wiring):
-            yield Slot(column, rows)
+def slots(wiring: Wiring, columns: Iterable[int | None]) -> list[Slot]:
+    """Return the slots of columns, one by one (paper, section 3.2).
 
-
-def dark_slots(wiring: Wiring) -> Iterator[Slot]:
-    """Yield slots in which no column is raised: what they read is offset, leakage and injection."""
-    for rows in _groups(wiring):
-        yield Slot(None, rows)
-
-
-def _groups(wiring: Wiring) -> list[tuple[int, ...]]:
-    """Return which rows float together."""
-    if wiring.scheme == "column":
-        return [tuple(range(wiring.rows))]
-    return [(row,) for row in range(wiring.rows)]
+    What rows read while no column is raised, None, is offset, leakage and injection.
+    """
+    rows = range(wiring.rows)
+    together = [tuple(rows)] if wiring.scheme == "column" else [(row,) for row in rows]
+    return [Slot(column, group) for column in columns for group in together]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +48,8 @@ class Scanner:
         """Ground all electrodes."""
         self.board = board
         self._wiring = wiring = board.wiring
-        self._slots, self._dark_slots = tuple(slots(wiring)), tuple(dark_slots(wiring))
+        self._slots = slots(wiring, range(wiring.columns))
+        self._dark_slots = slots(wiring, [None])
         for pin in (*wiring.electrodes.columns, *wiring.electrodes.rows):
             board.pins.drive(pin, False)
 

@@ -138,10 +138,6 @@ class Wiring:
         """Number of column electrodes."""
         return len(self.electrodes.columns)
 
-    def scanned(self, scheme: Scheme) -> "Wiring":
-        """Return the same wiring with another scheme."""
-        return replace(self, scheme=scheme)
-
 
 # --- from a file ----------------------------------------------------------------------------------
 
@@ -180,7 +176,7 @@ def _wiring(table: dict[str, Any]) -> Wiring:
     if "ground" not in table.get("converter", {}):
         wiring = replace(wiring, converter=replace(wiring.converter, ground=None))
         if "scheme" not in table:
-            wiring = wiring.scanned("taxel")
+            wiring = replace(wiring, scheme="taxel")
     return replace(wiring, **absent)
 
 

@@ -155,7 +155,10 @@ def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.Monk
         ("hid://x", "cannot understand hid://x; write hid: or hid:classic"),
         ("hid:hci0,hci1", "cannot understand"),
         ("hid:?key=a.toml", "cannot understand"),
-        ("hid:?keys=no.toml", "cannot read no.toml: no such file"),
+        (
+            "hid:?keys=no.toml",
+            "cannot read no.toml: no such file or directory; name a file, or gamepad or keyboard",
+        ),
     ],
 )
 def test_a_mistake_in_the_url_is_told_in_one_sentence(url: str, said: str) -> None:

@@ -149,8 +149,3 @@ def test_a_mistake_is_one_sentence_with_the_line(text: str, said: str, tmp_path:
     assert str(caught.value).startswith(f"{file}, line 2: [profile.a] left: ")
     assert said in str(caught.value)
     assert str(caught.value).endswith(" (docs/hid.md)")
-
-
-def test_a_file_that_is_not_there_is_reported_with_what_ships() -> None:
-    with pytest.raises(KeyMapError, match=r"cannot read no\.toml: .*gamepad or keyboard"):
-        load(Path("no.toml"), OUTPUTS)

@@ -7,7 +7,7 @@ import pytest
 
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.converters import CHIPS
-from controller.sensors.hardware.scanner import Slot, dark_slots, slots
+from controller.sensors.hardware.scanner import Slot, slots
 from controller.sensors.hardware.wiring import Electrodes, Wiring, read
 from tests.support import ROOT
 from tests.support.described import wired
@@ -92,10 +92,11 @@ def test_a_file_that_cannot_be_read_is_told_in_one_sentence(tmp_path: Path) -> N
 
 def test_a_frame_goes_column_by_column() -> None:
     wiring = wired(TEXT)
-    assert list(slots(wiring))[:4] == [Slot(0, (0,)), Slot(0, (1,)), Slot(0, (2,)), Slot(1, (0,))]
-    assert list(dark_slots(wiring)) == [Slot(None, (0,)), Slot(None, (1,)), Slot(None, (2,))]
-    text = TEXT.replace('"taxel"', '"column"') + "ground = 7\n"
-    assert list(slots(wired(text))) == [Slot(0, (0, 1, 2)), Slot(1, (0, 1, 2))]
+    frame = slots(wiring, range(2))
+    assert frame[:4] == [Slot(0, (0,)), Slot(0, (1,)), Slot(0, (2,)), Slot(1, (0,))]
+    assert slots(wiring, [None]) == [Slot(None, (0,)), Slot(None, (1,)), Slot(None, (2,))]
+    together = wired(TEXT.replace('"taxel"', '"column"') + "ground = 7\n")
+    assert slots(together, range(2)) == [Slot(0, (0, 1, 2)), Slot(1, (0, 1, 2))]
 
 
 def test_every_converter_asks_for_a_channel_and_understands_the_answer() -> None:
