@@ -1,4 +1,4 @@
-"""What a bundle learns from: embeddings of its training, and the examples of its lessons.
+"""Material of lessons: embeddings of a bundle's training, and the examples it was taught.
 
 The part `rehearsal.npz` holds windows of the training's recordings, against forgetting:
 

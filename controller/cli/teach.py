@@ -112,7 +112,7 @@ def _parser() -> Parser:
     text = "ask for located gestures on every taxel and between them, and for nothing else"
     add("--places", action="store_true", help=text)
     text = (
-        "teach one gesture from a few examples, here and in seconds; with --user, how somebody "
+        "teach one gesture from a few examples, here and in seconds; with --user, how one user "
         "does one that is known"
     )
     add("--add", metavar="NAME", default="", help=text)

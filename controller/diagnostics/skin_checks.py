@@ -8,37 +8,34 @@ from numpy.typing import NDArray
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition.images import drift
-from controller.recognition.images.dead_taxels import TaxelInterpolator
+from controller.recognition.images.dead_taxels import MOST, TaxelInterpolator, without_lead
 from controller.recognition.images.frames import Frame, PreprocessSettings
 from controller.recognition.images.preprocess import Prepared, Preprocessor
-from controller.shared import taxel_measures
+from controller.recognition.images.sensor_health import taxel_names
+from controller.recordings.quality import taxels
+from controller.recordings.recording import PICOFARAD
 from controller.shared.aliases import Frames, Mask
-from controller.shared.taxel_measures import DEAD_TAXELS_SHARE, taxel_names, without_lead
 
 IDLE_S: Final = 6.0  # so long nothing should touch
 CALIBRATION_S: Final = 10.0  # paper, section 4.1
 HOLD_S: Final = (0.6, 3.0)  # of a press, the least and the most
-PRESS_SCATTER_Z: Final = 0.02  # scatter of z that is left in the mean of a press
-DRIFT_LIMIT_LOG_C: Final = (
-    0.012  # of all taxels in some seconds: four times what sound orbs drift by
-)
-DRIFT_NOISE_RATIO: Final = (
-    9.0  # times the noise of such a drift, divided by idle: four medians of |z - 1|
-)
-USUAL_RANGE_PF: Final = (15.0, 120.0)
-SETTLING_LIMIT_S: Final = 2.0  # at most, until the first second is still
-MOTION_S: Final = 0.3  # so long something has to be felt
+_FINE: Final = 0.02  # scatter of z that is left in the mean of a press
+_MOVED: Final = 0.012  # of all taxels in some seconds: four times what sound orbs drift by
+_SURE: Final = 9.0  # times the noise of such a drift, divided by idle: four medians of |z - 1|
+_USUAL_PF: Final = (15.0, 120.0)
+_SETTLES_S: Final = 2.0  # at most, until the first second is still
+_MOVES_S: Final = 0.3  # so long something has to be felt
 # Mean |z - 1| at 10 Hz; shorter scans are noisier. A preset as noisy as the paper's figures imply
 # has 0.05.
-NOISE_LIMIT_Z: Final = 0.09
+_NOISY: Final = 0.09
 # Of 400 simulated orbs that were never calibrated 1.5 % look so much like pressed ones, and none
 # beyond the second; of 400 that a finger presses 8 mm deep 75 % and 38 % do.
-LIKELY_TOUCH_SD, CERTAIN_TOUCH_SD = 3.5, 4.5
-LEAST_PRESS_SHARE: Final = 0.5  # of a press 8 mm deep
-TESTED_TAXELS: Final = 100  # taxels: larger grids are untested
-PITCH_MM: Final = 10.0
-COMMON_CHANGE_LOG_C: Final = 0.08  # ln C against the last calibration: of all taxels, of a line
-LINE_CHANGE_LOG_C: Final = 0.15
+_LIKELY, _CERTAIN = 3.5, 4.5
+_DEEP: Final = 0.5  # of a press 8 mm deep
+_LARGE: Final = 100  # taxels: larger grids are untested
+_PITCH_MM: Final = 10.0
+_OTHER: Final = 0.08  # ln C against the last calibration: of all taxels, of a line
+_LINE: Final = 0.15
 
 _ADVICE: Final = {
     "stuck": "Its reading never changes: look at the lead, and at the converter's input.",
@@ -57,7 +54,7 @@ def rest(frames: Frames, rate_hz: float) -> list[Row]:
         return [_touched(f"no quiet second in {len(frames) / rate_hz:.0f} s")]
     middle, idle = float(np.median(frames)), steps[-1].idle
     rows = [Row("rest", Verdict.GOOD, f"scatters by {100 * idle:.1f} %")]
-    if not USUAL_RANGE_PF[0] < middle < USUAL_RANGE_PF[1]:
+    if not _USUAL_PF[0] < middle < _USUAL_PF[1]:
         words = f"{middle:.1f} pF, where some 41 are usual"
         advice = "Is the orb inflated, and the right wiring file in use?"
         rows.append(Row("level", Verdict.DOUBTFUL, words, advice, "level"))
@@ -89,34 +86,39 @@ def _drift(frames: Frames, lost: Mask, idle: float) -> float:
     if not before.size:
         return 0.0
     moved = float(np.median(after - before))
-    return (
-        moved
-        if abs(moved) > DRIFT_LIMIT_LOG_C + DRIFT_NOISE_RATIO * idle / np.sqrt(third * before.size)
-        else 0.0
-    )
+    return moved if abs(moved) > _MOVED + _SURE * idle / np.sqrt(third * before.size) else 0.0
 
 
 def hold_s(idle: Frames, rate_hz: float) -> float:
     """Return how long a press is held, so that noise is averaged out of it, seconds."""
     level = idle.mean(axis=0)
     scatter = float(np.median(idle.std(axis=0) / np.where(level > 0.0, level, np.inf)))
-    return float(np.clip((scatter / PRESS_SCATTER_Z) ** 2 / rate_hz, *HOLD_S))
+    return float(np.clip((scatter / _FINE) ** 2 / rate_hz, *HOLD_S))
 
 
 def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
-    """Judge single taxels by frames at rest and under presses; `bad` is skipped and extended."""
+    """Return what frames at rest and frames under presses, if any, say of single taxels.
+
+    Those of which is known that they are of no use, `bad`, are left out; what is found is added.
+    """
     frames = np.concatenate([idle, touched])
     level = idle.mean(axis=0)
     change = (frames / np.where(level > 0.01, level, np.inf) - 1.0).astype(np.float32)
     change[:, level <= 0.01] = 0.0
-    at_rest = np.arange(len(frames)) < len(idle)
+    response = taxels.Response(
+        change,
+        np.abs(change).mean(axis=(1, 2), dtype=np.float64),
+        known=np.ones(len(frames), dtype=np.bool_),
+        touched=np.arange(len(frames)) >= len(idle),
+    )
     rows = []
-    for one in taxel_measures.faults(frames, change, at_rest):
-        if not (one.mask & ~bad).any():
-            continue
+    for one in taxels.examine(frames, PICOFARAD, response):
+        if one.kind == "dead" or not (one.mask & ~bad).any():
+            continue  # the presses that the doctor asks for tell better what feels nothing
+        name, _, found = one.text.partition(": ")
         verdict = Verdict.DOUBTFUL if one.kind == "noisy" else Verdict.FAULT
         code = _CODE.get(one.kind, one.kind)
-        rows.append(Row(taxel_names(one.mask), verdict, one.text, _ADVICE[one.kind], code))
+        rows.append(Row(name, verdict, found, _ADVICE[one.kind], code))
         bad |= one.mask if one.useless else False
     return rows
 
@@ -136,24 +138,22 @@ def calibrate(
         anyway: Keep it although something seems to lie there.
     """
     steps = _steps(frames, rate_hz)
-    late = not any(
-        step.ready for step in steps[: max(1, round((1.0 + SETTLING_LIMIT_S) * rate_hz))]
-    )
+    late = not any(step.ready for step in steps[: max(1, round((1.0 + _SETTLES_S) * rate_hz))])
     restless = [step.ready and not step.quiet for step in steps]
-    run = max(2, round(MOTION_S * rate_hz))
+    run = max(2, round(_MOVES_S * rate_hz))
     if late or any(all(restless[i : i + run]) for i in range(len(steps) - run + 1)):
         return [_touched("something moved on it")], None, 0.0
     rest, idle = frames.mean(axis=0), steps[-1].idle
     lost = without_lead(rest)
-    if not (rest > 0.0).any() or lost.mean() > DEAD_TAXELS_SHARE:
+    if not (rest > 0.0).any() or lost.mean() > MOST:
         words = "no taxel reads anything" if lost.all() else f"{taxel_names(lost)}: no signal"
         return [Row("rest", Verdict.FAULT, words, "Run: controller doctor", "leads")], None, 0.0
     known = last if last is not None and last.shape == rest.shape and last.min() > 0.0 else None
     sure, place = _guess(rest, lost) if known is None else _lies(rest, lost, known)
-    if sure > CERTAIN_TOUCH_SD and not anyway:
+    if sure > _CERTAIN and not anyway:
         return [_touched(f"something seems to lie on it, near {place}")], None, 0.0
     rows = list(_doubts(frames, lost, idle, rate_hz))
-    if sure > LIKELY_TOUCH_SD:
+    if sure > _LIKELY:
         advice = "If so, take it off and calibrate again."
         words = f"something may lie on it, near {place}"
         rows.append(Row("touch", Verdict.DOUBTFUL, words, advice, "touched"))
@@ -181,18 +181,18 @@ def _guess(rest: Frame, lost: Mask) -> tuple[float, str]:
     standard deviations as are returned.
     """
     best = (0.0, "")
-    if rest.size > TESTED_TAXELS:
+    if rest.size > _LARGE:
         return best
     change = _deviation(rest, lost)
     change -= change.mean()
     rows, columns = rest.shape
     for row, column in np.ndindex(rows, columns):
-        press = pressed(rows, columns, PITCH_MM, (row, column))
+        press = pressed(rows, columns, _PITCH_MM, (row, column))
         press -= press.mean()
         power = float(np.square(press).sum())
         depth = float((press * change).sum()) / power
         error = float((change - depth * press).std(ddof=2)) / np.sqrt(power)
-        if depth > LEAST_PRESS_SHARE:
+        if depth > _DEEP:
             best = max(best, (depth / max(error, 1e-9), f"taxel ({row},{column})"))
     return best
 
@@ -209,7 +209,7 @@ def _doubts(frames: Frames, lost: Mask, idle: float, rate_hz: float) -> list[Row
     if lost.any():
         words = f"{taxel_names(lost)}: no signal; play goes on without"
         rows.append(Row("leads", Verdict.DOUBTFUL, words, "Run: controller doctor", "leads"))
-    if idle > NOISE_LIMIT_Z * np.sqrt(rate_hz / 10.0):
+    if idle > _NOISY * np.sqrt(rate_hz / 10.0):
         words = f"readings scatter by {100 * idle:.0f} %"
         rows.append(Row("noise", Verdict.DOUBTFUL, words, "Run: controller doctor", "noise"))
     if moved := _drift(frames, lost, idle):
@@ -222,12 +222,12 @@ def _doubts(frames: Frames, lost: Mask, idle: float, rate_hz: float) -> list[Row
 def _changes(rest: Frame, last: Frame) -> list[Row]:
     """Return how rest, (rows, columns), has changed since the last time, by cause."""
     why, rows = drift.causes(last, np.maximum(rest, 0.01)), []
-    if abs(why.common) > COMMON_CHANGE_LOG_C:
+    if abs(why.common) > _OTHER:
         words = f"all taxels {100 * np.expm1(why.common):+.0f} % since the last time"
         advice = "Pump the orb to its usual pressure." if why.common < 0 else ""
         rows.append(Row("pressure", Verdict.DOUBTFUL, words, advice, "pressure"))
     for word, sizes in (("row", why.rows), ("column", why.columns)):
-        for i in np.flatnonzero(np.abs(sizes) > LINE_CHANGE_LOG_C).tolist():
+        for i in np.flatnonzero(np.abs(sizes) > _LINE).tolist():
             words = f"{100 * np.expm1(sizes[i]):+.0f} % against the others since the last time"
             rows.append(Row(f"{word} {i}", Verdict.DOUBTFUL, words, "Look at its lead.", "line"))
     return rows

@@ -13,9 +13,8 @@ from typing import Final
 import numpy as np
 
 from controller.diagnostics.report import Row, Verdict, fault
-from controller.recognition.images.dead_taxels import TaxelInterpolator
+from controller.recognition.images.dead_taxels import DEAD_SLOPE, TaxelInterpolator
 from controller.shared.aliases import Array, Mask
-from controller.shared.taxel_measures import slope
 from controller.simulator.dome.mechanics import Mechanics, MechanicsModel
 from controller.simulator.hand.performance import MECHANICS_HZ
 
@@ -23,13 +22,14 @@ Place = tuple[int, int]  # row, column
 
 DEPTH_MM: Final = 8.0  # of a firm press
 RADIUS_MM: Final = 7.0
-HOLD_S: Final = 1.0
-FELT_Z: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
-LIKENESS_MARGIN: Final = 0.01  # the right wiring leads by .06, at 4 % noise by .01
-# Greatest response of a stiff and of a weak taxel, as shares of what its neighbours predict, and of
-# what the simulated dome predicts.
-STIFF_SHARES: Final = (0.12, 0.35)
-WEAK_SHARES: Final = (0.6, 0.7)
+_HOLD_S: Final = 1.0
+_FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
+_BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
+_STIFF: Final = (
+    DEAD_SLOPE,
+    0.35,
+)  # of what its neighbours predict, and of what the dome should feel
+_WEAK: Final = (0.6, 0.7)
 
 
 def places(rows: int, columns: int) -> tuple[Place, ...]:
@@ -57,7 +57,7 @@ def pressed(
     depth_mm: float = DEPTH_MM,
 ) -> Array:
     """Return z - 1, (rows, columns), of a simulated dome pressed so deep, so far off a taxel."""
-    steps = round(HOLD_S * MECHANICS_HZ)
+    steps = round(_HOLD_S * MECHANICS_HZ)
     model = MechanicsModel()
     friction = float(np.mean(model.friction))
     dome = Mechanics(model, (rows, columns), pitch_mm, 1.0 / MECHANICS_HZ, 1, friction)
@@ -72,7 +72,7 @@ def pressed(
 
 def unfelt(change: Array) -> bool:
     """Return whether nothing was pressed, as far as a change (rows, columns) tells."""
-    return float(np.abs(change).mean()) < FELT_Z
+    return float(np.abs(change).mean()) < _FELT
 
 
 def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
@@ -127,7 +127,7 @@ def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, b
     _, rows, columns = seen.shape
     ways_r, ways_c = _orders(rows), _orders(columns)
     right = float((seen * model).sum())
-    best = (right + LIKENESS_MARGIN * len(seen), ("", ""), ways_r[""], ways_c[""], False)
+    best = (right + _BETTER * len(seen), ("", ""), ways_r[""], ways_c[""], False)
     for turned in (False, True) if rows == columns else (False,):
         base = model.transpose(0, 2, 1) if turned else model
         for (name_r, way_r), (name_c, way_c) in product(ways_r.items(), ways_c.items()):
@@ -164,11 +164,12 @@ def _stiff(
     The word says whether they are "stiff" or "weak".
     """
     around = np.array([filler.around(change) for change in changes])
-    by_others, by_model = slope(changes, around), slope(changes, model)
+    by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
+    by_model = (changes * model).sum(axis=0) / np.square(model).sum(axis=0)
     by_model = by_model / np.median(by_model[~bad]) if not bad.all() else by_model
     for row, column in np.argwhere(~bad).tolist():
         others, dome = by_others[row, column], by_model[row, column]
-        for code, limits in (("stiff", STIFF_SHARES), ("weak", WEAK_SHARES)):
+        for code, limits in (("stiff", _STIFF), ("weak", _WEAK)):
             if others < limits[0] and dome < limits[1]:
                 yield (row, column), max(0.0, float(dome)), code
                 break

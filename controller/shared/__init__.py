@@ -1,1 +1,1 @@
-"""What device and host share: protocol, key maps, errors, files, configuration and ports."""
+"""Ground shared by device and host: protocol, key maps, errors, files, configuration, ports."""

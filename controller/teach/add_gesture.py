@@ -37,7 +37,7 @@ def plan(given: SessionPlan, label: str, command: str | None, known: Bundle) -> 
     entry = entry or vocabularies.parse(f'[[gesture]]\nlabel = "{label}"', label, Path()).entries[0]
     old = label in known.labels
     if old and not given.user:
-        raise TeachError(f"{label!r} is known already; --user NAME teaches how somebody does it")
+        raise TeachError(f"{label!r} is known already; --user NAME teaches how one user does it")
     if given.user and not old:
         raise TeachError(f"{label!r} is new, and a new gesture is everybody's; leave out --user")
     if old and command is not None:

@@ -4,6 +4,7 @@ It detects open leads, dead taxels, drift of the baseline with its cause, and to
 end. It only reports; `controller.recognition.images.preprocess` compensates. Pure.
 """
 
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -12,25 +13,25 @@ from numpy.typing import NDArray
 from controller.recognition.images import drift
 from controller.recognition.images.preprocess import Prepared
 from controller.shared.aliases import Mask
-from controller.shared.taxel_measures import taxel_names
 
 Map = NDArray[np.floating]  # (rows, columns)
 
-SENTENCES: Final = 8  # sentences at once
-SENTENCE_LETTERS: Final = 120  # of each
+MOST: Final = 8  # sentences at once
+LETTERS: Final = 120  # of each
 
-CHECK_PERIOD_S: Final = 1.0
-OPEN_LEAD_S: Final = 1.0  # least duration of an open lead; a shorter one is intermittent
-LOSSES: Final = 3  # losses within `LOSSES_S` that are reported, too
-LOSSES_S: Final = 30.0
-UNREADY_LIMIT_S: Final = 10.0
-TOUCH_LIMIT_S: Final = 60.0  # longer than any gesture
+_EVERY_S: Final = 1.0
+_LOST_S: Final = 1.0  # least duration of an open lead; a shorter one is intermittent
+_CRACKLES: Final = 3  # losses within `_CRACKLING_S` that are reported, too
+_CRACKLING_S: Final = 30.0
+_UNREADY_S: Final = 10.0
+_TOUCHED_S: Final = 60.0  # longer than any gesture
 # Least reported drift, ln C / C0. Sound orbs of both presets drift by 1 % in common, by 3 % a taxel
 # (SD), so the mean of a line by 1.3 % against the others.
-COMMON_DRIFT_LOG_C: Final = 0.08
-LINE_DRIFT_LOG_C: Final = 0.12
-FILM_DRIFT_LOG_C: Final = 0.3
-HYSTERESIS_SHARE: Final = 0.7  # a drift stays reported down to this share of its limit
+_COMMON: Final = 0.08
+_LINE: Final = 0.12
+_FILM: Final = 0.3
+_NAMED: Final = 6  # more taxels than that are counted, not listed
+_LESS: Final = 0.7  # a drift stays reported down to this share of its limit
 
 
 class HealthMonitor:
@@ -51,7 +52,7 @@ class HealthMonitor:
         """
         self.found: tuple[str, ...] = ()
         self.due = False
-        self._every = max(1, round(CHECK_PERIOD_S * rate_hz))
+        self._every = max(1, round(_EVERY_S * rate_hz))
         self._rate_hz, self._ratio = rate_hz, ratio
         self._before = before
         self._drifted: set[object] = set()  # reported: "all", (line, index), or taxel index
@@ -88,17 +89,17 @@ class HealthMonitor:
         """
         if self.due:
             lines = [*self._leads(), *self._silent(dead), *self._hands(), *self._drift(rest)]
-            self.found = tuple(line[:SENTENCE_LETTERS] for line in lines[:SENTENCES])
+            self.found = tuple(line[:LETTERS] for line in lines[:MOST])
         return self.found
 
     def _leads(self) -> list[str]:
         assert self._lost_run is not None
-        off = self._lost_run >= OPEN_LEAD_S * self._rate_hz
+        off = self._lost_run >= _LOST_S * self._rate_hz
         if off.any():
             return [f"{taxel_names(off)}: no signal, play goes on without; fasten the lead"]
-        since = self._frame - LOSSES_S * self._rate_hz
+        since = self._frame - _CRACKLING_S * self._rate_hz
         self._losses = [frame for frame in self._losses if frame > since]
-        if len(self._losses) >= LOSSES:
+        if len(self._losses) >= _CRACKLES:
             return ["a lead crackles: it was off and on again several times; fasten leads and plug"]
         return []
 
@@ -110,9 +111,9 @@ class HealthMonitor:
         return [f"{taxel_names(dead)}: no answer to touch, {remedy}"]
 
     def _hands(self) -> list[str]:
-        if not self._ready and self._frame >= UNREADY_LIMIT_S * self._rate_hz:
+        if not self._ready and self._frame >= _UNREADY_S * self._rate_hz:
             return ["no quiet second since the start; take hands and things off the orb"]
-        if self._busy_run >= TOUCH_LIMIT_S * self._rate_hz:
+        if self._busy_run >= _TOUCHED_S * self._rate_hz:
             minutes = self._busy_run / self._rate_hz / 60.0
             return [f"something has touched the orb for {minutes:.0f} min; take it off"]
         return []
@@ -130,19 +131,19 @@ class HealthMonitor:
 
         def drifted(what: object, size: float, limit: float) -> bool:
             """Return whether a drift is reported, with hysteresis, and record it."""
-            far = abs(size) > limit * (HYSTERESIS_SHARE if what in before else 1.0)
+            far = abs(size) > limit * (_LESS if what in before else 1.0)
             if far:
                 self._drifted.add(what)
             return far
 
-        lines = [_air(found.common)] if drifted("all", found.common, COMMON_DRIFT_LOG_C) else []
+        lines = [_air(found.common)] if drifted("all", found.common, _COMMON) else []
         for word, sizes in (("row", found.rows), ("column", found.columns)):
             for i, size in enumerate(sizes.tolist()):
-                if drifted((word, i), size, LINE_DRIFT_LOG_C):
+                if drifted((word, i), size, _LINE):
                     percent = 100 * np.expm1(size)
                     lines.append(f"{word} {i} has drifted by {percent:+.0f} %; look at its lead")
         flat = found.film.ravel()
-        far = np.array([drifted(i, size, FILM_DRIFT_LOG_C) for i, size in enumerate(flat.tolist())])
+        far = np.array([drifted(i, size, _FILM) for i, size in enumerate(flat.tolist())])
         if far.any():
             percent = 100 * np.expm1(np.median(flat[far]))
             where = taxel_names(far.reshape(found.film.shape))
@@ -156,3 +157,25 @@ def _air(common: float) -> str:
     if common < 0.0:
         return f"pressure down {-pressure:.0f} %: pump (or the orb has cooled)"
     return f"pressure up {pressure:.0f} %: let air out (or the orb has warmed)"
+
+
+def taxel_names(mask: NDArray[np.bool_]) -> str:
+    """Return names of the taxels of a mask, (rows, columns): lines, single taxels, or a count."""
+    if mask.all():
+        return "all taxels"
+    for word, lines in (("row", mask), ("column", mask.T)):
+        whole = lines.all(axis=1)
+        if whole.any() and not lines[~whole].any():
+            return f"{word}{'s' * int(whole.sum() > 1)} {_list(np.flatnonzero(whole).tolist())}"
+    places = np.argwhere(mask).tolist()
+    if len(places) == 1:
+        return f"taxel row {places[0][0]}, column {places[0][1]}"
+    if len(places) > _NAMED:
+        return f"{len(places)} of {mask.size} taxels"
+    return f"taxels {_list(f'({row},{column})' for row, column in places)}"
+
+
+def _list(items: Iterable[object]) -> str:
+    """Return "a, b and c"."""
+    *most, last = map(str, items)
+    return f"{', '.join(most)} and {last}" if most else last

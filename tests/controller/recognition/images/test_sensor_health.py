@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Prepared, Preprocessor
-from controller.recognition.images.sensor_health import SENTENCE_LETTERS, SENTENCES, HealthMonitor
+from controller.recognition.images.sensor_health import LETTERS, MOST, HealthMonitor
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 
@@ -75,8 +75,8 @@ def test_sentences_fit_on_the_wire() -> None:
     slow = np.linspace(0.0, 1.0, 1800)[:, None, None]
     far = np.exp(np.random.default_rng(8).normal(-0.5, 0.8, (5, 5)))
     found = session.feel(idle(180.0) * (1.0 + (far - 1.0) * slow))
-    assert 0 < len(found) <= SENTENCES
-    assert max(map(len, found)) <= SENTENCE_LETTERS
+    assert 0 < len(found) <= MOST
+    assert max(map(len, found)) <= LETTERS
     assert all(line.isascii() and line.isprintable() for line in found)
 
 
