@@ -7,7 +7,6 @@ will, down, aside, and through turns with their kicks. The sets of the four turn
 by side in one integer, a block each.
 """
 
-from collections import deque
 from collections.abc import Iterator
 from functools import cache
 from typing import Final, NamedTuple
@@ -262,84 +261,57 @@ def paths(
 
     `DOWN` is one row, as an orb gives it; without `lowers` it is not used.
     """
-    landing = moves.landed(bits, piece)
+    landing, again = moves.landed(bits, piece), piece.kind == "T"
     yield landing, Spin.NONE, (Action.HARD_DROP,)
     known = {(landing.mask, Spin.NONE)}
-    for there, kick, way in _search(bits, piece, kicks, down=1 if lowers else None):
-        landing, spin = moves.landed(bits, there), Spin.NONE
-        if landing == there:
-            spin = moves.spin(bits, there, kick)
-        if (landing.mask, spin) not in known:
-            known.add((landing.mask, spin))
-            yield landing, spin, (*way, Action.HARD_DROP)
+    ways: dict[Piece, tuple[Action, ...]] = {piece: ()}
+    queue = [piece]
+    for here in queue:  # it grows meanwhile
+        for there, action, kick in _neighbours(bits, here, kicks, lowers):
+            if there not in ways:
+                ways[there] = (*ways[here], action)
+                queue.append(there)
+            elif not again:  # only T's spins depend on the way
+                continue
+            landing, spin = moves.landed(bits, there), Spin.NONE
+            if again and landing is there:
+                spin = moves.spin(bits, there, kick)
+            if (landing.mask, spin) not in known:
+                known.add((landing.mask, spin))
+                yield landing, spin, (*ways[here], action, Action.HARD_DROP)
 
 
-def fewest(
-    bits: int, piece: Piece, landing: Piece, *, kicks: Kicks = "srs", runs: bool = False
-) -> int | None:
-    """Return the fewest shifts and turns to a landing, rows down free; None if out of reach.
-
-    With `runs`, a shift as far as it goes, as of a held key, counts as one.
-    """
-    if moves.landed(bits, piece).mask == landing.mask:
-        return 0
-    for down in (None, 0):  # most placements need no row down, which is soon found
-        for there, _, way in _search(bits, piece, kicks, down=down, runs=runs):
-            if moves.landed(bits, there).mask == landing.mask:
-                return sum(action is not Action.DOWN for action in way)
+def fewest(bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs") -> int | None:
+    """Return the fewest shifts and turns to a landing, rows down free; None if out of reach."""
+    for falls in (False, True):  # most landings need no row down, which is soon found
+        known, level, count = {piece}, [piece], 0
+        while level:
+            for here in level:  # it grows meanwhile
+                if moves.landed(bits, here).mask == landing.mask:
+                    return count
+                if falls and not bits & here.below.mask and here.below not in known:
+                    known.add(here.below)
+                    level.append(here.below)
+            near = (there for here in level for there, *_ in _neighbours(bits, here, kicks, False))
+            level = [there for there in dict.fromkeys(near) if there not in known]
+            known.update(level)
+            count += 1
     return None
 
 
-def _search(
-    bits: int, piece: Piece, kicks: Kicks, *, down: int | None, runs: bool = False
-) -> Iterator[tuple[Piece, int | None, tuple[Action, ...]]]:
-    """Yield the positions in reach of a free one, breadth first, with a turn's kick and the inputs.
-
-    A row down costs so many inputs, 0 or 1; None takes none. With `runs`, a shift also goes on as
-    far as it can. T's positions come once for each way into them, since its spins depend on it.
-    """
-    costs, again = {piece: 0}, piece.kind == "T"
-    queue: deque[tuple[Piece, tuple[Action, ...]]] = deque([(piece, ())])
-    while queue:
-        here, way = queue.popleft()
-        for there, action, kick in _neighbours(bits, here, kicks, runs):
-            price = down if action is Action.DOWN else 1
-            if price is None:
-                continue
-            cost = costs[here] + price
-            if cost < costs.get(there, cost + 1):
-                costs[there] = cost
-                further = (*way, action)
-                (queue.append if price else queue.appendleft)((there, further))
-                yield there, kick, further
-            elif again:
-                yield there, kick, (*way, action)
-
-
 def _neighbours(
-    bits: int, here: Piece, kicks: Kicks, runs: bool
+    bits: int, here: Piece, kicks: Kicks, lowers: bool
 ) -> Iterator[tuple[Piece, Action, int | None]]:
     """Yield the positions one input away from a free one, with the input and a turn's kick."""
     if not bits & here.left.mask:
         yield here.left, Action.LEFT, None
-        if runs:
-            yield _shifted_on(bits, here, Action.LEFT), Action.LEFT, None
     if not bits & here.right.mask:
         yield here.right, Action.RIGHT, None
-        if runs:
-            yield _shifted_on(bits, here, Action.RIGHT), Action.RIGHT, None
     if here.kind != "O":
         for at, action in enumerate(_TURNS, moves.TABLES[kicks]):
             for kick, turned in enumerate(here.turned[at]):
                 if not bits & turned.mask:
                     yield turned, action, kick
                     break
-    if not bits & here.below.mask:
+    if lowers and not bits & here.below.mask:
         yield here.below, Action.DOWN, None
-
-
-def _shifted_on(bits: int, piece: Piece, action: Action) -> Piece:
-    """Return a piece shifted as far as it goes."""
-    while not bits & (further := piece.left if action is Action.LEFT else piece.right).mask:
-        piece = further
-    return piece

@@ -76,10 +76,7 @@ class Statistics:
         self._locks: list[_Lock] = []
         self._commands = self._b2b = 0
         self._entered: Piece | None = None
-        self._next_piece()
-
-    def _next_piece(self) -> None:
-        self._inputs, self._ran = 0, False  # the latter: whether a repeat moved the piece
+        self._inputs = 0  # of the piece in play
 
     def update(self, events: Iterable[Event], commands: int = 0) -> None:
         """Take what an update of the game gave, and how many `COMMANDS` the player gave for it.
@@ -88,8 +85,6 @@ class Statistics:
         """
         for event in events:
             match event:
-                case happened.Moved(action=action) if action in _STEPS and not commands:
-                    self._ran = True
                 case (
                     happened.Moved(action=action)
                     | happened.Rotated(action=action)
@@ -103,7 +98,7 @@ class Statistics:
                 case happened.Undone() if self._locks:
                     self._bits = self._locks.pop().bits
                     self._b2b = self._locks[-1].b2b if self._locks else 0
-                    self._next_piece()
+                    self._inputs = 0
                 case happened.Restarted():
                     self._begin()
         self._commands += commands
@@ -134,14 +129,11 @@ class Statistics:
         self._locks.append(_Lock(self._bits, clear.name, clear.combo + 1, self._b2b, faults))
         bits = self._bits | event.piece.mask
         self._bits = without_rows(bits, list(event.rows), self._config.columns)
-        self._next_piece()
+        self._inputs = 0
 
     def _fewest(self, landing: Piece) -> int | None:
-        """Return the inputs that a landing needs; None if they are unknown.
-
-        A player who let a shift repeat could have gone to the wall with any one of them.
-        """
-        entered, kicks = self._entered, self._config.kicks
+        """Return the inputs that a landing needs; None if they are unknown."""
+        entered = self._entered
         if entered is None or entered.kind != landing.kind:
             return None
-        return fewest(self._bits, entered, landing, kicks=kicks, runs=self._ran)
+        return fewest(self._bits, entered, landing, self._config.kicks)

@@ -66,27 +66,6 @@ def test_the_repeats_of_a_held_shift_are_no_inputs() -> None:
     assert statistics.summary(game).faults == 0
 
 
-@pytest.mark.parametrize(
-    ("after", "faults"),
-    [
-        ((), 0),
-        ((RIGHT,), 0),  # to the wall, and a column back
-        ((RIGHT, RIGHT), 2),  # a column left of the entrance is one input
-        ((CW,), 0),
-        ((CW, CW, CW), 2),
-        ((LEFT,), 1),  # a press against the wall
-    ],
-)
-def test_after_a_run_the_fewest_inputs_may_run_too(after: tuple[Action, ...], faults: int) -> None:
-    game, statistics = Game(seed_of("T"), STILL), Statistics(STILL)
-    statistics.update(game.update(0.0))
-    statistics.update(game.update(0.1, [LEFT]), commands=1)
-    statistics.update(game.update(0.2, [LEFT, LEFT]))
-    for action in (*after, DROP):
-        statistics.update(game.update(0.5, [action]), commands=1)
-    assert statistics.summary(game).faults == faults
-
-
 def test_what_was_done_before_holding_was_for_nothing() -> None:
     assert played(seed_of("T"), LEFT, CW, HOLD, DROP).faults == 2
 
