@@ -18,7 +18,6 @@ from controller.shared.bluetooth.bluez import (
     Properties,
     bonded,
 )
-from host.connection import rfcomm
 
 LOOK_S: Final = 30
 PAIR_S: Final = 60.0  # a person compares digits on two screens
@@ -78,20 +77,7 @@ async def pair(
             await bus.call(path, DEVICE, "Pair", timeout_s=PAIR_S)
             tell(f"paired with {name}")
         await bus.set(path, DEVICE, "Trusted", "b", True)
-        local = await bus.get(path_of_adapter, ADAPTER, "Address")
-        await _look_up(device["Address"], local, tell)
         return f"rfcomm://{device['Address']}"
-
-
-async def _look_up(address: str, local: str, tell: Tell) -> None:
-    """Say whether the orb waits for a host."""
-    channel = None
-    try:
-        channel = await asyncio.to_thread(rfcomm.look_up, address, local)
-    except OSError as error:
-        tell(f"it does not say what it offers: {error.strerror or error}")
-    if channel is None:
-        tell("it waits for no host yet; start it there: controller --link rfcomm:")
 
 
 async def _find(

@@ -1,6 +1,7 @@
-"""Connections to rfcomm://ADDRESS[:CHANNEL], also on a Python that was built without Bluetooth.
+"""Connections to rfcomm://ADDRESS, also on a Python that was built without Bluetooth.
 
-Options go behind a question mark: local=ADDRESS (of the adapter to use), connect_timeout=SECONDS.
+An orb's service always has the channel `CHANNEL`. With ?local=ADDRESS the connection uses that
+adapter.
 
 Such Pythons (uv's, conda's, pyenv's without the right headers) still make the socket; only the
 address is beyond them. So Linux's kernel is asked to connect by way of the C library.
@@ -17,21 +18,19 @@ import socket
 import struct
 import sys
 from typing import Final
-from urllib.parse import parse_qsl
 
-from controller.shared.bluetooth.bluez import CHANNEL, SERVICE_UUID
+from controller.shared.bluetooth.bluez import CHANNEL
 from controller.shared.errors import TroubleError
-from host.connection import sdp
 
 CONNECT_S: Final = 10.0  # a device that is off is given up after 5 s by most adapters
 AF_BLUETOOTH: Final = 31  # Linux, include/linux/socket.h; the next from include/net/bluetooth
-L2CAP, RFCOMM = 0, 3
+RFCOMM: Final = 3
 SOL_BLUETOOTH: Final = 274
 BT_SECURITY: Final = 4
 MEDIUM: Final = 2  # encrypted, with a key from pairing
 ADDRESS: Final = re.compile(r"[0-9A-F]{2}(:[0-9A-F]{2}){5}", re.IGNORECASE)
 _URL: Final = re.compile(
-    rf"rfcomm://(?P<address>{ADDRESS.pattern})(:(?P<channel>\d+))?/?(\?(?P<options>.*))?",
+    rf"rfcomm://(?P<address>{ADDRESS.pattern})/?(\?local=(?P<local>{ADDRESS.pattern}))?",
     re.IGNORECASE,
 )
 
@@ -42,64 +41,26 @@ class LinkError(TroubleError, OSError):
 
 def connect(url: str) -> socket.socket:
     """Return an encrypted connection to a paired orb; LinkError if there is none."""
-    address, channel, timeout_s, local = parse(url)
+    address, local = parse(url)
     try:
-        if channel is None:
-            channel = look_up(address, local)
-        if channel is None:
-            raise LinkError(
-                f"{address} answers, but is no orb that waits for a host; start it there: "
-                "controller --link rfcomm:"
-            )
-        return open_channel(address, channel, timeout_s, local)
-    except LinkError:
-        raise
+        return open_channel(address, local)
     except OSError as error:
         raise LinkError(explain(url, address, error)) from error
 
 
-def parse(url: str) -> tuple[str, int | None, float, str]:
-    """Return address, channel (None: to be looked up), seconds to try, and the adapter's address.
-
-    LinkError if the URL is not one of ours.
-    """
+def parse(url: str) -> tuple[str, str]:
+    """Return the addresses of device and adapter ("": any); LinkError if the URL is malformed."""
     match = _URL.fullmatch(url)
-    if match is None or (match["channel"] and not 1 <= int(match["channel"]) <= 30):
+    if match is None:
         raise LinkError(
             f"{url} is no Bluetooth address; write rfcomm://00:11:22:33:44:55, as host pair says "
-            "it; a channel from 1 to 30 may follow"
+            "it; ?local=00:11:22:33:44:55 (the adapter to use) may follow"
         )
-    options = dict(parse_qsl(match["options"] or "", keep_blank_values=True))
-    local, seconds = options.pop("local", ""), options.pop("connect_timeout", str(CONNECT_S))
-    known = not options and re.fullmatch(r"\d+(\.\d+)?", seconds)
-    if not known or (local and not ADDRESS.fullmatch(local)):
-        raise LinkError(
-            f"{url} has an unknown option; write ?local=00:11:22:33:44:55 (the adapter to use), "
-            "connect_timeout=SECONDS or both, with an & between"
-        )
-    channel = int(match["channel"]) if match["channel"] else None
-    return match["address"].upper(), channel, float(seconds), local
+    return match["address"].upper(), match["local"] or ""
 
 
-def look_up(address: str, local: str = "") -> int | None:
-    """Return the channel of a device's orb service, None if it offers none; or raise OSError."""
-    if sys.platform != "linux":
-        return CHANNEL  # other systems let no program ask; ours always takes this one
-    with open_service(address, sdp.PSM, local) as connection:
-        return sdp.channel(connection, SERVICE_UUID)
-
-
-def open_service(address: str, psm: int, local: str = "") -> socket.socket:
-    """Return a connection to an L2CAP service of a device; OSError if there is none."""
-    connection = socket.socket(AF_BLUETOOTH, socket.SOCK_SEQPACKET, L2CAP)
-    own = packed_l2cap(local, 0) if local else b""
-    return connected(connection, packed_l2cap(address, psm), own, sdp.ANSWER_S)
-
-
-def open_channel(
-    address: str, channel: int, timeout_s: float = CONNECT_S, local: str = ""
-) -> socket.socket:
-    """Return an encrypted connection to an RFCOMM channel of a device; OSError if there is none.
+def open_channel(address: str, local: str = "") -> socket.socket:
+    """Return an encrypted connection to the orb service of a device; OSError if there is none.
 
     `local` is the address of the adapter to use; "": whichever the system chooses.
     """
@@ -107,14 +68,14 @@ def open_channel(
         connection = socket.socket(AF_BLUETOOTH, socket.SOCK_STREAM, RFCOMM)
         connection.setsockopt(SOL_BLUETOOTH, BT_SECURITY, bytes([MEDIUM, 0]))
         own = packed(local, 0) if local else b""
-        return connected(connection, packed(address, channel), own, timeout_s)
+        return connected(connection, packed(address, CHANNEL), own)
     family = getattr(socket, "AF_BLUETOOTH", None)
     if family is None:
         raise OSError(errno.EAFNOSUPPORT, "this system's Python has no Bluetooth sockets")
     connection = socket.socket(family, socket.SOCK_STREAM, socket.BTPROTO_RFCOMM)
     try:
-        connection.settimeout(timeout_s)
-        connection.connect((address, channel))
+        connection.settimeout(CONNECT_S)
+        connection.connect((address, CHANNEL))
         connection.setblocking(False)
     except BaseException:
         connection.close()
@@ -124,21 +85,11 @@ def open_channel(
 
 def packed(address: str, channel: int) -> bytes:
     """Return struct sockaddr_rc: family, address backwards, channel, and a byte to align it."""
-    return struct.pack("=H6sBx", AF_BLUETOOTH, _backwards(address), channel)
+    backwards = bytes.fromhex(address.replace(":", ""))[::-1]
+    return struct.pack("=H6sBx", AF_BLUETOOTH, backwards, channel)
 
 
-def packed_l2cap(address: str, psm: int) -> bytes:
-    """Return struct sockaddr_l2: family, PSM, address backwards, channel and kind (0), aligned."""
-    return struct.pack("=H2s6sHBx", AF_BLUETOOTH, struct.pack("<H", psm), _backwards(address), 0, 0)
-
-
-def _backwards(address: str) -> bytes:
-    return bytes.fromhex(address.replace(":", ""))[::-1]
-
-
-def connected(
-    connection: socket.socket, address: bytes, own: bytes = b"", timeout_s: float = CONNECT_S
-) -> socket.socket:
+def connected(connection: socket.socket, address: bytes, own: bytes = b"") -> socket.socket:
     """Return a socket when it has connected to a packed address; close it if it cannot."""
     connection.setblocking(False)
     library = ctypes.CDLL(None, use_errno=True)
@@ -148,7 +99,7 @@ def connected(
         if not bound or library.connect(file, address, len(address)):
             number = ctypes.get_errno()
         if number in (errno.EINPROGRESS, errno.EAGAIN):
-            waited = select.select([], [connection], [], timeout_s)[1]
+            waited = select.select([], [connection], [], CONNECT_S)[1]
             error = connection.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             number = error if waited else errno.ETIMEDOUT
         if number:

@@ -173,7 +173,7 @@ def air() -> None:
     radio = Air(record(), CHANNEL)
     came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
     radio.arrived = came.put
-    sockets = [radio.open_channel(ORB, CHANNEL), came.get(timeout=10.0)]
+    sockets = [radio.open_channel(ORB), came.get(timeout=10.0)]
     cable([each.fileno() for each in sockets])
 
 

@@ -1,6 +1,6 @@
 """A virtual air between two Bluetooth devices, in pure Python: Bumble's controllers and stack.
 
-`Air` is what a kernel and a radio would be: it connects RFCOMM and L2CAP by address, and tells the
+`Air` is what a kernel and a radio would be: it connects RFCOMM by address, and tells the
 orb's side of hosts that came. Bumble's virtual controllers encrypt no classic links: that a link is
 encrypted is shown on a real kernel, in tests/system.
 """
@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from bumble import l2cap, rfcomm
+from bumble import rfcomm
 from bumble.controller import Controller
 from bumble.core import UUID, PhysicalTransport
 from bumble.device import Device, DeviceConfiguration
@@ -43,6 +43,7 @@ class Air:
         """Power both on; `record` is as BlueZ takes it, `channel` the RFCOMM server's."""
         # called on the thread with the orb's end of every RFCOMM connection
         self.arrived: Callable[[socket.socket], None] = socket.socket.close
+        self.channel = channel  # that `open_channel` connects to
         self._connections: dict[str, Any] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop = asyncio.new_event_loop()
@@ -50,21 +51,12 @@ class Air:
         self._thread.start()
         self._do(self._power_on(record, channel))
 
-    def open_channel(
-        self, address: str, channel: int, timeout_s: float = 10.0, local: str = ""
-    ) -> socket.socket:
-        """Connect to an RFCOMM channel, as `host.connection.rfcomm.open_channel` does."""
-        return self._open(socket.SOCK_STREAM, self._open_dlc, address, channel)
-
-    def open_service(self, address: str, psm: int, local: str = "") -> socket.socket:
-        """Connect to an L2CAP service, as `host.connection.rfcomm.open_service` does."""
-        return self._open(socket.SOCK_SEQPACKET, self._open_l2cap, address, psm)
-
-    def _open(self, kind: int, connect: Any, address: str, port: int) -> socket.socket:
-        near, far = socket.socketpair(socket.AF_UNIX, kind)
+    def open_channel(self, address: str, local: str = "") -> socket.socket:
+        """Connect to the RFCOMM channel, as `host.connection.rfcomm.open_channel` does."""
+        near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         near.setblocking(False)
         try:
-            self._do(connect(address, port, far))
+            self._do(self._open_dlc(address, self.channel, far))
         except BaseException:
             near.close()
             far.close()
@@ -115,12 +107,6 @@ class Air:
             self._join(await self._connections["mux"].open_dlc(channel), end)
         except Exception:
             raise OSError(errno.ECONNREFUSED, os.strerror(errno.ECONNREFUSED)) from None
-
-    async def _open_l2cap(self, address: str, psm: int, end: socket.socket) -> None:
-        connection = await self._connected(address)
-        channel = await connection.create_l2cap_channel(l2cap.ClassicChannelSpec(psm=psm))
-        self._pump(end, channel.send_pdu, channel.disconnect)
-        channel.sink = end.send
 
     def _accept(self, dlc: Any) -> None:
         near, far = socket.socketpair()

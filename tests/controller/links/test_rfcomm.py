@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-import serial
 
 from tests.support.fake_device import welcome
 
@@ -18,11 +17,7 @@ from controller.links import open_link, rfcomm
 from controller.links.bluetooth.serial_profile import record
 from controller.links.rfcomm import RfcommLink
 from controller.shared.bluetooth.bluez import CHANNEL, SERVICE_UUID
-from controller.shared.protocol.host_session import HostSession
-from controller.shared.protocol.link_events import Received
 from controller.shared.protocol.messages import Bye, Command, Hello, Message, Perform
-from host.connection import rfcomm as host_rfcomm
-from host.connection import sdp
 from host.connection.receiver import Connected, Delivered, Lost, Receiver
 from host.connection.transport import LinkError, open_transport
 from tests.support.fake_bluez import until
@@ -50,9 +45,9 @@ class Local:
 
     arrived: Callable[[socket.socket], None]  # called with the orb's end of every connection
 
-    def open_channel(self, address: str, channel: int, *_: object) -> socket.socket:
+    def open_channel(self, address: str, local: str = "") -> socket.socket:
         """Connect to the orb's channel."""
-        assert (address, channel) == (ORB, CHANNEL)
+        assert address == ORB
         near, far = socket.socketpair()
         near.setblocking(False)
         self.arrived(far)
@@ -74,7 +69,6 @@ def air() -> Iterator[Any]:
 def wired(air: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     """Put the virtual controllers in the kernel's place."""
     monkeypatch.setattr("host.connection.rfcomm.open_channel", air.open_channel)
-    monkeypatch.setattr("host.connection.rfcomm.open_service", air.open_service)
     monkeypatch.setattr("sys.platform", "linux")
     return air
 
@@ -88,7 +82,6 @@ def link(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Ite
     wire: Any = Local()
     if request.param == "local":
         monkeypatch.setattr("host.connection.rfcomm.open_channel", wire.open_channel)
-        monkeypatch.setattr("host.connection.rfcomm.look_up", lambda address, local: CHANNEL)
     else:
         wire = request.getfixturevalue("wired")
 
@@ -178,51 +171,14 @@ def test_the_record_in_our_xml_says_to_bumble_what_it_should(air: Any) -> None:
     assert protocols[1].value[1].value == CHANNEL
 
 
-def test_bumble_reads_our_question_as_it_is_meant(air: Any) -> None:
-    from bumble.sdp import SDP_PDU, SDP_ServiceSearchAttributeRequest
-
-    request = SDP_PDU.from_bytes(sdp.question(7, SERVICE_UUID))
-    assert isinstance(request, SDP_ServiceSearchAttributeRequest)
-    assert request.transaction_id == 7
-    (service,) = request.service_search_pattern.value
-    assert str(service.value).lower() == SERVICE_UUID
-    (wanted,) = request.attribute_id_list.value
-    assert wanted.value == sdp.PROTOCOLS
-
-
-def test_the_channel_of_a_service_is_found_through_the_air(wired: Any) -> None:
-    assert host_rfcomm.look_up(ORB) == CHANNEL
-
-
-def test_a_service_not_offered_has_no_channel(wired: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    other = "00001108-0000-1000-8000-00805f9b34fb"
-    monkeypatch.setattr(host_rfcomm, "SERVICE_UUID", other)
-    assert host_rfcomm.look_up(ORB) is None
-    with pytest.raises(LinkError, match="answers, but is no orb that waits for a host"):
-        open_transport(f"rfcomm://{ORB}")
-
-
 def test_an_orb_that_is_not_there_is_told_in_one_sentence(wired: Any) -> None:
     with pytest.raises(LinkError, match="00:11:22:33:44:55 does not answer; is the orb on"):
         open_transport("rfcomm://00:11:22:33:44:55")
 
 
-def test_a_channel_where_nobody_listens_is_told_in_one_sentence(wired: Any) -> None:
+def test_a_device_without_the_service_is_told_in_one_sentence(
+    wired: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(wired, "channel", 9)
     with pytest.raises(LinkError, match="refuses the connection; start the orb"):
-        open_transport(f"rfcomm://{ORB}:9")
-
-
-def test_pyserial_opens_the_orb_by_url(link: RfcommLink, monkeypatch: pytest.MonkeyPatch) -> None:
-    packages = ["serial.urlhandler", "host.connection"]
-    monkeypatch.setattr(serial, "protocol_handler_packages", packages)
-    with serial.serial_for_url(f"rfcomm://{ORB}", timeout=0) as port:
-        session = HostSession("the orb", 1, 0)
-
-        def talk() -> list[Received]:
-            port.write(bytes(session.output))
-            session.output.clear()
-            return session.receive(port.read(100), 0)
-
-        assert isinstance(until(talk)[0], Connected)
-    with pytest.raises(serial.SerialException, match="is no Bluetooth address"):
-        serial.serial_for_url("rfcomm://nonsense")
+        open_transport(f"rfcomm://{ORB}")
