@@ -8,7 +8,7 @@ replay's events are the game's, bit for bit.
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 from tetris.bots.greedy import Planner
 from tetris.engine.events import Action, Event, Input
@@ -20,9 +20,6 @@ LAST_SEED: Final = 2**64 - 1
 MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
 HOLDABLE: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _US: Final = 1_000_000
-_COURSE_STEPS: Final = 60
-_COURSE_MOMENTS: Final = 20_000  # of a replay; playing more would make the window wait
-Course = tuple[tuple[float, float], ...]  # (seconds played, a figure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,15 +248,3 @@ def play_bot(
         now_s += action_s
         events += recorder.update(now_s, actions)
     return events
-
-
-def course(replay: Replay, figure: Literal["score", "lines"]) -> Course:
-    """Return points (seconds played, figure), from the start to the end; none of a huge replay."""
-    if len(replay.moments) > _COURSE_MOMENTS:
-        return ()
-    player = Player(replay)
-    points = [(0.0, 0.0)]
-    for step in range(1, _COURSE_STEPS + 1):
-        player.advance(player.start_s + player.duration_s * step / _COURSE_STEPS)
-        points.append((player.game.time_s, float(getattr(player.game, figure))))
-    return tuple(points)

@@ -40,21 +40,12 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
-    """One line of a graph: points from left to right, each (x, y) at 0 or above."""
-
-    label: str
-    points: Sequence[tuple[float, float]]
-
-
-@dataclass(frozen=True, slots=True)
 class Menu:
     """A page: what can be chosen, what is only to be read, and a sentence that matters now."""
 
     title: str
     items: Sequence[Item]
     table: Sequence[Row] = ()  # above the items
-    curves: Sequence[Curve] = ()  # between the table and the items
     notice: str = ""
 
 

@@ -7,7 +7,7 @@ import pygame
 
 from tetris.kit import theme
 from tetris.kit.look import Look
-from tetris.kit.menu import Curve, Item, Menu, Row
+from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.theme import Colour
 
 # All in design units: a window 720 high has as many.
@@ -18,7 +18,6 @@ _BETWEEN: Final = 12  # columns of a table, at least
 _BELOW: Final = 14  # a table
 _FOOT: Final = 94
 _SENTENCE: Final = 22
-_CURVES: Final = 84  # height of a graph
 _MARGIN: Final = 30
 _LETTERS: Final = 30
 _VALUE: Final = 27
@@ -69,10 +68,6 @@ class MenuView:
         foot.bottom = area.bottom
         if menu.table:
             top = self._draw_table(inner, top, menu, foot.height)
-        if menu.curves and foot.top - top >= len(menu.items) * self._high + self._px(_CURVES):
-            graph = pygame.Rect(inner.left, top, inner.width, self._px(_CURVES - 12))
-            self._draw_curves(graph, menu.curves)
-            top += self._px(_CURVES)
         if foot.top - top < 2 * self._high:  # what is chosen matters more than what is said of it
             foot.top = foot.bottom
         room = pygame.Rect(inner.left, top, inner.width, foot.top - top)
@@ -84,8 +79,7 @@ class MenuView:
         self._unit = unit
         title = self._px(_TITLE * 1.15) if menu.title else 0
         table = len(menu.table) * self._row + self._px(_BELOW) if menu.table else 0
-        curves = self._px(_CURVES) if menu.curves else 0
-        return title + table + curves + len(menu.items) * self._high + self._foot(menu)
+        return title + table + len(menu.items) * self._high + self._foot(menu)
 
     @property
     def _high(self) -> int:
@@ -114,31 +108,6 @@ class MenuView:
         for row, line in enumerate(wrapped(sentence, size, foot.width)[:most]):
             picture = theme.fitted(line, size, colour, foot.width)
             self._surface.blit(picture, (foot.left, foot.top + self._px(4) + row * self._line))
-
-    def _draw_curves(self, place: pygame.Rect, curves: Sequence[Curve]) -> None:
-        """Draw lines from a common zero, the first one in front, and their labels above them."""
-        palette, size = self._palette, self._px(_SENTENCE)
-        pygame.draw.rect(self._surface, palette.line, place, 1, border_radius=self._px(6))
-        most_x, most_y = (
-            max(1e-9, *(point[axis] for curve in curves for point in curve.points), 0.0)
-            for axis in (0, 1)
-        )
-        plot = place.inflate(-self._px(16), -self._px(8))
-        left = plot.left
-        for number, curve in enumerate(curves):
-            colour = palette.dim if number else palette.accent
-            label = theme.fitted(curve.label, size, colour, max(1, plot.right - left))
-            self._surface.blit(label, (left, place.top + self._px(4)))
-            left += label.get_width() + self._px(18)
-        plot.top, plot.height = plot.top + self._line, max(1, plot.height - self._line)
-        for number, curve in reversed(tuple(enumerate(curves))):
-            points = [
-                (plot.left + plot.width * x / most_x, plot.bottom - plot.height * y / most_y)
-                for x, y in curve.points
-            ]
-            if len(points) > 1:
-                colour = palette.dim if number else palette.accent
-                pygame.draw.lines(self._surface, colour, False, points, max(1, self._px(2)))
 
     def _px(self, units: float) -> int:
         return round(units * self._unit)

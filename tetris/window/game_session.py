@@ -13,8 +13,8 @@ from tetris.engine.game import Game, Phase
 from tetris.engine.modes import Mode, Pace
 from tetris.engine.pieces import Piece
 from tetris.history.high_scores import Entry, HighScores
-from tetris.history.replay import Player, Recorder, Replay
-from tetris.history.replay_file import SUFFIX, ReplayError, load, save
+from tetris.history.replay import Player, Recorder
+from tetris.history.replay_file import SUFFIX, ReplayError, save
 from tetris.history.stats import COMMANDS, Statistics, Summary
 from tetris.kit.settings import Settings
 
@@ -196,16 +196,6 @@ class Saves:
     def games(self, mode: str) -> tuple[int, int]:
         """Return how many games of a mode ended, and how many of them reached their goal."""
         return self._records.games(mode) if self._records else (0, 0)
-
-    def best_replay(self, mode: str, but: int | None = None) -> Replay | None:
-        """Return the replay of a mode's best game, leaving out one place; None if it is gone."""
-        others = [entry for place, entry in enumerate(self.best(mode), 1) if place != but]
-        if self._folder is None or not others or not others[0].replay:
-            return None
-        try:
-            return load(self._folder / _FOLDER / Path(others[0].replay).name)
-        except ReplayError:
-            return None
 
     @property
     def trouble(self) -> str:

@@ -112,15 +112,14 @@ class ScreenFlow:
     def _over(self, screen: PlayScreen) -> None:
         kept = self._saves.keep(screen.session)
         self._stage.notice = kept.notice
-        replay, mode = screen.session.recorder.replay(), screen.session.mode
+        session = screen.session
         self._stage.push(
             over_screen(
                 self._stage,
                 screen,
                 kept,
-                replays=[replay, self._saves.best_replay(mode.name, kept.place)],
-                again=lambda: self.play(mode),
-                watch=lambda: self._watch(Player(replay)),
+                again=lambda: self.play(session.mode),
+                watch=lambda: self._watch(Player(session.recorder.replay())),
                 leave=lambda: self._stage.home(),
             )
         )

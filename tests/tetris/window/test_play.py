@@ -174,20 +174,6 @@ def test_a_list_of_replays_says_what_is_in_them(player: Player, tmp_path: Path) 
     assert " · " not in (player.menu.menu.items[0].late or str)()
 
 
-def test_the_results_show_the_course_beside_the_best_games(player: Player) -> None:
-    player.play()
-    player.lose()
-    (first,) = player.menu.menu.curves
-    assert first.label == "This game"
-    assert first.points[0] == (0.0, 0.0)
-    assert first.points[-1][1] > 0
-    player.choose("Play again")
-    player.wait(READY_S + 0.1)
-    player.lose()
-    assert [curve.label for curve in player.menu.menu.curves] == ["This game", "Best game"]
-    assert player.menu.menu.curves[1] == replace(first, label="Best game")
-
-
 def watching(player: Player) -> ReplayScreen:
     player.play()
     player.lose()

@@ -8,12 +8,11 @@ from typing import Final
 from tetris.engine.game import Finish
 from tetris.engine.modes import MODES, Mode, Ranking
 from tetris.history.high_scores import Entry
-from tetris.history.replay import Replay, course
 from tetris.history.replay_file import ReplayError, load_head
 from tetris.history.stats import Summary
 from tetris.kit import bindings
 from tetris.kit.language import Words
-from tetris.kit.menu import Curve, Item, Menu, Row
+from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.settings import changed, stepped
 from tetris.kit.stage import Stage
 from tetris.window.game_session import SavedGame, Saves
@@ -210,17 +209,12 @@ def over_screen(
     game: PlayScreen,
     kept: SavedGame,
     *,
-    replays: Sequence[Replay | None],
     again: Do,
     watch: Do,
     leave: Do,
 ) -> MenuScreen:
-    """Return the menu over a game that has ended; the replays are its own and the best game's."""
+    """Return the menu over a game that has ended."""
     session = game.session
-    courses = [
-        course(replay, "score" if session.mode.ranking == "score" else "lines") if replay else ()
-        for replay in replays
-    ]
     summary, result = session.summary, session.game.result
 
     def build() -> Menu:
@@ -235,9 +229,7 @@ def over_screen(
             Item(words("menu.watch"), watch),
             Item(words("menu.leave"), leave),
         )
-        labels = words("over.this_game"), words("over.best_game")
-        curves = [Curve(*each) for each in zip(labels, courses, strict=True) if each[1]]
-        return Menu(words(title), items, table, curves, notice=kept.notice)
+        return Menu(words(title), items, table, notice=kept.notice)
 
     return MenuScreen(stage, build, behind=game, back=leave, quiet_s=_QUIET_S)
 
