@@ -37,10 +37,8 @@ def config_folder() -> Path:
 # -- reading -----------------------------------------------------------------------------------
 
 
-def read_bytes(path: Path, limit_bytes: int, *, cut: bool = False) -> bytes:
+def read_bytes(path: Path, limit_bytes: int) -> bytes:
     """Return the content of a regular file. Pipes and devices are refused: they may never end.
-
-    With `cut`, what is beyond the limit is left out.
 
     Raises:
         OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
@@ -55,9 +53,9 @@ def read_bytes(path: Path, limit_bytes: int, *, cut: bool = False) -> bytes:
             data = file.read(limit_bytes + 1)
     finally:
         os.close(handle)
-    if len(data) > limit_bytes and not cut:
+    if len(data) > limit_bytes:
         raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
-    return data[:limit_bytes]
+    return data
 
 
 # -- writing -----------------------------------------------------------------------------------

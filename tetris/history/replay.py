@@ -58,6 +58,11 @@ class Replay:
     end_us: int  # the time of the last update; not before the last moment
     outcome: Outcome  # how the game stood then
 
+    @property
+    def length_s(self) -> float:
+        """Time from the first moment to the end, pauses included."""
+        return (self.end_us - self.moments[0].time_us) / _US
+
 
 class Recorder:
     """A game that is recorded while it is played: update it in place of the game."""
@@ -153,11 +158,6 @@ class Player:
     def end_s(self) -> float:
         """When it ends."""
         return self.replay.end_us / _US
-
-    @property
-    def duration_s(self) -> float:
-        """Length of the replay, seconds."""
-        return self.end_s - self.start_s
 
     @property
     def time_s(self) -> float:

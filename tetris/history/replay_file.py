@@ -25,7 +25,6 @@ SUFFIX: Final = ".tetris"
 FORM: Final = 1  # of the file, not of the rules
 _TITLE: Final = "tetris-replay"
 _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
-_HEAD_BYTES: Final = 8_000  # in which the first moment stands
 _MOST_NUMBER: Final = 2**64 - 1
 _MOST_INPUTS: Final = 1_000_000  # and as many moments
 _MOST_GAMES: Final = 1_000  # restarts within one replay, and the first game: each is work to play
@@ -63,14 +62,6 @@ class ReplayError(ValueError):
     """A file is no replay that can be played here, or a replay cannot become one."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Head:
-    """The end of a recorded game, and the time from its first input to its end, pauses included."""
-
-    outcome: Outcome
-    length_s: float
-
-
 def save(path: Path, replay: Replay) -> None:
     """Write a replay; a crash leaves the whole file or none.
 
@@ -89,26 +80,6 @@ def load(path: Path) -> Replay:
         raise ReplayError(f"cannot read {path}: {error.strerror or error}") from error
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}") from error
-
-
-def load_head(path: Path) -> Head:
-    """Read what a list of replays shows; the rest of the file is neither read nor checked.
-
-    Raises:
-        ReplayError: The file cannot be read, or begins otherwise than a replay.
-    """
-    try:
-        text = read_bytes(path, _HEAD_BYTES, cut=True).decode("ascii")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ReplayError(f"cannot read {path}: {error}") from error
-    head, mark, body = text.partition("\nmoments ")
-    lines = iter(head[head.find("\noutcome ") + 1 :].split("\n"))
-    outcome = _outcome(_value(lines, "outcome"))
-    end_us = _number(lines, "end", _MOST_US)
-    first = _MOMENT.match(body.partition("\n")[2])
-    if not mark or not first:
-        raise ReplayError("the replay is damaged: it has no moments")
-    return Head(outcome, max(0, end_us - int(first[1])) / 1e6)
 
 
 def encode(replay: Replay) -> bytes:

@@ -8,7 +8,7 @@ from typing import Final
 from tetris.engine.game import Finish
 from tetris.engine.modes import MODES, Mode, Ranking
 from tetris.history.high_scores import Entry
-from tetris.history.replay_file import ReplayError, load_head
+from tetris.history.replay_file import ReplayError, load
 from tetris.history.stats import Summary
 from tetris.kit import bindings
 from tetris.kit.language import Words
@@ -123,12 +123,12 @@ def replays_screen(
     def about(path: Path) -> str:
         _, when, ranking = _named(path, words)
         try:
-            head = load_head(path)
+            replay = load(path)
         except ReplayError:
             return when
-        lines, length = words("replays.lines", lines=head.outcome.lines), clock(head.length_s)[:-3]
-        figure = f"{head.outcome.score:,}" if ranking == "score" else lines
-        return " · ".join((figure, length, when[5:]))
+        score, lines = replay.outcome.score, replay.outcome.lines
+        figure = f"{score:,}" if ranking == "score" else words("replays.lines", lines=lines)
+        return " · ".join((figure, clock(replay.length_s)[:-3], when[5:]))
 
     def item(path: Path) -> Item:
         title, when, _ = _named(path, words)

@@ -74,7 +74,7 @@ class ReplayScreen(MenuScreen):
 
     def _page(self) -> Menu:
         words, player = self._stage.look.words, self._player
-        here_s, whole_s = player.time_s - player.start_s, player.duration_s
+        here_s, whole_s = player.time_s - player.start_s, player.replay.length_s
         items = [
             Item(words("replays.stop" if self._playing else "replays.play"), self._toggle),
             Item(
@@ -142,7 +142,8 @@ class ReplayScreen(MenuScreen):
         track = self._track(area, unit)
         radius = track.height // 2
         pygame.draw.rect(surface, palette.track, track, border_radius=radius)
-        share = (player.time_s - player.start_s) / player.duration_s if player.duration_s else 1.0
+        length_s = player.replay.length_s
+        share = (player.time_s - player.start_s) / length_s if length_s else 1.0
         filled = track.copy()
         filled.width = round(track.width * share)
         pygame.draw.rect(surface, palette.accent, filled, border_radius=radius)
@@ -162,7 +163,7 @@ class ReplayScreen(MenuScreen):
         dragged = event.type == pygame.MOUSEMOTION and event.buttons[0]
         if (pressed or dragged) and near.collidepoint(event.pos):
             share = (event.pos[0] - track.left) / track.width
-            self._player.seek(self._player.start_s + share * self._player.duration_s)
+            self._player.seek(self._player.start_s + share * self._player.replay.length_s)
             self._game_view = None
         else:
             super().mouse(event, time_s)
