@@ -43,8 +43,9 @@ hold = { key = "ctrl", mode = "toggle" }
 right = { key = "right", mode = "repeat" }
 drop = "space"
 left = { key = "shift+a" }
+rotate_cw = { text = "Orb! Orb! Orb! Orb! Orb! Orb! Orb!" }
 """
-STROKES: Final = ("hold down", "tap hold", "hold right", "tap drop", "tap left")
+STROKES: Final = ("hold down", "tap hold", "hold right", "tap drop", "tap left", "tap rotate_cw")
 
 
 class Board(Protocol):

@@ -31,6 +31,7 @@ MAP = parse(
                 "left": "left",
                 "down": {"key": "down", "mode": "hold"},
                 "right": {"key": "right", "mode": "repeat"},
+                "drop": {"text": "Hello"},
             },
             "desk": {"left": "pageup"},
         },
@@ -165,10 +166,11 @@ def test_what_comes_with_the_arming_is_dropped_if_the_watchdog_had_to_start() ->
     assert bench.tick(said("left")) == ["+left"]
 
 
-def test_repeat_does_not_go_on_after_the_program_stood_still() -> None:
+@pytest.mark.parametrize("name", ["drop", "right"])
+def test_text_and_repeat_do_not_go_on_after_the_program_stood_still(name: str) -> None:
     bench = Bench()
     bench.arm()
-    bench.tick(said("right"), State(("right",)))
+    bench.tick(said(name), State((name,)))
     while bench.target.keys.down:
         bench.tick(felt("press"))
     bench.now_s += 0.3

@@ -24,6 +24,7 @@ MAP = parse(
                 "hold": {"key": "shift", "mode": "toggle"},
                 "rotate_cw": {"key": "alt", "mode": "toggle"},
                 "rotate_ccw": "f4",
+                "say": {"text": "Ab"},
                 "desk": {"key": "meta+d", "mode": "hold"},
             },
             "desk": {"left": "pageup", "pause": {"profile": "game"}},
@@ -160,6 +161,22 @@ def test_commands_snapshots_and_time_press_keys(line: str, made: str) -> None:
     assert told(armed(), line) == made
 
 
+def test_text_is_typed_letter_by_letter_with_nothing_else_down() -> None:
+    pressed = armed()
+    pressed.command("hold", 0.0)
+    pressed.command("say", 0.1)
+    for tick in range(10):
+        pressed.tick(0.1 + tick / 50)
+    assert strokes(pressed) == "+shift -shift +shift +a -a -shift +b -b"
+
+
+def test_command_while_a_text_is_typed_is_dropped_and_told() -> None:
+    pressed = armed()
+    pressed.command("say", 0.0)
+    pressed.command("left", 0.01)
+    assert pressed.notes[-1] == "left was dropped: a text is being typed"
+
+
 def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:
     pressed = armed()
     pressed.command("rotate_cw", 1.0)
@@ -231,7 +248,8 @@ class AnyMoment(RuleBasedStateMachine):
         before = set(self.down)
         self.pressed.state(held, self.now_s)
         self.follow()
-        assert self.down <= before | {"space"}  # by time alone, after an earlier command
+        repeated = {"space"} | {"shift", "a", "b"}  # by time alone, after an earlier command
+        assert self.down <= before | repeated
 
     @rule(passed_s=st.sampled_from((0.001, 0.02, 0.06, 0.3, 5.0)))
     def time(self, passed_s: float) -> None:
