@@ -10,7 +10,6 @@ COMMANDS: Final = {  # name: function that runs it, and purpose
     "recordings": ("recordings:main", "recover, check and import recordings"),
     "install": ("install:main", "take a bundle into use, or list those of this device"),
     "calibrate": ("calibrate:main", "measure the untouched sensor and keep the result"),
-    "sensors": ("sensors:main", "list the sensors, or try one"),
     "doctor": ("doctor:main", "check computer, wiring, sensor and link"),
     "pair": ("pair:main", "pair with a host over Bluetooth"),
 }

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from contextlib import closing
 from datetime import UTC, datetime
 
-from controller.cli.sensor_options import add_sensor, load_skin
+from controller.cli.sensor_options import add_sensor
 from controller.diagnostics.calibration import keep
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
 from controller.diagnostics.skin_checks import CALIBRATION_S
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
+from controller.sensors.geometry import SensorError
 from controller.shared.arguments import Parser
 
 
@@ -26,7 +27,12 @@ def main(argv: Sequence[str]) -> int:
             there = calibration_store.forget(sensor.device_id)
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
         return 0
-    with closing(load_skin(options.sensor)) as sensor:
+    with closing(sensors.load(options.sensor)) as sensor:
+        if not sensor.signal.ratio:
+            raise SensorError(
+                f"{sensor.device_id} is no skin in pF that a touch lowers, and needs no "
+                "calibration; run: controller doctor"
+            )
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)

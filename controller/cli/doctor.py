@@ -1,21 +1,23 @@
-"""`controller doctor`: look at everything, and say in a table what is wrong and what to do."""
+"""`controller doctor`: check computer, wiring, sensor and link; print a table with advice."""
 
 import argparse
 import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from controller.bundles import bundle as bundles
-from controller.cli.sensor_options import add_sensor, load_skin
-from controller.diagnostics import measurements, system_checks, wiring_checks
+from controller.cli.sensor_options import add_sensor
+from controller.diagnostics import measurements, sensor_trial, system_checks, wiring_checks
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.recognition.images.scale import PICOFARAD
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import RATE_HZ, SensorError
@@ -24,13 +26,17 @@ from controller.shared.arguments import Parser
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
 BLUETOOTH: Final = ("rfcomm:", "hid:")  # links over Bluetooth
+REST_S: Final = 6.0  # of a trial, then
+TOUCHED_S: Final = 12.0
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
     options = _parser().parse_args(argv)
     sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
-    rows = list(examine(options.sensor, options.link))
+    if options.out is not None and options.out.exists():
+        raise SensorError(f"{options.out} is there already; name another file with --out")
+    rows = list(examine(options.sensor, options.link, options.out))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))
@@ -43,7 +49,9 @@ def _parser() -> argparse.ArgumentParser:
     grammar = Parser(
         prog="controller doctor",
         description="Look at computer, wiring, skin and link, and say what is wrong and what to "
-        "do. Exit status 0: sound; 1: faults found.",
+        "do. A sensor of another kind than the orb's skin is read at rest, then while every taxel "
+        "is touched: rate, range, rest, sign and noise, and which taxels move. Exit status 0: "
+        "sound; 1: faults found.",
         epilog="Try it without hardware: controller doctor --sensor virtual:fault=open_row:1",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
@@ -52,11 +60,18 @@ def _parser() -> argparse.ArgumentParser:
     add("--json", action="store_true", help="print one JSON object in place of the table")
     text = "a link that is opened and closed; of rfcomm: and hid: Bluetooth is looked at"
     add("--link", metavar="URL", help=text)
+    text = "write the description of a sensor of another kind, with what was found"
+    add("--out", metavar="FILE", type=Path, help=text)
     return grammar
 
 
-def examine(spec: str = "virtual", url: str | None = None) -> Iterator[Row]:
-    """Yield all rows on a sensor, NAME:KEY=VALUE,..., and a link; SensorError if there is none."""
+def examine(
+    spec: str = "virtual", url: str | None = None, out: Path | None = None
+) -> Iterator[Row]:
+    """Yield all rows on a sensor, NAME:KEY=VALUE,..., and a link; SensorError if there is none.
+
+    The description of a sensor that has one is written to `out`.
+    """
     yield system_checks.runtime(bundles.default_path())
     yield system_checks.disk(files.state_folder())
     if url is not None and url.startswith(BLUETOOTH):
@@ -66,7 +81,7 @@ def examine(spec: str = "virtual", url: str | None = None) -> Iterator[Row]:
     elif url is not None:
         yield system_checks.link(url)
     try:
-        sensor = load_skin(spec)
+        sensor = sensors.load(spec)
     except SensorError as error:
         if spec.partition(":")[0] != REAL:
             raise
@@ -74,7 +89,12 @@ def examine(spec: str = "virtual", url: str | None = None) -> Iterator[Row]:
         yield from _board_alone(spec)
         return
     with closing(sensor):
-        yield from sensor_rows(sensor)
+        if out is None and sensor.signal.ratio:
+            yield from sensor_rows(sensor)
+        elif out is not None and sensor.description is None:
+            raise SensorError(f"--out is for sensors with a description; {spec} has none")
+        else:
+            yield from _trial_rows(FrameReader(sensor), out)
 
 
 def _board_alone(spec: str) -> Iterator[Row]:
@@ -90,6 +110,32 @@ def _board_alone(spec: str) -> Iterator[Row]:
         return  # the sensor cannot be opened, which another row reports
     with closing(board):
         yield from wiring_checks.judge(measurements.measure(board), bundles.SLOW_HZ)
+
+
+def _trial_rows(watch: FrameReader, out: Path | None) -> Iterator[Row]:
+    """Yield what any sensor does at rest and under touches; write its description to `out`."""
+    sensor, known = watch.sensor, watch.sensor.description
+    say(f"hands off the sensor for {REST_S:g} seconds ...")
+    rest = watch.frames(REST_S)
+    say(f"now touch every taxel firmly, one after the other, for {TOUCHED_S:g} seconds ...")
+    rate_hz = known.rate_hz if known is not None and known.rate_hz else sensor.rate_hz
+    unit = sensor.signal.unit
+    trial = sensor_trial.examine(rest, watch.frames(TOUCHED_S), rate_hz, unit)
+    yield from trial.rows
+    if out is None or known is None:
+        return
+    if trial.sign is None:
+        say("no description is written, as no touch was seen (docs/sensors.md)")
+        return
+    unit = "counts" if trial.at_zero and unit == PICOFARAD else unit
+    seen = replace(known, unit=unit, sign=trial.sign, scale=trial.scale)
+    files.atomic_write(out, seen.text().encode())
+    say(f"written: {out}")
+
+
+def say(line: str) -> None:
+    """Print a message: to standard error, because results go to standard output."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def _find_hand(watch: FrameReader) -> Finger | None:

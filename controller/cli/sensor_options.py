@@ -4,8 +4,6 @@ import argparse
 import math
 
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor
-from controller.sensors.geometry import SensorError
 
 
 def add_sensor(grammar: argparse.ArgumentParser, purpose: str) -> None:
@@ -17,18 +15,6 @@ def add_sensor(grammar: argparse.ArgumentParser, purpose: str) -> None:
         "what hangs on which pin: docs/sensors.md, docs/hardware.md (default: virtual)"
     )
     add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual", help=text)
-
-
-def load_skin(spec: str) -> Sensor:
-    """Return the sensor; SensorError if it does not read as the orb's skin does."""
-    sensor = sensors.load(spec)
-    if not sensor.signal.ratio:
-        sensor.close()
-        raise SensorError(
-            f"{sensor.device_id} is no skin in pF that a touch lowers, and needs no calibration; "
-            "run: controller sensors"
-        )
-    return sensor
 
 
 def rate(words: str) -> float:

@@ -41,7 +41,7 @@ class Options(SensorOptions):
 def create(options: Options, rate_hz: float | None = None) -> "Lines":
     """Return the sensor after a first frame, or raise SensorError; SensorAwayError if none comes.
 
-    Without a description the grid is found out: `controller sensors lines --out FILE` makes one.
+    Without a description the grid is found out: `controller doctor --out FILE` writes one.
     """
     known = Description() if options.port and options.wiring is None else None
     grid = options.rows, options.columns

@@ -32,14 +32,6 @@ def names(kind: str) -> list[str]:
     return sorted({entry.name for entry in _entries(kind)})
 
 
-def packages(kind: str) -> dict[str, str]:
-    """Return the name and the package of all parts of a kind in other packages.
-
-    None is imported: a part that fails, or waits, must not keep the others from being listed.
-    """
-    return {entry.name: f"{entry.dist.name} {entry.dist.version}" for entry in _entries(kind)}
-
-
 def _entries(kind: str) -> Any:
     from importlib.metadata import entry_points  # slow, and seldom needed
 

@@ -12,7 +12,7 @@ from controller.__main__ import main
 from controller.cli import COMMANDS, load
 
 DEMO = "assets/demo.npz"
-PRINTING = ("doctor", f"recordings {DEMO}", "install", "sensors")
+PRINTING = ("doctor", f"recordings {DEMO}", "install")
 posix = pytest.mark.skipif(os.name != "posix", reason="no such signals, devices and permissions")
 
 

@@ -55,8 +55,8 @@ ROWS = {
     ("teach", "--bundle"): Row("teach --out %/out --add wave --bundle @"),
     ("teach", "--sensor emulated:"): Row("teach --out %/out --sensor emulated:wiring=@"),
     ("doctor", "--sensor emulated:"): Row("doctor --sensor emulated:wiring=@", kinds=SLOW),
-    ("sensors", "lines:"): Row("sensors lines:wiring=@"),
-    ("sensors", "--out"): Row("sensors virtual --out @"),
+    ("doctor", "lines:"): Row("doctor --sensor lines:wiring=@"),
+    ("doctor", "--out"): Row("doctor --out @"),
     ("install", "bundle"): Row("install @"),
     ("recordings", "paths"): Row("recordings @", prints=True),
     ("recordings import", "sources"): Row(

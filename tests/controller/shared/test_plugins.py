@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,8 +13,8 @@ import pygame
 import pytest
 
 from controller import links
-from controller.__main__ import main
-from controller.cli import sensors as sensors_command
+from controller.cli import doctor
+from controller.diagnostics.frame_source import FrameReader
 from controller.sensors import base as sensors
 from controller.sensors.geometry import SensorError
 from controller.shared import plugins
@@ -46,23 +47,24 @@ def drum(installed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("drum")
-def test_the_template_s_sensor_is_listed_and_read(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sensors"]) == 0
-    assert "drum          Of the package own-sensor " in capsys.readouterr().out
+def test_the_template_s_sensor_is_read() -> None:
     sensor = sensors.load("drum:strength=300", 10.0)
     assert (sensor.rate_hz, sensor.signal.unit, sensor.signal.sign) == (10.0, "counts", 1)
     assert sensor.read(6.1).max() == 300.0
 
 
 @pytest.mark.usefixtures("drum")
-def test_the_template_s_sensor_can_be_tried(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_template_s_sensor_can_be_tried(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     now = [0.0]
 
     def sleep(seconds: float) -> None:
         now[0] += seconds
 
-    words = ["drum"]
-    assert sensors_command.main(words, clock=lambda: now[0], sleep=sleep) == 0
+    read = partial(FrameReader, clock=lambda: now[0], sleep=sleep)
+    monkeypatch.setattr(doctor, "FrameReader", read)
+    doctor.main(["--sensor", "drum"])
     printed = capsys.readouterr().out
     assert re.search("rest +good +0 counts, about zero", printed)
     assert re.search("touch +good +the reading rises", printed)
@@ -138,16 +140,6 @@ def test_a_part_that_ends_or_paints_is_answered_in_a_line(
     with pytest.raises(plugins.PluginError) as told:
         sensors.load("rude")
     assert str(told.value) == (r"cannot import rude_part, sensors 'rude': \x1b[2Jgone\n")
-
-
-def test_parts_are_listed_without_being_imported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    package(tmp_path, "sensors", "slow", "raise AssertionError('imported')")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    importlib.invalidate_caches()
-    assert main(["sensors"]) == 0
-    assert "slow          Of the package slow-part 1.0.\n" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("words", ["--version", "--help", "--sensor virtual --link zzz:1"])

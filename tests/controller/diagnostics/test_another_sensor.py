@@ -1,16 +1,17 @@
-"""`controller sensors`: the list, and a trial of a board on a pty, whose description is written."""
+"""`controller doctor` on a board on a pty, whose description is written."""
 
 import os
 import re
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from controller.__main__ import main
-from controller.cli import sensors
-from controller.sensors import base
+from controller.cli import doctor
+from controller.diagnostics.frame_source import FrameReader
 from controller.sensors.hardware.description import read
 from controller.shared import ports
 
@@ -19,13 +20,6 @@ if sys.platform == "win32":
 
 import pty
 import tty
-
-
-def test_every_sensor_is_listed_with_its_purpose(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sensors"]) == 0
-    listed = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in listed] == base.names()
-    assert all(len(line.split()) > 3 for line in listed)
 
 
 class Toucher:
@@ -71,18 +65,19 @@ def test_a_trial_finds_what_a_board_does_and_writes_it(
     board = Toucher(monkeypatch)
     first, made = tmp_path / "first.toml", tmp_path / "made.toml"
     first.write_text(f'port = "{board.port}"\nrows = 2\ncolumns = 3\nrate_hz = 50\n')
-    words = [f"lines:wiring={first}", "--out", str(made)]
-    assert sensors.main(words, clock=lambda: board.now_s, sleep=board.sleep) == 0
+    read_frames = partial(FrameReader, clock=lambda: board.now_s, sleep=board.sleep)
+    monkeypatch.setattr(doctor, "FrameReader", read_frames)
+    doctor.main(["--sensor", f"lines:wiring={first}", "--out", str(made)])
     board.close()
     printed = capsys.readouterr().out
     for line in (
-        "rate    good      50 frames a second",
-        "rest    good      .* counts, about zero",
-        "noise   good      (0.9|1)[.0-9]* counts",
-        "touch   good      the reading rises; scale [0-9]+ counts",
-        r"taxels  doubtful  5 of 6 move; still are \(1,2\)",
-        "row 0   good      # # #",
-        r"row 1   good      # # \.",
+        "rate +good +50 frames a second",
+        "rest +good +.* counts, about zero",
+        "noise +good +(0.9|1)[.0-9]* counts",
+        "touch +good +the reading rises; scale [0-9]+ counts",
+        r"taxels +doubtful +5 of 6 move; still are \(1,2\)",
+        "row 0 +good +# # #",
+        r"row 1 +good +# # \.",
     ):
         assert re.search(line, printed), line
     found = read(made, "lines")
@@ -96,14 +91,12 @@ def test_no_file_is_replaced_and_an_orb_needs_no_description(
 ) -> None:
     there = tmp_path / "there.toml"
     there.write_text("mine")
-    assert main(["sensors", "virtual", "--out", str(there)]) == 2
+    assert main(["doctor", "--out", str(there)]) == 2
     assert "is there already" in capsys.readouterr().err
     other = tmp_path / "other.toml"
-    assert main(["sensors", "virtual", "--out", str(other)]) == 2
+    assert main(["doctor", "--out", str(other)]) == 2
     printed = capsys.readouterr()
     assert printed.err == "controller: --out is for sensors with a description; virtual has none\n"
-    assert main(["sensors", "virtual"]) == 0
-    assert "25 of 25 move" in capsys.readouterr().out
     assert (there.read_text(), other.exists()) == ("mine", False)
 
 
@@ -115,4 +108,4 @@ def test_calibration_of_the_orb_s_skin_is_refused_to_other_sensors(
     mine.write_text(f'port = "{board.port}"\nrows = 2\ncolumns = 3\nrate_hz = 50\n')
     assert main(["calibrate", "--sensor", f"lines:wiring={mine}"]) == 2
     board.close()
-    assert "needs no calibration; run: controller sensors" in capsys.readouterr().err
+    assert "needs no calibration; run: controller doctor" in capsys.readouterr().err
