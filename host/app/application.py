@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -45,7 +46,6 @@ from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder
 from tetris.kit.language import Words
 from tetris.kit.menu import Item
-from tetris.kit.settings import changed
 from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, HostWindow, Start
 from tetris.window.screens.play_screen import PlayScreen
@@ -142,7 +142,7 @@ class OrbApp(Target):
 
     @fullscreen.setter
     def fullscreen(self, wanted: bool) -> None:
-        self.stage.change(changed(self.stage.settings, fullscreen=wanted))
+        self.stage.change(replace(self.stage.settings, fullscreen=wanted))
 
     def send(self, message: Message) -> None:
         """Send a message to the orb with the next ones."""

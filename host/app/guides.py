@@ -1,7 +1,7 @@
 """Ways to introduction, teaching and demo: items of the title page, and the first start."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from host.app.screen import Orb
 from host.app.screens.learn import LearnScreen
@@ -9,7 +9,6 @@ from host.app.screens.teach.page import Course
 from host.app.screens.teach.screen import TeachScreen
 from host.app.screens.watch import TakeOver, WatchScreen
 from tetris.kit.menu import Item
-from tetris.kit.settings import changed
 from tetris.kit.stage import Stage
 
 
@@ -51,5 +50,5 @@ class Guides:
     def offer(self, stage: Stage) -> None:
         """Ask at the first start whether to show the introduction."""
         if not stage.settings.introduced:
-            stage.change(changed(stage.settings, introduced=True))
+            stage.change(replace(stage.settings, introduced=True))
             self.learn(stage, ask=True)

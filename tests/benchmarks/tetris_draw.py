@@ -53,7 +53,7 @@ os._exit(0)
 def frames_ms(theme: str, size: tuple[int, int]) -> list[float]:
     """Return the time of each frame of one game in which something changed, milliseconds."""
     surface = pygame.display.set_mode(size)
-    look = Look.chosen(Settings(theme=theme, patterns=theme == "safe", language="en"))
+    look = Look(Settings(theme=theme, patterns=theme == "safe", language="en"))
     view, game = GameView(surface.get_rect(), look=look), Game(5, Config(start_level=5))
     took_ms: list[float] = []
     next_s = 0.0

@@ -21,6 +21,8 @@ from typing import Final
 
 os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
 
+from dataclasses import replace
+
 import pygame
 from matplotlib.figure import Figure
 from PIL import Image
@@ -33,7 +35,6 @@ from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.window_loop import window
 from tests.system.gif import GifFile
-from tetris.kit.settings import changed
 from tetris.kit.theme import DARK
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
@@ -75,7 +76,7 @@ class Camera:
         self._receiver.start()
         self._surface = window(headless=True, size=FILM)
         self.app = OrbApp(Start(), sound=False)
-        self.app.stage.change(changed(self.app.stage.settings, language="en"))
+        self.app.stage.change(replace(self.app.stage.settings, language="en"))
         self.app.orbs = Shelf(self._receiver)
         self._pointer = (FILM[0] * 0.6, FILM[1] * 0.9)
         self.film: deque[bytes] = deque()

@@ -14,9 +14,11 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"
+
+from dataclasses import replace
 
 import pygame
 
@@ -29,7 +31,6 @@ from host.app.pairing_run import PairingRun
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
-from tetris.kit.settings import changed
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 
@@ -93,7 +94,8 @@ class Album:
         self, size: tuple[int, int], theme: str, language: str, orb: Sequence[Received]
     ) -> None:
         self._surface = window_loop.window(headless=True, size=size)
-        self._look, self._orb = {"theme": theme, "language": language, "introduced": True}, orb
+        self._look: dict[str, Any] = {"theme": theme, "language": language, "introduced": True}
+        self._orb = orb
         self._described = [
             item
             for item in orb
@@ -122,7 +124,7 @@ class Album:
     def _at(self, way: Way) -> OrbApp | None:
         """Return a fresh application at a page; None if the way closes it."""
         app = OrbApp(Start(), sound=False)
-        app.stage.change(changed(app.stage.settings, **self._look))
+        app.stage.change(replace(app.stage.settings, **self._look))
         app.orbs = Shelf(self._unused)
         self._now_s = 0.0
         self._pass(app, self._orb)

@@ -1,34 +1,23 @@
-"""Look of the window: the chosen theme and language, and what is shown."""
+"""Look of the window: the chosen theme and language, and the settings of what is shown."""
 
-from dataclasses import dataclass, field
+from typing import Final
 
 from tetris.kit import language
-from tetris.kit.language import Words
 from tetris.kit.settings import Settings
-from tetris.kit.theme import DARK, PALETTES, Palette
+from tetris.kit.theme import PALETTES
+
+_PLAIN: Final = Settings(language=language.FALLBACK)
 
 
-@dataclass(frozen=True, eq=False)
 class Look:
-    """Palette and words that every picture is drawn with, and what is shown."""
+    """Palette and words that every picture is drawn with, and the settings that chose them."""
 
-    palette: Palette = DARK
-    words: Words = field(default_factory=lambda: language.load(language.FALLBACK))
-    patterns: bool = False
-    motion: bool = True
-    ghost: bool = True
-    grid: bool = True
-    scale: float = 1.0  # of letters beside the board
+    def __init__(self, settings: Settings = _PLAIN) -> None:
+        self.settings = settings
+        self.palette = PALETTES[settings.theme]
+        self.words = language.load(settings.language or language.of_system())
 
-    @classmethod
-    def chosen(cls, settings: Settings) -> "Look":
-        """Return the look that the settings ask for; an unknown theme is the first."""
-        return cls(
-            PALETTES.get(settings.theme, DARK),
-            language.load(settings.language or language.of_system()),
-            patterns=settings.patterns,
-            motion=settings.motion,
-            ghost=settings.ghost,
-            grid=settings.grid,
-            scale=settings.scale / 100,
-        )
+    @property
+    def scale(self) -> float:
+        """Size of letters beside the board, 1.0 the one that suits the cells."""
+        return self.settings.scale / 100

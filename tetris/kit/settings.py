@@ -15,8 +15,9 @@ from typing import Any, Final
 import tomli_w
 
 from tetris import files
-from tetris.kit import bindings
+from tetris.kit import bindings, language
 from tetris.kit.bindings import Names
+from tetris.kit.theme import PALETTES
 
 FILE_NAME: Final = "tetris.toml"
 
@@ -34,7 +35,7 @@ class Settings:
     initial: str = "tap"  # which turns and holds act on a piece as it enters: `CHOICES`
     guard_ms: int = 0  # after a lock, in which a hard drop is ignored
     drop_guard: bool = False  # a hard drop is ignored while a direction is held
-    theme: str = "dark"  # a name in `tetris.kit.theme.PALETTES`
+    theme: str = "dark"
     patterns: bool = False  # each piece has a mark of its own
     motion: bool = True  # things move that need not
     ghost: bool = True
@@ -66,15 +67,21 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
 """Of each number the least, the most, and the step with which a menu changes it."""
 
 CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {"initial": ("off", "tap", "hold")}  # none; those pressed while no piece is in play; all held
+    {
+        "initial": ("off", "tap", "hold"),  # those pressed while no piece is in play; all held
+        "theme": tuple(PALETTES),
+        "language": ("", *language.names()),
+    }
 )
 
-_SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
+SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "play": ("mode", "orb_mode", "level", "introduced"),
     "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard"),
-    "screen": ("theme", "patterns", "motion", "ghost", "grid", "fullscreen", "scale", "language"),
+    "screen": ("theme", "patterns", "motion", "ghost", "grid", "scale", "fullscreen", "language"),
     "sound": ("effects", "clicks", "tones"),
 }
+"""Names of settings by the part of the file that they stand in."""
+
 _BINDINGS: Final = ("keys", "pads")
 _MOST_BYTES: Final = 64 << 10
 _MOST_DOTS: Final = 100  # of a line: tomllib takes time and memory quadratic in those of a key
@@ -106,7 +113,7 @@ def parse(words: str) -> Settings:
     read = tomllib.loads(words)
     given: dict[str, Any] = {}
     usual = Settings()
-    for section, names in _SECTIONS.items():
+    for section, names in SECTIONS.items():
         values = read.get(section)
         if not isinstance(values, dict):
             continue
@@ -144,7 +151,7 @@ def format_toml(settings: Settings) -> str:
     """Write settings as `load` reads them."""
     tables: dict[str, dict[str, Any]] = {
         section: {name: getattr(settings, name) for name in names}
-        for section, names in _SECTIONS.items()
+        for section, names in SECTIONS.items()
     }
     for section in _BINDINGS:
         bound: Names = getattr(settings, section)
@@ -152,17 +159,14 @@ def format_toml(settings: Settings) -> str:
     return tomli_w.dumps(tables)
 
 
-def changed(settings: Settings, **values: Any) -> Settings:
-    """Return settings with other values, by their names."""
-    return replace(settings, **values)
-
-
 def stepped(settings: Settings, name: str, direction: int) -> Settings:
     """Return settings with one value changed by a step; numbers stay in their limits."""
     value = getattr(settings, name)
     if names := CHOICES.get(name):
-        return changed(settings, **{name: names[(names.index(value) + direction) % len(names)]})
-    if isinstance(value, bool):
-        return changed(settings, **{name: not value})
-    least, most, step = LIMITS[name]
-    return changed(settings, **{name: max(least, min(most, value + direction * step))})
+        value = names[(names.index(value) + direction) % len(names)]
+    elif isinstance(value, bool):
+        value = not value
+    else:
+        least, most, step = LIMITS[name]
+        value = max(least, min(most, value + direction * step))
+    return replace(settings, **{name: value})

@@ -12,7 +12,7 @@ from tetris.kit.keys import Code
 from tetris.kit.look import Look
 from tetris.kit.menu import OF_ACTION, Item, MenuStep
 from tetris.kit.pads import Pads
-from tetris.kit.settings import Settings
+from tetris.kit.settings import SECTIONS, Settings
 from tetris.kit.sounds import Sounds
 
 Action = Any  # a member of the application's enum of actions
@@ -82,7 +82,7 @@ class Stage:
     def __init__(self, settings: Settings, folder: Path | None, area: pygame.Rect) -> None:
         """Begin without a screen; settings are kept in the folder, if there is one."""
         self.settings = settings
-        self.look = Look.chosen(settings)
+        self.look = Look(settings)
         self.sounds = Sounds()
         self.sounds.set_volumes(settings)
         self.pads = Pads()
@@ -134,16 +134,10 @@ class Stage:
         if self._folder is not None:
             self.notice = settings_file.save(self._folder / settings_file.FILE_NAME, settings)
         self.sounds.set_volumes(settings)
-        if _seen(before) != _seen(settings):
-            self.look = Look.chosen(settings)
+        if any(getattr(before, name) != getattr(settings, name) for name in SECTIONS["screen"]):
+            self.look = Look(settings)
             self._refresh()
 
     def _refresh(self) -> None:
         for screen in self._screens:
             screen.refresh()
-
-
-def _seen(settings: Settings) -> list[object]:
-    """Return what a change of shows."""
-    names = ("theme", "patterns", "motion", "ghost", "grid", "language", "scale")
-    return [getattr(settings, name) for name in names]

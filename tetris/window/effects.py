@@ -66,7 +66,7 @@ class Effects:
         for event in events:
             if isinstance(event, happened.Restarted):
                 self.clear()
-            elif self._look.motion:
+            elif self._look.settings.motion:
                 if isinstance(event, happened.Locked) and event.rows:
                     self._alive.append(_Burst(event, layout, rows, self._look))
                 if event.time_s == self._lit_s or event.time_s >= self._lit_s + _APART_S:
@@ -273,7 +273,7 @@ class Callouts:
         if self._picture is None:
             self._picture = self._draw_words(layout)
         sunk = 0.0
-        if self._look.motion:
+        if self._look.settings.motion:
             age = age_s / _LASTS_S
             self._picture.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
             sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell

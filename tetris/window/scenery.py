@@ -199,7 +199,7 @@ def _draw_well(scenery: pygame.Surface, well: pygame.Rect, layout: Layout, look:
     outer = well.inflate(2 * frame, 2 * frame)
     pygame.draw.rect(scenery, palette.line, outer, border_radius=cell // 5)
     scenery.fill(palette.well, well)
-    if not look.grid:
+    if not look.settings.grid:
         return
     for x in range(1, layout.columns):
         scenery.fill(palette.grid, (well.left + x * cell, well.top, 1, well.height))

@@ -29,7 +29,7 @@ def colours(palette: Palette) -> dict[str, Colour]:
 @lru_cache(maxsize=4)
 def tiles_of(look: Look) -> "Tiles":
     """Return the blocks of a look, the same ones each time."""
-    return Tiles(look.palette, patterns=look.patterns)
+    return Tiles(look.palette, patterns=look.settings.patterns)
 
 
 class Tiles:

@@ -229,7 +229,7 @@ class GameView:
         ]
         piece = game.piece
         if game.in_play or game.phase is Phase.OVER:
-            fall = piece.y - game.ghost_y if game.in_play and self._look.ghost else 0
+            fall = piece.y - game.ghost_y if game.in_play and self._look.settings.ghost else 0
             shade = tiles.ghost(piece.kind, cell)
             blits += [(shade, at(x, y - fall)) for x, y in piece.cells if fall and y - fall < top]
             if hint and game.in_play:

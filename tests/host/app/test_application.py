@@ -1,5 +1,6 @@
 """The application: the game's screens steered by an orb, and the dome docked beside them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pygame
@@ -11,7 +12,6 @@ from host.connection.receiver import Connected, Delivered, Lost
 from host.ui.layout import Dock
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
 from tetris.engine.game import Phase
-from tetris.kit.settings import changed
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
 
@@ -112,7 +112,7 @@ def test_the_mode_played_with_an_orb_is_kept_apart(tmp_path: Path) -> None:
 @pytest.mark.parametrize("motion", [True, False])
 def test_the_dome_answers_a_lock_unless_nothing_is_to_move(motion: bool) -> None:
     window = Window(Start("zen", 1))
-    window.app.stage.change(changed(window.app.stage.settings, motion=motion))
+    window.app.stage.change(replace(window.app.stage.settings, motion=motion))
     window.pass_s(READY_S)
     assert window.app.orb.rim.level(window.now_s) == 0.0
     window.pass_s(0.1, said("drop"))

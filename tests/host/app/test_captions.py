@@ -1,5 +1,7 @@
 """Captions have room: no page cuts a word in the smallest window, in any language."""
 
+from dataclasses import replace
+
 import pygame
 import pytest
 
@@ -9,7 +11,6 @@ from tests.support.pytest_types import Patch
 from tests.support.teaching_window import WELCOME, FakeOrb, Window
 from tests.system.pictures import Album
 from tetris.kit import language, theme
-from tetris.kit.settings import changed
 from tetris.kit.theme import Colour
 
 pytestmark = [pytest.mark.slow]
@@ -48,7 +49,7 @@ def test_no_caption_is_cut_where_symmetries_are_asked(name: str, cut: list[str])
         window.touch()
     window.choose("Next")
     stage = window.app.stage
-    stage.change(changed(stage.settings, language=name))
+    stage.change(replace(stage.settings, language=name))
     cut.clear()
     for _ in range(4):  # the values of all answers
         for item in window.menu.items:

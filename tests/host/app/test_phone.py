@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from host.phone import PhoneError
 from tests.support.app_window import FELT, WELCOME, Window
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import until
-from tetris.kit.settings import changed
 
 ONE_FINGER = "[[4, 0.5, 0, 0, 0.5]]"
 
@@ -124,7 +124,7 @@ def test_fingers_are_lifted_while_the_link_to_the_orb_is_lost(window: Window) ->
 def test_the_phone_speaks_the_language_of_the_window(window: Window) -> None:
     take(window, "127.0.0.1")
     stage = window.app.stage
-    stage.change(changed(stage.settings, language="fr"))
+    stage.change(replace(stage.settings, language="fr"))
     window.pass_s(0.1, FELT)
     window.contacts()
     with tab_of(window) as tab:

@@ -10,7 +10,6 @@ from host.actions import ACTIONS
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, playing, said
 from tetris.engine.game import Phase
-from tetris.kit.settings import changed
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import RESUME_S
 
@@ -169,7 +168,7 @@ def test_control_turns_before_the_key_that_follows_it_acts() -> None:
 def test_control_that_moves_the_piece_moves_it_at_once() -> None:
     window = Window()
     settings = window.app.stage.settings
-    window.app.stage.change(changed(settings, keys={"left": ("lctrl",)}))
+    window.app.stage.change(replace(settings, keys={"left": ("lctrl",)}))
     window.app.game.play()
     window.pass_s(READY_S)
     x = window.game.piece.x

@@ -45,7 +45,7 @@ def test_every_word_that_the_window_asks_for_is_there() -> None:
     asked = set(literal_keys())
     assert len(asked) > 40
     asked |= {f"modes.{mode}.{part}" for mode in MODES for part in ("title", "text")}
-    asked |= {f"themes.{name}" for name in PALETTES}
+    asked |= {f"settings.theme_{name}" for name in PALETTES}
     asked |= {f"actions.{action}" for action in bindings.ACTIONS}
     asked |= {f"actions.{action.value}" for action in Action}
     assert asked - set(language.table("en")) == set()

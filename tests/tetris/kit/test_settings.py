@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tetris.kit import settings as file
-from tetris.kit.settings import LIMITS, Settings, parse, stepped
+from tetris.kit.settings import CHOICES, LIMITS, Settings, parse, stepped
 
 
 def test_round_trip() -> None:
@@ -28,7 +28,7 @@ def test_round_trip() -> None:
     st.builds(
         Settings,
         mode=st.text(st.characters(codec="utf-8"), max_size=9),
-        theme=st.text(st.characters(codec="utf-8"), max_size=9),
+        theme=st.sampled_from(CHOICES["theme"]),
         das_ms=st.integers(0, 500),
         motion=st.booleans(),
         effects=st.integers(0, 100),
@@ -50,6 +50,7 @@ def test_an_empty_file_is_everything_as_it_comes() -> None:
         "[handling]\ndas_ms = true",
         '[handling]\ndas_ms = "fast"',
         "[screen]\ntheme = 7",
+        '[screen]\ntheme = "dawn"\nlanguage = "xx"',
         "handling = 3",
         "keys = 3",
         "[keys]\nleft = 3",

@@ -18,8 +18,8 @@ from tetris.window.scenery import Layout
 from tetris.window.view import GameView, clock, figures_of
 
 AREA = pygame.Rect(0, 0, 1280, 720)
-STILL = Look.chosen(Settings(motion=False, language="en"))
-MOVING = Look.chosen(Settings(language="en"))
+STILL = Look(Settings(motion=False, language="en"))
+MOVING = Look(Settings(language="en"))
 
 
 def drop(board: str, piece: Piece) -> tuple[Game, list[Event]]:
@@ -132,7 +132,7 @@ def test_a_lock_is_praised_greatest_first() -> None:
 
 
 def test_every_name_of_a_clear_is_in_the_language_file() -> None:
-    german = Look.chosen(Settings(language="de"))
+    german = Look(Settings(language="de"))
     _, _, lock = cleared(QUAD, Piece("I", 7, 10, 1))
     assert praise(lock, german)[0][0] == "TETRIS"
     _, _, lock = cleared("J.........\nJJJJJJJJ..\nJJJJJJJJ..", Piece("O", 8, 10))

@@ -78,7 +78,7 @@ def test_the_end_of_a_game_is_said_on_the_board(view: GameView) -> None:
 
 @pytest.mark.parametrize("name", ["dark", "safe"])
 def test_drawing_what_changed_gives_the_picture_that_drawing_all_of_it_gives(name: str) -> None:
-    look = Look.chosen(Settings(theme=name))
+    look = Look(Settings(theme=name))
     view, game = GameView(pygame.Rect(0, 0, 640, 480), look=look), Game(5, Config(start_level=5))
     kept, whole, plan = pygame.Surface((640, 480)), pygame.Surface((640, 480)), greedy.plan(game)
     actions, saved = list(plan.actions), 0

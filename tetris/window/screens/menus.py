@@ -1,9 +1,10 @@
 """The first page and the lists that it leads to, and the menus over a game that pauses or ends."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from tetris.engine.game import Finish
 from tetris.engine.modes import MODES, Mode, Ranking
@@ -13,7 +14,7 @@ from tetris.history.stats import Summary
 from tetris.kit import bindings
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu, Row
-from tetris.kit.settings import changed, stepped
+from tetris.kit.settings import stepped
 from tetris.kit.stage import Stage
 from tetris.window.game_session import SavedGame, Saves
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
@@ -39,8 +40,8 @@ def title_screen(
     def turn_mode(step: int) -> None:
         names = list(MODES)
         place = names.index(chosen_mode(stage).name) + step
-        chosen = {stage.mode_setting: names[place % len(names)]}
-        stage.change(changed(stage.settings, **chosen))
+        chosen: dict[str, Any] = {stage.mode_setting: names[place % len(names)]}
+        stage.change(replace(stage.settings, **chosen))
 
     def turn_level(step: int) -> None:
         stage.change(stepped(stage.settings, "level", step))

@@ -1,27 +1,23 @@
 """Pages of settings: what can be chosen, and the keys and pad buttons that are bound."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 from tetris.kit import bindings, language
 from tetris.kit.bindings import Names
 from tetris.kit.keys import Code
 from tetris.kit.menu import Item, Menu, MenuStep
-from tetris.kit.settings import CHOICES, LIMITS, Settings, changed, stepped
+from tetris.kit.settings import CHOICES, LIMITS, SECTIONS, Settings, stepped
 from tetris.kit.stage import Stage
-from tetris.kit.theme import PALETTES
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 
-_UNITS: Final = {
-    "das_ms": "settings.ms",
-    "arr_ms": "settings.ms",
-    "guard_ms": "settings.ms",
+_WORDING: Final = {  # of numbers
+    **dict.fromkeys(("das_ms", "arr_ms", "guard_ms"), "settings.ms"),
+    **dict.fromkeys(("scale", *SECTIONS["sound"]), "settings.percent"),
     "soft_drop": "settings.times",
 }
-_HANDLING: Final = ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard")
-_SOUND: Final = ("effects", "clicks", "tones")
-_SCREEN: Final = ("theme", "patterns", "motion", "ghost", "grid", "scale", "fullscreen")
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
 
@@ -39,43 +35,17 @@ def open_settings(stage: Stage, attract: AttractMode | None = None) -> None:
 
     def build() -> Menu:
         items = (
-            show("settings.handling", _HANDLING),
+            show("settings.handling", SECTIONS["handling"]),
             bind("keys"),
             bind("pads", _pads(stage)),
-            show("settings.screen", _SCREEN),
-            show("settings.sound", _SOUND),
-            language_item(stage),
+            show("settings.screen", SECTIONS["screen"][:-1]),
+            show("settings.sound", SECTIONS["sound"]),
+            _item(stage, "language"),
             back_item(stage),
         )
         return Menu(stage.look.words("settings.title"), items, notice=stage.notice)
 
     stage.push(MenuScreen(stage, build, attract=attract))
-
-
-def _theme_item(stage: Stage) -> Item:
-    words, names = stage.look.words, list(PALETTES)
-    place = names.index(stage.settings.theme) if stage.settings.theme in names else 0
-
-    def turn(step: int) -> None:
-        stage.change(changed(stage.settings, theme=names[(place + step) % len(names)]))
-
-    present, hint = words(f"themes.{names[place]}"), words("settings.theme_hint")
-    return Item(words("settings.theme"), value=present, step=turn, hint=hint)
-
-
-def language_item(stage: Stage) -> Item:
-    """The language, each named in itself."""
-    names = ["", *language.names()]
-    chosen = stage.settings.language
-    present = names.index(chosen) if chosen in names else 0
-
-    def turn(step: int) -> None:
-        stage.change(changed(stage.settings, language=names[(present + step) % len(names)]))
-
-    name = names[present]
-    own = language.load(name or language.of_system())("language")
-    value = own if name else stage.look.words("settings.language_auto", name=own)
-    return Item(stage.look.words("settings.language"), value=value, step=turn)
 
 
 def back_item(stage: Stage) -> Item:
@@ -88,11 +58,14 @@ def _page(stage: Stage, title: str, names: Sequence[str]) -> Menu:
 
     def reset() -> None:
         usual = Settings()
-        stage.change(changed(stage.settings, **{name: getattr(usual, name) for name in names}))
+        stage.change(replace(stage.settings, **{name: getattr(usual, name) for name in names}))
 
-    items = [_theme_item(stage) if name == "theme" else _item(stage, name) for name in names]
     afresh = Item(words("settings.reset"), reset, hint=words("settings.reset_hint"))
-    return Menu(words(title), (*items, afresh, back_item(stage)), notice=stage.notice)
+    return Menu(
+        words(title),
+        (*(_item(stage, name) for name in names), afresh, back_item(stage)),
+        notice=stage.notice,
+    )
 
 
 def _item(stage: Stage, name: str) -> Item:
@@ -101,18 +74,18 @@ def _item(stage: Stage, name: str) -> Item:
     def step(direction: int) -> None:
         stage.change(stepped(stage.settings, name, direction))
 
-    share = None
-    if name in CHOICES:
+    if name == "language":
+        own = language.load(value or language.of_system())("language")
+        written = own if value else words("settings.language_auto", name=own)
+    elif name in CHOICES:
         written = words(f"settings.{name}_{value}")
     elif isinstance(value, bool):
         written = words("menu.on" if value else "menu.off")
-    elif name in _SOUND or name == "scale":
-        written = words("settings.percent", value=value)
-        share = value / LIMITS[name][1] if name in _SOUND else None
     elif name == "arr_ms" and value == 0:
         written = words("settings.at_once")
     else:
-        written = words(_UNITS[name], value=value)
+        written = words(_WORDING[name], value=value)
+    share = value / LIMITS[name][1] if name in SECTIONS["sound"] else None
     hint = words(f"settings.{name}_hint")
     return Item(words(f"settings.{name}"), value=written, step=step, share=share, hint=hint)
 
@@ -163,7 +136,8 @@ class BindingScreen(MenuScreen):
         return names
 
     def _set(self, names: Names) -> None:
-        self._stage.change(changed(self._stage.settings, **{self._kind: names}))
+        chosen: dict[str, Any] = {self._kind: names}
+        self._stage.change(replace(self._stage.settings, **chosen))
 
     def _stop(self) -> None:
         self._waiting, self._until_s = "", None

@@ -24,6 +24,7 @@ from host.ui.panel.panel_layout import HEIGHT, WIDTH
 from host.ui.pointer_input import DomeArea
 from tetris.kit import language, theme
 from tetris.kit.look import Look
+from tetris.kit.settings import Settings
 from tetris.kit.theme import PALETTES
 from tetris.window.screen_flow import Start
 
@@ -192,7 +193,7 @@ def test_the_newest_command_is_said_and_its_gesture_highlighted_until_they_fade(
     panel.place(RECT, DomeArea())
     calm = drawn(view, surface)
     view.command(Command("left", "press", 0.9, None, 1), 10.0)
-    panel.draw(surface, view, 10.5, Look(words=language.load("de")))
+    panel.draw(surface, view, 10.5, Look(Settings(language="de")))
     assert panel._caption(view, 10.5)[0] == "drücken → links"
     row = panel.layout.rows[0]
     assert surface.subsurface(row).get_at((row.width // 2, 0)) != calm.get_at(row.midtop)
@@ -269,13 +270,13 @@ def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> Non
     view, panel = live_view(), Panel()
     panel.place(RECT, DomeArea())
     light = PALETTES["light"]
-    panel.draw(surface, view, 1.0, Look(light, words=language.load("fr")))
+    panel.draw(surface, view, 1.0, Look(Settings(theme="light", language="fr")))
     assert surface.get_at((1, 1))[:3] == light.background
     assert (
         surface.get_at((panel.layout.card.centerx, panel.layout.card.top + 4))[:3] == light.surface
     )
     french = surface.copy()
-    panel.draw(surface, view, 1.0, Look(light))
+    panel.draw(surface, view, 1.0, Look(Settings(theme="light", language="en")))
     assert pygame.image.tobytes(french, "RGB") != pygame.image.tobytes(surface, "RGB")
 
 
