@@ -7,8 +7,8 @@ import numpy as np
 from controller.diagnostics import skin_checks, touch_checks
 from controller.diagnostics.frame_source import Finger, FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty
-from controller.recognition.images.dead_taxels import without_lead
 from controller.shared.aliases import Frames, Mask
+from controller.shared.taxel_measures import without_lead
 
 
 def skin_rows(

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from controller.diagnostics.report import Row, Verdict
 from controller.recognition.images.scale import FIRM
-from controller.recognition.images.sensor_health import taxel_names
 from controller.shared.aliases import Frames
+from controller.shared.taxel_measures import taxel_names
 
 # Times a taxel's own noise from which it is touched. At rest the greatest of 20,000 values of a
 # virtual orb is at 5.4, that of 10^6 Gaussian ones at 4.9; a finger on it is at 24 or more.

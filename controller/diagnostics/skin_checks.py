@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition.images import drift
-from controller.recognition.images.dead_taxels import MOST, TaxelInterpolator, without_lead
+from controller.recognition.images.dead_taxels import TaxelInterpolator
 from controller.recognition.images.frames import Frame, PreprocessSettings
 from controller.recognition.images.preprocess import Prepared, Preprocessor
-from controller.recognition.images.sensor_health import taxel_names
-from controller.recordings.quality import taxels
-from controller.recordings.recording import PICOFARAD
+from controller.recognition.images.scale import PICOFARAD
+from controller.shared import taxel_measures
 from controller.shared.aliases import Frames, Mask
+from controller.shared.taxel_measures import DEAD_TAXELS_SHARE, taxel_names, without_lead
 
 IDLE_S: Final = 6.0  # so long nothing should touch
 CALIBRATION_S: Final = 10.0  # paper, section 4.1
@@ -97,33 +97,22 @@ def hold_s(idle: Frames, rate_hz: float) -> float:
 
 
 def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
-    """Return what frames at rest and frames under presses, if any, say of single taxels.
-
-    Those of which is known that they are of no use, `bad`, are left out; what is found is added.
-    """
+    """Judge single taxels by frames at rest and under presses; `bad` is skipped and extended."""
     frames = np.concatenate([idle, touched])
     level = idle.mean(axis=0)
     change = (frames / np.where(level > 0.01, level, np.inf) - 1.0).astype(np.float32)
     change[:, level <= 0.01] = 0.0
-    response = taxels.Response(
-        change,
-        np.abs(change).mean(axis=(1, 2), dtype=np.float64),
-        known=np.ones(len(frames), dtype=np.bool_),
-        touched=np.arange(len(frames)) >= len(idle),
-    )
+    at_rest = np.arange(len(frames)) < len(idle)
     rows = []
-    for one in taxels.examine(frames, PICOFARAD, response):
-        if one.kind == "dead" or not (one.mask & ~bad).any():
-            continue  # the presses that the doctor asks for tell better what feels nothing
-        name, _, found = one.text.partition(": ")
+    stuck = taxel_measures.stuck(frames)
+    for one in taxel_measures.faults(frames, PICOFARAD, stuck, change, at_rest):
+        if not (one.mask & ~bad).any():
+            continue
         verdict = Verdict.DOUBTFUL if one.kind == "noisy" else Verdict.FAULT
         code = _CODE.get(one.kind, one.kind)
-        rows.append(Row(name, verdict, found, _ADVICE[one.kind], code))
+        rows.append(Row(taxel_names(one.mask), verdict, one.text, _ADVICE[one.kind], code))
         bad |= one.mask if one.useless else False
     return rows
-
-
-# --- calibration ----------------------------------------------------------------------------------
 
 
 def calibrate(
@@ -145,7 +134,7 @@ def calibrate(
         return [_touched("something moved on it")], None, 0.0
     rest, idle = frames.mean(axis=0), steps[-1].idle
     lost = without_lead(rest)
-    if not (rest > 0.0).any() or lost.mean() > MOST:
+    if not (rest > 0.0).any() or lost.mean() > DEAD_TAXELS_SHARE:
         words = "no taxel reads anything" if lost.all() else f"{taxel_names(lost)}: no signal"
         return [Row("rest", Verdict.FAULT, words, "Run: controller doctor", "leads")], None, 0.0
     known = last if last is not None and last.shape == rest.shape and last.min() > 0.0 else None

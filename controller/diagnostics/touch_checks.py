@@ -13,8 +13,9 @@ from typing import Final
 import numpy as np
 
 from controller.diagnostics.report import Row, Verdict, fault
-from controller.recognition.images.dead_taxels import DEAD_SLOPE, TaxelInterpolator
+from controller.recognition.images.dead_taxels import TaxelInterpolator
 from controller.shared.aliases import Array, Mask
+from controller.shared.taxel_measures import DEAD_SLOPE, response_slope
 from controller.simulator.dome.mechanics import Mechanics, MechanicsModel
 from controller.simulator.hand.performance import MECHANICS_HZ
 
@@ -164,9 +165,8 @@ def _stiff(
     The word says whether they are "stiff" or "weak".
     """
     around = np.array([filler.around(change) for change in changes])
-    by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
-    by_model = (changes * model).sum(axis=0) / np.square(model).sum(axis=0)
-    by_model = by_model / np.median(by_model[~bad]) if not bad.all() else by_model
+    by_others, by_model = response_slope(changes, around), response_slope(changes, model)
+    by_model = by_model / np.nanmedian(by_model[~bad]) if not bad.all() else by_model
     for row, column in np.argwhere(~bad).tolist():
         others, dome = by_others[row, column], by_model[row, column]
         for code, limits in (("stiff", _STIFF), ("weak", _WEAK)):

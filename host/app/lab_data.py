@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from controller.shared.protocol.codec import image_from_bytes
 from controller.shared.protocol.messages import Telemetry, Welcome
+from controller.shared.taxel_measures import noise, noisy
 
 Array = NDArray[np.float32]
 
@@ -14,25 +15,8 @@ SECONDS: Final = 10.0
 FRAMES: Final = 1024  # at most, whatever the rate
 NOISE_FRAMES: Final = 60  # the newest ones, for the noise
 JUDGED: Final = 20
-STEP: Final = 0.005  # of an image in telemetry
-NOISY: Final = 4.0  # times the median noise
-_DEAD: Final = 0.15  # of the median swing of all taxels, once there was a firm touch
-_FIRM: Final = 0.03  # median swing of a touch that judges
-
-
-def noise(images: Array) -> Array:
-    """Return each taxel's standard deviation about its slow change; images are (n, rows, columns).
-
-    Half the median squared difference of successive images, so that a drift counts little.
-    """
-    if len(images) < 2:
-        return np.zeros(images.shape[1:], np.float32)
-    return np.asarray(np.sqrt(np.mean(np.diff(images, axis=0) ** 2, axis=0) / 2), np.float32)
-
-
-def noisy(level: Array) -> NDArray[np.bool_]:
-    """Return which taxels are noisy, from the noise of all, (rows, columns)."""
-    return np.asarray(level > NOISY * max(float(np.median(level)), STEP / 2))
+IMAGE_STEP: Final = 0.005  # of an image in telemetry
+NOISE_RATIO: Final = 4.0  # of a noisy taxel to the median one, with touches among the frames
 
 
 class LabData:
@@ -99,18 +83,15 @@ class LabData:
 
 
 class Quality:
-    """Noise of each taxel, and which are noisy or dead; from recent images (n, rows, columns).
+    """Noise of each taxel, from recent images (n, rows, columns).
 
     Attributes:
         level: Noise of each taxel, (rows, columns), of z.
         usual: The median of all.
-        noisy, dead: Marked taxels, (rows, columns). Nothing is dead before a firm touch.
+        noisy: Marked taxels, (rows, columns).
     """
 
     def __init__(self, images: Array) -> None:
         self.level = noise(images[-NOISE_FRAMES:])
         self.usual = float(np.median(self.level))
-        self.noisy = noisy(self.level)
-        swing = np.ptp(images, axis=0) if len(images) else np.zeros_like(self.level)
-        usual = float(np.median(swing))
-        self.dead = np.asarray((usual > _FIRM) & (swing < _DEAD * usual))
+        self.noisy = noisy(self.level, NOISE_RATIO, IMAGE_STEP / 2)

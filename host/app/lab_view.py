@@ -82,8 +82,8 @@ def taxels(
     for row, column in np.ndindex(rows, columns):
         left, top = round(area.left + column * wide), round(area.top + row * high)
         cell = pygame.Rect(left, top, round(wide) - pen.px(_GAP), round(high) - pen.px(_GAP))
-        mark = bool(quality.dead[row, column]), bool(quality.noisy[row, column])
-        _cell(pen, cell, ages_s, images[:, row, column] / (2 * full) + 0.5, mark, words)
+        heights = images[:, row, column] / (2 * full) + 0.5
+        _cell(pen, cell, ages_s, heights, bool(quality.noisy[row, column]), words)
 
 
 def _cell(
@@ -91,19 +91,18 @@ def _cell(
     cell: pygame.Rect,
     ages_s: NDArray[np.float64],
     heights: NDArray[np.floating],
-    mark: tuple[bool, bool],
+    loud: bool,
     words: Words,
 ) -> None:
-    """Draw the trace of a taxel; `mark` says whether it is dead, and noisy."""
+    """Draw the trace of a taxel; a `loud` one is marked as noisy."""
     palette = pen.palette
-    dead, loud = mark
-    colour = palette.bad if dead else palette.warn if loud else palette.cool
+    colour = palette.warn if loud else palette.cool
     pygame.draw.rect(pen.surface, palette.surface, cell, border_radius=pen.px(4))
     pygame.draw.line(pen.surface, palette.line, cell.midleft, (cell.right - 1, cell.centery))
     pen.trace(cell, ages_s, heights, colour)
-    if dead or loud:
+    if loud:
         pygame.draw.rect(pen.surface, colour, cell, pen.px(1), border_radius=pen.px(4))
-        label = pen.words(words("lab.dead" if dead else "lab.noisy"), colour, cell.width)
+        label = pen.words(words("lab.noisy"), colour, cell.width)
         pen.surface.blit(label, label.get_rect(midbottom=cell.midbottom))
 
 

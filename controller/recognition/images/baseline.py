@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.images import drift
-from controller.recognition.images.dead_taxels import NO_LEAD
 from controller.recognition.images.frames import Frame, Image, PreprocessSettings, z_image
 from controller.recognition.images.local_touch import LocalGate
 from controller.recognition.images.rebaseline import Rebaseline, difference, still_frames
 from controller.recognition.images.scale import FIRM
 from controller.shared.aliases import Reading, State
+from controller.shared.taxel_measures import LEAD_SHARE
 
 # Fewer frames do not show the noise of a sensor at rest.
 _LEAST: Final = 6
@@ -158,7 +158,7 @@ class BaselineTracker:
         """
         rest = self.image
         assert rest is not None
-        level = NO_LEAD * drift.mean_of(rest)
+        level = LEAD_SHARE * drift.mean_of(rest)
         back = lost & (values > level)
         rest[back] = self._recent[back] = values[back]
         return np.where(lost, rest, values)

@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.images.drift import mean_of
 from controller.shared.aliases import Change, Mask
-
-# A taxel below this share of the others' baseline has an open lead: it reads about 1 of 41 pF, and
-# a pressed taxel never so little.
-NO_LEAD: Final = 0.2
+from controller.shared.taxel_measures import DEAD_TAXELS_SHARE, responses
 
 # Least error on simulated touches among lengths of 1 to 2 taxels and floors of 0 to 1: 45 % of the
 # change for single taxels, 35 % for inner electrodes, 55 % at the rim.
@@ -23,51 +20,18 @@ SMOOTH: Final = 1.3  # taxels
 FLOOR: Final = 0.3  # of the variance is common to all taxels: the dome moves as a whole
 NOISE: Final = 0.2  # of the variance
 
-# A touch that lay on a taxel: its place is fitted to the other taxels nearby. In 4 simulated
-# sessions of each kind and both presets (presses, clicks, fingers on the rim, squeezes, pinches,
-# twists, up to five fingers) sound taxels answered with .2 to 1.7 of what the fit says, in 5 of
-# 4,200 cases with less; dead ones with -.3 to .21.
-WIDTH: Final = 1.1  # standard deviation of a finger's dent, taxels
-OFFSET: Final = 0.05  # of its height: the dome around it rises
-FIT: Final = 0.87  # least correlation of a touch with the dent, its noise aside
-NEAR: Final = 1.1  # taxels from the place of a touch to a taxel that it lay on
 ALIVE: Final = 0.3  # least response of a sound taxel
 MODEL: Final = 0.12  # standard deviation of a response, of what the fit says, without noise
 SURE: Final = 3.0  # standard deviations between a dead taxel's mean response and `ALIVE`
 MOST_SURE: Final = 2.9  # the same after one touch: it is never enough
 OPPOSITE: Final = -0.1  # least response of a dead taxel; below, the touch has another form
 DOUBT: Final = 1.5  # standard deviations of a response below `OPPOSITE` that are noise
-FIRM: Final = 0.1  # least mean change of the strongest taxel, z: what is left of a touch is less
-HALF: Final = 0.55  # least expected change, of the strongest taxel's
-CLEAR: Final = 3.0  # least expected change, in standard deviations of the noise
 NOISE_FRAMES: Final = 100.0  # in the estimate of the noise
 LOW_PASS_S: Final = 0.15  # time constant of the change in which a touch is found
 TOUCHED: Final = 5.0  # least size of a touch, standard deviations of the noise
 LIGHT: Final = 0.05  # least size of a touch, z
-MOST: Final = 0.2  # of the taxels; more than that is another fault
 TOUCH_S: Final = (0.1, 2.0)  # a shorter touch is noise; the rest of a longer one adds no evidence
 GAP_S: Final = 0.15  # after a touch; what follows sooner belongs to it
-_REACH: Final = 3  # taxels around the strongest spot to which a dent is fitted
-_PLACES: Final = np.linspace(-2.0, 2.0, 11)  # of a dent, from the strongest spot
-# Slope of a recording's taxel against its surroundings, in 48 simulated sessions: dead -.51 to .06,
-# leaky .22 to .83, sound .17 to 1.7.
-DEAD_SLOPE: Final = 0.12
-_FELT: Final = 0.1  # of the median power of the surroundings
-
-
-def without_lead(level: NDArray[np.floating]) -> Mask:
-    """Return which taxels of a rest image, (rows, columns) in picofarads, have no lead."""
-    return np.asarray(level < NO_LEAD * np.median(level))
-
-
-def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which taxels have no lead, now or at rest.
-
-    Args:
-        frame: One scan or several, (..., rows, columns), picofarads.
-        rest: The untouched sensor, (rows, columns), same unit.
-    """
-    return np.asarray(~(np.minimum(frame, rest) > NO_LEAD * mean_of(rest)))
 
 
 class TaxelInterpolator:
@@ -188,7 +152,7 @@ class ResponseMonitor:
     def _judge(self) -> None:
         along, weight = self.evidence[1:3]
         dead = along + SURE * np.sqrt(weight) < ALIVE * weight
-        self.dead = dead if 0.0 < float(dead.mean()) <= MOST else None
+        self.dead = dead if 0.0 < float(dead.mean()) <= DEAD_TAXELS_SHARE else None
 
 
 def _size(change: Change) -> float:
@@ -196,58 +160,3 @@ def _size(change: Change) -> float:
     for _ in range(2):
         change = change.T if len(change) < 2 else (change[1:] + change[:-1]).T / 2.0
     return max(float(change.max()), -float(change.min()))
-
-
-def responses(
-    change: Change, whole: Change, around: Change, noise: float
-) -> list[tuple[tuple[int, int], float, float]]:
-    """Return the taxels on which a touch lay: row and column, expected change, and response.
-
-    The dent of one finger is fitted to all taxels nearby but the one that is judged, so a dead one
-    does not move it. A touch of another form gives nothing.
-
-    Args:
-        change: Mean change under the touch, (rows, columns).
-        whole: The same with estimates of the taxels that are known to be dead.
-        around: Estimate of every taxel from all others, (rows, columns).
-        noise: Variance of a taxel of `change`.
-    """
-    peak = np.unravel_index(np.abs(around).argmax(), around.shape)
-    grid = np.indices(change.shape).reshape(2, -1).T - np.array(peak)
-    grid = grid[np.abs(grid).max(axis=1) <= _REACH]  # (n, 2), from the peak
-    spots = np.stack(np.meshgrid(_PLACES, _PLACES), axis=-1).reshape(-1, 2)  # (places, 2)
-    square = np.square(spots[:, None] - grid[None]).sum(axis=2)
-    dent = np.exp(-square / (2.0 * WIDTH**2)) - OFFSET  # (places, n)
-    own, felt = (np.sign(around[peak]) * one[tuple((grid + peak).T)] for one in (change, whole))
-    found: list[tuple[tuple[int, int], float, float]] = []
-    if felt.max() < FIRM:
-        return found
-    for i in np.flatnonzero(np.square(grid).sum(axis=1) <= (2.0 * NEAR) ** 2).tolist():
-        others = np.arange(len(grid)) != i
-        along, power = dent[:, others] @ felt[others], np.square(dent[:, others]).sum(axis=1)
-        best = int((along / np.sqrt(power)).argmax())
-        total = float(np.square(felt[others]).sum())
-        explained = along[best] ** 2 / power[best]
-        expected = along[best] / power[best] * dent[best, i]
-        least = max(CLEAR * np.sqrt(noise), HALF * felt[others].max())
-        clear = expected > least and square[best, i] <= NEAR**2
-        if clear and explained - noise >= FIT**2 * (total - noise * others.sum()):
-            place = (int(grid[i, 0] + peak[0]), int(grid[i, 1] + peak[1]))
-            found.append((place, float(expected), float(own[i] / expected)))
-    return found
-
-
-def response_slope(along: NDArray[np.float64], felt: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the response of each taxel relative to its surroundings.
-
-    Below `DEAD_SLOPE` it is dead.
-
-    Args:
-        along: Sum of its change times that of its surroundings, (rows, columns).
-        felt: Sum of the squared change of its surroundings, (rows, columns).
-
-    Returns:
-        Slope of the regression, (rows, columns); NaN far from every touch.
-    """
-    near = felt > _FELT * float(np.median(felt))
-    return np.divide(along, felt, out=np.full_like(felt, np.nan), where=near)

@@ -6,7 +6,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.images.dead_taxels import leadless
+from controller.shared.taxel_measures import leadless
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched

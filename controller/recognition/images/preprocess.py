@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.recognition.images.baseline import BaselineTracker, StoredBaseline
-from controller.recognition.images.dead_taxels import ResponseMonitor, TaxelInterpolator, leadless
+from controller.recognition.images.dead_taxels import ResponseMonitor, TaxelInterpolator
 from controller.recognition.images.drift import mean_of
 from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window, z_image
 from controller.recognition.images.scale import SKIN, ScaleEstimator, Signal
 from controller.shared.aliases import Mask, Reading, State
+from controller.shared.taxel_measures import leadless
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,6 @@ It detects open leads, dead taxels, drift of the baseline with its cause, and to
 end. It only reports; `controller.recognition.images.preprocess` compensates. Pure.
 """
 
-from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from controller.recognition.images import drift
 from controller.recognition.images.preprocess import Prepared
 from controller.shared.aliases import Mask
+from controller.shared.taxel_measures import taxel_names
 
 Map = NDArray[np.floating]  # (rows, columns)
 
@@ -30,7 +30,6 @@ _TOUCHED_S: Final = 60.0  # longer than any gesture
 _COMMON: Final = 0.08
 _LINE: Final = 0.12
 _FILM: Final = 0.3
-_NAMED: Final = 6  # more taxels than that are counted, not listed
 _LESS: Final = 0.7  # a drift stays reported down to this share of its limit
 
 
@@ -157,25 +156,3 @@ def _air(common: float) -> str:
     if common < 0.0:
         return f"pressure down {-pressure:.0f} %: pump (or the orb has cooled)"
     return f"pressure up {pressure:.0f} %: let air out (or the orb has warmed)"
-
-
-def taxel_names(mask: NDArray[np.bool_]) -> str:
-    """Return names of the taxels of a mask, (rows, columns): lines, single taxels, or a count."""
-    if mask.all():
-        return "all taxels"
-    for word, lines in (("row", mask), ("column", mask.T)):
-        whole = lines.all(axis=1)
-        if whole.any() and not lines[~whole].any():
-            return f"{word}{'s' * int(whole.sum() > 1)} {_list(np.flatnonzero(whole).tolist())}"
-    places = np.argwhere(mask).tolist()
-    if len(places) == 1:
-        return f"taxel row {places[0][0]}, column {places[0][1]}"
-    if len(places) > _NAMED:
-        return f"{len(places)} of {mask.size} taxels"
-    return f"taxels {_list(f'({row},{column})' for row, column in places)}"
-
-
-def _list(items: Iterable[object]) -> str:
-    """Return "a, b and c"."""
-    *most, last = map(str, items)
-    return f"{', '.join(most)} and {last}" if most else last

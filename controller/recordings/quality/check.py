@@ -10,11 +10,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.images.dead_taxels import MOST
 from controller.recordings.quality import labels, taxels
 from controller.recordings.quality.labels import FrameTiming, SourceLabels
 from controller.recordings.quality.taxels import Response, respond
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
+from controller.shared import taxel_measures
 
 RESTLESS: Final = 0.9  # share of touched frames that indicates a drifted baseline
 REPEATED: Final = 0.01  # share of frames
@@ -79,11 +79,14 @@ def examine(path: Path, recording: Recording) -> Report:
     cadence = labels.measure(recording)
     sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)
-    useless = taxels.useless(found, response)
+    useless = taxel_measures.useless(found, recording.frames.shape[1:])
     findings = [
         *_findings(cadence.complaints(), cadence.missing_share > labels.USELESS),
         # Only a small share of taxels can be interpolated from their neighbours.
-        *_findings([one.text for one in found], useless.mean() > MOST),
+        *_findings(
+            (f"{taxel_measures.taxel_names(one.mask)}: {one.text}" for one in found),
+            useless.mean() > taxel_measures.DEAD_TAXELS_SHARE,
+        ),
         *_findings(line for one in sources for line in one.complaints()),
         *_shares(recording),
         *_findings(_copies(recording, response)),

@@ -1,49 +1,28 @@
-"""Response of the taxels to touch, and faulty ones: stuck, saturated, loose, shorted, dead, noisy.
+"""Response of a recording's taxels to touch, and faulty taxels by `shared.taxel_measures`."""
 
-Rows and columns count from the top left, from 0, as in docs/simulator.md. The definition of dead
-taxels is that of the device, in `recognition.dead_taxels`.
-"""
-
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.images.dead_taxels import (
-    DEAD_SLOPE,
-    TaxelInterpolator,
-    response_slope,
-    without_lead,
-)
+from controller.recognition.images.dead_taxels import TaxelInterpolator
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.images.scale import FIRM
-from controller.recognition.images.sensor_health import taxel_names
 from controller.recordings.quality.rest import rest_frames
 from controller.recordings.recording import PICOFARAD, Recording
+from controller.shared import taxel_measures
 from controller.shared.aliases import Frames, Mask
+from controller.shared.taxel_measures import DEAD_SLOPE, TaxelFault, useless
 
 Map = NDArray[np.float64]  # (rows, columns), one number a taxel
 
-# Sound taxels scatter up to 2.06 times as much as the middle one, leaky ones 2.7 times and more.
-NOISY: Final = 2.3
-# Two sound taxels differ by 10 % (paper, section 3.2: 41.2 pF, standard deviation 2.9); those of
-# electrodes that touch read the same sum.
-SAME: Final = 0.015
-MORE: Final = 1.2  # ... and so much more than all others; through the divider, 1.5 times
-# A converter that clips gives its highest number again and again; others hardly ever.
-CLIPPED_SHARE: Final = 0.02
-CLIPPED_TAXELS: Final = 2  # one taxel alone at the top may just be the one that reads most
-STUCK_SHARE: Final = 0.9  # of its readings repeat the one before
-LIVELY_SHARE: Final = 0.5  # ... where so few of the middle taxel's do
 # All taxels of a soft dome respond to a touch; on a telephone's screen 3 % of them do.
 SOFT: Final = 0.2  # least share of responding taxels ...
 STRONG: Final = 0.2  # ... whose response has this share of the strongest one
 PLACES: Final = 3  # neighbours at which touches are strongest, to call a taxel dead in other units
 TOUCHES: Final = 30  # least number of touched frames to detect dead taxels
-IDLES: Final = 20  # least number of pairs of untouched frames to detect noise
 LEAST_PF: Final = 0.01  # least valid reading; a loose lead still couples 1 pF
 FASTEST_HZ: Final = 200.0  # limit of the device's stages; bounds the work
 # Without a known gate, a touch begins at this share of the range from idle to firm.
@@ -149,54 +128,25 @@ def _fixed(change: NDArray[np.float32]) -> Response:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TaxelFinding:
-    """A fault of taxels."""
-
-    kind: str  # "stuck", "saturated", "loose", "short", "dead" or "noisy"
-    mask: Mask  # of the taxels, (rows, columns)
-    text: str  # a sentence about them
-    useless: bool = True  # they do not respond to touch
-
-
-def useless(found: Sequence[TaxelFinding], response: Response) -> Mask:
-    """Return the taxels that do not respond to touch, (rows, columns)."""
-    masks = [one.mask for one in found if one.useless]
-    none = np.zeros(response.change.shape[1:], dtype=np.bool_)
-    return np.asarray(np.any([none, *masks], axis=0))
-
-
-def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]:
+def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFault]:
     """Return the faults of the taxels in frames of a unit, and the sensor's response in them."""
-    found: list[TaxelFinding] = []
-    unknown = bool(unjudged(response))
-
-    def add(kind: str, mask: Mask, text: str, useless: bool = True) -> None:
-        if mask.any():
-            found.append(TaxelFinding(kind, mask, f"{taxel_names(mask)}: {text}", useless))
-
-    stuck = _stuck(frames, unit, unknown)
-    add("stuck", stuck, "stuck, always the same reading")
-    clipped = _clipped(frames) & ~stuck
-    add("saturated", clipped, f"saturated, at {frames.max():.4g} {unit}")
-    if unit == PICOFARAD:
-        level = np.median(frames, axis=0).astype(np.float64)
-        loose = without_lead(level) & ~(stuck | clipped)
-        add("loose", loose, f"{np.mean(level, where=loose) if loose.any() else 0:.2g} pF where the "
-            f"others read {np.median(level):.2g}; a lead is off")  # fmt: skip
-        for pair, mask in _shorts(level, useless(found, response)):
-            text = f"{pair}: equal readings; do they touch?"
-            found.append(TaxelFinding("short", mask, text, useless=False))
-    if unknown:
+    judged, shape = not unjudged(response), frames.shape[1:]
+    still = taxel_measures.stuck(frames)
+    if unit != PICOFARAD:  # counts stay the same where nothing touches
+        still = taxel_measures.constant(frames)
+        still &= judged or still.all()
+    idle = response.idle & judged
+    found = taxel_measures.faults(frames, unit, still, response.change, idle)
+    if not judged:
         return found
-    slope = _slope(response, useless(found, response))
+    slope = _slope(response, useless(found, shape))
     dead = slope < DEAD_SLOPE
     if unit != PICOFARAD:
         dead &= _surrounded(response)
-    add("dead", dead, f"dead (follows its neighbours with {100 * np.nanmedian(slope[dead]):.0f} %)"
-        if dead.any() else "")  # fmt: skip
-    noisy = _noisy(response) & ~useless(found, response)
-    add("noisy", noisy, "noisy; does a contact leak?", useless=False)
+    if dead.any():
+        percent = 100 * np.nanmedian(slope[dead])
+        text = f"dead (follows its neighbours with {percent:.0f} %)"
+        found.append(TaxelFault("dead", dead, text))
     return found
 
 
@@ -212,30 +162,13 @@ def unjudged(response: Response) -> str:
     return ""
 
 
-def _stuck(frames: Frames, unit: str, unknown: bool) -> Mask:
-    """Return the taxels that hardly change while the others do, (rows, columns)."""
-    stuck = frames.min(axis=0) == frames.max(axis=0)
-    if unit != PICOFARAD:  # counts stay the same where nothing touches
-        return np.asarray(stuck & (stuck.all() or not unknown))
-    if len(frames) >= IDLES:
-        still = (frames[1:] == frames[:-1]).mean(axis=0)
-        stuck |= (still > STUCK_SHARE) & (np.median(still) < LIVELY_SHARE)
-    return np.asarray(stuck)
-
-
-def _clipped(frames: Frames) -> Mask:
-    """Return the taxels that repeat the highest number of all, (rows, columns)."""
-    often = (frames == frames.max()).mean(axis=0) > CLIPPED_SHARE
-    return np.asarray(often & (often.sum() >= CLIPPED_TAXELS))
-
-
 def _slope(response: Response, useless: Mask) -> Map:
     """Return the slope of each taxel against its neighbours under touch; NaN if unknown."""
     interpolator = TaxelInterpolator(*useless.shape)
     touched = response.change[response.known & response.touched].astype(np.float64)
     changes = np.array([interpolator.fill(change, useless) for change in touched])
     around = np.array([interpolator.around(change) for change in changes])
-    slope = response_slope((changes * around).sum(axis=0), np.square(around).sum(axis=0))
+    slope = taxel_measures.response_slope(changes, around)
     return np.where(useless, np.nan, slope)
 
 
@@ -253,31 +186,3 @@ def _surrounded(response: Response) -> Mask:
         for y in range(3) for x in range(3) if (y, x) != (1, 1)
     )  # fmt: skip
     return np.asarray(around >= PLACES)
-
-
-def _noisy(response: Response) -> Mask:
-    """Return the taxels with far more noise than the others while untouched."""
-    idle = response.idle
-    pairs = idle[1:] & idle[:-1]
-    if pairs.sum() < IDLES:
-        return np.zeros(response.change.shape[1:], dtype=np.bool_)
-    own = response.change - np.median(response.change, axis=(1, 2), keepdims=True)
-    scatter = np.diff(own, axis=0)[pairs].std(axis=0)
-    middle = np.median(scatter)
-    return np.asarray((scatter > NOISY * middle) & (middle > 0.0))
-
-
-def _shorts(level: Map, useless: Mask) -> Iterator[tuple[str, Mask]]:
-    """Yield pairs of electrodes with equal readings, and their taxels."""
-    for word, lines, bad in (("rows", level, useless), ("columns", level.T, useless.T)):
-        if min(lines.shape) < 3:
-            continue
-        for i in range(len(lines) - 1):
-            pair = lines[i : i + 2]
-            apart = np.abs(pair[0] - pair[1])
-            if bad[i : i + 2].any() or not (apart < SAME * pair[1]).all():
-                continue
-            if np.median(pair) > MORE * np.median(np.delete(lines, [i, i + 1], axis=0)):
-                mask = np.zeros_like(bad)
-                mask[i : i + 2] = True
-                yield f"{word} {i} and {i + 1}", mask if word == "rows" else mask.T
