@@ -101,11 +101,14 @@ def parse_json(text: str | bytes, limit_bytes: int = MAX_BYTES) -> Any:
         raise ConfigError("a whole number does not fit 64 bits") from None
 
 
-def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
+def settings(
+    kind: type[_Settings], table: Any, name: str = "", base: _Settings | None = None
+) -> _Settings:
     """Return the settings in a table: a dataclass with a field for each key.
 
-    A missing key takes the default of its field; an unknown one is refused. Fields of the types
-    bool, int, float, str, Literal, dict, tuple[str, ...], tuple[int, ...] and of dataclasses, which
+    A missing key takes its value in `base`, or else the default of its field; an unknown one is
+    refused. Fields of the types bool, int, float, str, Literal, dict, tuple[str, ...],
+    tuple[int, ...], tuples of a fixed length (whose items may be alike) and of dataclasses, which
     are tables themselves, are checked. Their metadata may have the "key" if it is not the field's
     name, the "range" of a number, its "divisor" if the field has another unit, the "choices" or
     the "pattern" of a text, the "count" of a list, and what is "expected".
@@ -125,10 +128,13 @@ def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
         raise ConfigError(f"has the unknown key {odd[0]!r}{under}; known are {known}", name, odd[0])
     hints, values = get_type_hints(kind), {}
     for key, field in fields.items():
-        if key in table or (field.default, field.default_factory) == _REQUIRED:
+        given = getattr(base, field.name, None)
+        if key in table or (base is None and (field.default, field.default_factory) == _REQUIRED):
             wanted = _without_none(hints[field.name])
-            values[field.name] = _value(wanted, table.get(key), key, name, field.metadata)
+            values[field.name] = _value(wanted, table.get(key), key, name, field.metadata, given)
     try:
+        if base is not None:
+            return dataclasses.replace(base, **values)  # type: ignore[type-var]
         return kind(**values)
     except ValueError as error:
         raise ConfigError(f"has{under} {error}", name) from None
@@ -140,10 +146,12 @@ def _without_none(hint: Any) -> Any:
     return kinds[0] if isinstance(hint, UnionType) and len(kinds) == 1 else hint
 
 
-def _value(kind: Any, value: Any, key: str, name: str, limits: Mapping[str, Any]) -> Any:
+def _value(
+    kind: Any, value: Any, key: str, name: str, limits: Mapping[str, Any], base: Any = None
+) -> Any:
     """Return the value of a field, checked."""
     if dataclasses.is_dataclass(kind):
-        return settings(kind, value, key)  # type: ignore[arg-type]
+        return settings(kind, value, f"{name}.{key}".strip("."), base)  # type: ignore[arg-type]
     if kind is float and type(value) is int:
         value = float(value)
     if get_origin(kind) is tuple and isinstance(value, list):
@@ -151,7 +159,13 @@ def _value(kind: Any, value: Any, key: str, name: str, limits: Mapping[str, Any]
     plain = get_origin(kind) or kind
     if plain is Literal:
         plain, limits = str, {"choices": get_args(kind), **limits}
-    item = (*get_args(kind), None)[0]
+    items = get_args(kind)
+    if plain is tuple and Ellipsis not in items:
+        if type(value) is tuple and len(value) == len(items):
+            pairs = zip(items, value, strict=True)
+            return tuple(_value(one, own, key, name, limits) for one, own in pairs)
+        limits = {"count": (len(items),) * 2, "expected": f"a list of {len(items)}", **limits}
+    item = (*items, None)[0]
     if plain in _EXPECTED and (type(value) is not plain or not _within(value, limits, item)):
         low, high = limits.get("range", _ANY_NUMBER)
         words = {"low": low, "high": high, "choices": ", ".join(limits.get("choices", ()))}

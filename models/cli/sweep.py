@@ -21,7 +21,7 @@ DESCRIPTION: Final = (
     "cores, or on a Dask cluster; the results are the same. Interrupted, the same command goes on "
     "where it was."
 )
-EXAMPLE: Final = "Try it (a minute): models sweep --example > try.toml, then models sweep try.toml"
+EXAMPLE: Final = "Try it (a minute): models sweep > try.toml, then models sweep try.toml"
 EXAMPLE_FILE: Final = files("models.studies.sweep").joinpath("example.toml")
 
 
@@ -31,23 +31,21 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     workers = whole(1, 1024)
     cores = "this machine's cores"
-    add("file", type=Path, nargs="?", metavar="FILE.toml", help="what to train (docs/sweeps.md)")
+    words = "what to train (docs/sweeps.md); default: print a file to begin with"
+    add("file", type=Path, nargs="?", metavar="FILE.toml", help=words)
     add("--out", type=Path, metavar="DIR", help="folder for results (default: NAME.sweep)")
     add("--cluster", default="", metavar="HOST:PORT", help=f"Dask scheduler (default: {cores})")
     add("--workers", type=workers, default=0, metavar="N", help=f"processes (default: {cores})")
-    add("--example", action="store_true", help="print a file to begin with")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train what is missing, and report."""
-    if arguments.example:
+    if arguments.file is None:
         print(EXAMPLE_FILE.read_text(encoding="utf-8"), end="")
         return 0
-    if arguments.file is None:
-        raise ValueError("name a file; models sweep --example prints one")
     if arguments.cluster and arguments.workers:
         raise ValueError("--workers are this machine's; start a cluster's own (docs/sweeps.md)")
-    options.require("sweeping", "torch", "joblib", extra="train,sweep")
+    options.require("sweeping", "torch", "sklearn", "joblib", extra="train,sweep")
     if arguments.cluster:
         options.require("a cluster", "distributed", extra="sweep")
     return _run(_sweep(arguments))

@@ -7,7 +7,6 @@ from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.touch_input import TouchInput
 
 STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe
-FOLD_STEPS: Final = 800  # those of a fold of `models folds`, by default
 NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
 
@@ -96,7 +95,7 @@ class NetworkRecipe:
     # input of CNN-2D; by default the touch image as it is
     touch: TouchInput = field(default_factory=TouchInput)
     channels: tuple[int, int] = (12, 24)  # maps of the convolutions
-    hidden: tuple[int, ...] = (64, 32)  # widths of the dense layers
+    hidden: tuple[int, int] = (64, 32)  # widths of the dense layers
     strides: bool = True  # convolutions take longer steps in space and time than the paper's
     normalised: bool = False  # layers are normalised over each batch while they learn
     # while it learns, factors of matrix products are rounded to 8 bits on processors that are

@@ -8,7 +8,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -22,7 +22,7 @@ from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture_file import Repertoire, load
 from controller.simulator.hand.performance import GESTURES
 from controller.simulator.hand.user_style import UserStyle, person
-from controller.simulator.orb import OrbModel, preset
+from controller.simulator.orb import PRESETS, OrbModel, preset
 from controller.simulator.session import DATA, Protocol, Session, simulate
 from models import formatting, processes
 from models.results import storage
@@ -39,38 +39,22 @@ Hand = Literal["person", "pointer"]
 
 @dataclass(frozen=True, slots=True)
 class DataSet:
-    """Settings that all sessions of a data set share.
+    """Settings that all sessions of a data set share."""
 
-    Attributes:
-        seed: Of its users and their sessions.
-        minutes: Length of a session.
-        protocol: "free" or "blocks".
-        preset: Quality of the orbs.
-        hand: Source of the touches: a "person", or a "pointer" on a screen.
-        rate_hz: Frames per second.
-        rows: Taxel rows.
-        columns: Taxel columns.
-        pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
-        gestures: Labels that are played.
-        files: Gestures of the user's own.
-        one_orb: All users touch the same orb, on days of their own; else each session has
-            another one.
-        quick: Share of turns in which several quick gestures follow each other, 0 to 1.
-    """
-
-    seed: int = 0
-    minutes: float = 6.0
+    seed: int = 0  # of its users and their sessions
+    minutes: float = 6.0  # length of a session
     protocol: Protocol = "free"
-    preset: str = "nominal"
-    hand: Hand = "person"
-    rate_hz: float = 10.0
-    rows: int = 5
-    columns: int = 5
-    pitch_mm: float | None = None
-    gestures: tuple[str, ...] = GESTURES
-    files: tuple[Path, ...] = ()
-    one_orb: bool = False
-    quick: float = 0.0
+    preset: str = field(default="nominal", metadata={"choices": tuple(PRESETS)})
+    hand: Hand = "person"  # source of the touches: fingers, or a pointer on a screen
+    rate_hz: float = field(default=10.0, metadata={"range": (1.0, 200.0)})  # frames per second
+    rows: int = field(default=5, metadata={"range": (2, 32)})  # of taxels
+    columns: int = field(default=5, metadata={"range": (2, 32)})
+    pitch_mm: float | None = None  # distance of two taxels; None: the grid is 40 mm, as the paper's
+    gestures: tuple[str, ...] = field(default=GESTURES, metadata={"count": (1, 64)})  # labels
+    files: tuple[Path, ...] = ()  # gestures of the user's own
+    one_orb: bool = False  # all users touch one orb, on days of their own; else each session's own
+    # share of turns in which several quick gestures follow each other
+    quick: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
 
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.

@@ -5,9 +5,9 @@ of the test set has its twin in the training set, and the score is that of memor
 no split (docs/paper.md); `random_windows` measures what that is worth, and nothing else uses it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,21 +61,6 @@ class Split:
 
 
 # --- folds of windows -----------------------------------------------------------------------------
-
-
-def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 0) -> list[Fold]:
-    """Test on whole groups of frames (frames,), sessions or users, each once; ValueError if one.
-
-    Windows are given by their last frames; folds 0: one for each group.
-    """
-    of = group[ends]
-    names = np.unique(of)
-    if len(names) < 2:
-        raise ValueError("there is only one to split by; record another, or split by time")
-    return [
-        _fold(", ".join(map(str, part)), ends, window, ~np.isin(of, part), np.isin(of, part))
-        for part in np.array_split(names, folds or len(names))
-    ]
 
 
 def last_blocks(ends: Index, window: int, session: NDArray[np.integer]) -> Fold:
@@ -160,13 +145,17 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
 class HoldOut:
     """Hold-out of whole users or sessions."""
 
-    by: str  # "user" or "session"
-    folds: int = 0  # number of folds, each group being held out in one of them; 0: `hold` counts
-    fold: int = 0  # number of the fold held out, from 0
-    hold: int = 0  # number of groups held out, evenly spread
+    by: Literal["user", "session"] = "user"
+    # number of folds, each group being held out in one of them; 0: `hold` counts
+    folds: int = field(default=0, metadata={"range": (2, 1000)})
+    # number of groups held out, evenly spread
+    hold: int = field(default=0, metadata={"range": (1, 10_000)})
 
-    def held(self, user: Index, session: Index) -> Mask:
-        """Return which recordings are held out, (recordings,), by user and session of each."""
+    def held(self, user: Index, session: Index, fold: int = 0) -> Mask:
+        """Return which recordings are held out, (recordings,), by user and session of each.
+
+        Folds are numbered from 0.
+        """
         group = user if self.by == "user" else session
         names = np.unique(group)
         if len(names) < max(2, self.folds, self.hold + 1):
@@ -176,7 +165,7 @@ class HoldOut:
                 "out fewer"
             )
         parts = np.array_split(names, self.folds) if self.folds else [spread(names, self.hold)]
-        return np.isin(group, parts[self.fold])
+        return np.isin(group, parts[fold])
 
 
 def learned(user: Index, session: Index, held: Mask, users: int, sessions: int, seed: int) -> Mask:

@@ -1,1 +1,1 @@
-"""Experiments beyond training: information, figure 7, sweeps, cross-validation, users."""
+"""Experiments beyond training: the paper repeated, and sweeps with cross-validation."""

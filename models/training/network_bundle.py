@@ -91,16 +91,16 @@ class NetworkPlan:
 
     def _searched(self, device: torch.device, say: Say) -> "NetworkPlan":
         """Return the plan with the symmetries found by trial, where none are declared."""
-        data, windows, recipe = self.data, self.split.windows, self.recipe.gesture
-        known = not symmetry_search.undeclared(data) or self.request.declared
-        if known or not self.gesture or not len(windows.check):
+        if self.request.declared or not self.gesture:
             return self
-        say("trying symmetries, since no gestures.toml declares them (--declared: do not)")
-        seed = self.request.seed
-        judge = symmetry_search.trial(data, windows.train, windows.check, recipe, seed, device)
-        found = symmetry_search.search(judge, data.vocabulary)
-        say(f"on what is held out: {found.words}; declare in gestures.toml what holds")
-        return replace(self, data=replace(data, vocabulary=found.vocabulary))
+        windows, seed = self.split.windows, self.request.seed
+        data, words = symmetry_search.declared(
+            self.data, windows, self.recipe.gesture, seed, device
+        )
+        if words:
+            say(f"no gestures.toml declares symmetries; on what is held out: {words}")
+            say("declare there what holds, or try none with --declared")
+        return replace(self, data=data)
 
     def _train(self, device: torch.device, folder: Path, say: Say) -> Training:
         """Train the networks with the symmetries that are known."""

@@ -52,9 +52,20 @@ class Proposal:
         return ", ".join(kept) or "no symmetry helps"
 
 
-def undeclared(data: Data) -> bool:
-    """Whether nothing is known of the gestures' symmetries: no vocabulary, and not the orb."""
-    return not data.vocabulary.text and data.settings.normalise == "difference"
+def declared(
+    data: Data, parts: Parts, recipe: NetworkRecipe, seed: int, device: torch.device
+) -> tuple[Data, str]:
+    """Return data with the symmetries that help on what is held out, and the search's result.
+
+    Where they are known, or nothing is held out, the data are unchanged, and the result is "".
+    """
+    # Nothing is known without a vocabulary, except of the orb's gestures.
+    known = data.vocabulary.text or data.settings.normalise != "difference"
+    if known or not len(parts.check):
+        return data, ""
+    judge = trial(data, parts.train, parts.check, recipe, seed, device)
+    found = search(judge, data.vocabulary)
+    return replace(data, vocabulary=found.vocabulary), found.words
 
 
 def search(judge: Judge, vocabulary: Vocabulary) -> Proposal:

@@ -107,12 +107,12 @@ class Finder:
             signal.raise_signal(signal.SIGINT)
 
 sys.meta_path.insert(0, Finder())
-sys.exit(main(["folds"]))
+sys.exit(main(["train"]))
 """
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl+C is sent otherwise there")
-@pytest.mark.parametrize("module", ["orbtouch.cli", "host.cli", "models.cli.folds"])
+@pytest.mark.parametrize("module", ["orbtouch.cli", "host.cli", "models.cli.train"])
 def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(module: str) -> None:
     program = INTERRUPTED_AT.format(module=module)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

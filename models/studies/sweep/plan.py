@@ -9,35 +9,33 @@ An axis is a setting of [train], of the recipe ("gesture.rate") or of a simulati
 ("data.preset").
 """
 
-import difflib
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
-from math import inf
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from controller.recognition.images.frames import MOST_WINDOW
-from controller.shared import config, files
-from controller.shared.errors import UserError, reason
-from controller.simulator.orb import PRESETS
-from models.data.examples import CHOICES, refuse_test_seed
-from models.data.recipe import RECIPES
+from controller.shared import config
+from controller.shared.config import ConfigError
+from controller.shared.errors import UserError
+from controller.simulator.session import TEST_SEEDS
+from models.data.examples import Choice
+from models.data.recipe import RECIPES, Recipe
 from models.data.simulate import DataSet
+from models.data.splits import SPLITS, HoldOut
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
 MOST_JOBS: Final = 100_000
-SECTIONS: Final = ("data", "train", "test", "axes")
-_TYPES: Final = {
-    bool: "true or false",
-    int: "a whole number",
-    float: "a number",
-    str: "a text",
-    list: "a list of texts",
-    tuple: "a row",
+FOLDS: Final = 5  # without [test]
+_PAGE: Final = "docs/sweeps.md"
+_SEED: Final[dict[str, Any]] = {
+    "range": (0, TEST_SEEDS.start - 1),
+    "expected": f"a whole number below {TEST_SEEDS.start}: greater seeds are for tests only",
 }
 
+Table = Mapping[str, Any]  # a table of the file
 Job = dict[str, Any]  # "data", "train", "test" and "at", its place on the axes; JSON
 
 
@@ -45,101 +43,63 @@ class PlanError(UserError, ValueError):
     """A plan file is not valid; the message is one sentence with the line."""
 
 
+def _upto(default: float, most: float, least: float = 0) -> Any:
+    """Return a field for a number within limits."""
+    return field(default=default, metadata={"range": (least, most)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation(DataSet):
+    """[data] of simulated people."""
+
+    users: int = _upto(10, 100_000, 1)
+    sessions: int = _upto(2, 10_000, 1)  # of each
+    minutes: float = _upto(3.0, 600.0, 0.5)  # each
+    seed: int = field(default=0, metadata=_SEED)
+
+
 @dataclass(frozen=True, slots=True)
-class Setting:
-    """Type and range of one setting."""
+class Recorded:
+    """[data] of recordings."""
 
-    default: Any  # value if the file does not set it; a list holds any number of texts
-    least: float = -inf
-    most: float = inf
-    words: tuple[str, ...] = ()  # allowed texts; empty: any
-    check: Callable[[Any], object] | None = None  # raises ValueError for an unusable value
-
-    def read(self, value: Any) -> Any:
-        """Return a value of the file with the default's type.
-
-        Raises:
-            ValueError: It has another type, is out of range, or cannot be used.
-        """
-        default = self.default
-        if isinstance(default, tuple) and isinstance(value, list) and len(value) == len(default):
-            return [Setting(one).read(item) for one, item in zip(default, value, strict=True)]
-        made = float(value) if type(value) is int and type(default) is float else value
-        if isinstance(default, list) and isinstance(value, str):
-            made = [value]
-        if type(made) is not type(default) or not self._allows(made):
-            raise ValueError(f"expected {self}, found {toml(value)}")
-        if self.check is not None:
-            self.check(made)
-        return made
-
-    def _allows(self, value: Any) -> bool:
-        if isinstance(value, list):
-            return bool(value) and all(isinstance(text, str) for text in value)
-        if isinstance(value, str):
-            return value in self.words or not self.words
-        return bool(self.least <= value <= self.most)
-
-    def __str__(self) -> str:
-        """Return what the file may say, such as "a whole number from 1 to 9"."""
-        if self.words:
-            return f"one of {', '.join(self.words)}"
-        name = _TYPES[type(self.default)]
-        if self.most < inf:
-            return f"{name} from {self.least:g} to {self.most:g}"
-        return f"{name}, such as {toml(self.default)}"
+    folders: tuple[str, ...]  # beside the file, or elsewhere
 
 
-def _seed(use: str) -> Setting:
-    """Return the setting of a seed; those of tests are refused."""
-    return Setting(0, 0, 2**32 - 1, check=lambda seed: refuse_test_seed(seed, use))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Training(Recipe):
+    """[train]: a recipe, and what is learned with it."""
 
+    name: str = field(default="default", metadata={"key": "recipe", "choices": tuple(RECIPES)})
+    task: Literal["gesture", "location"] = "gesture"
+    # the networks, or trees on the touch's trajectory as a baseline of gestures
+    model: Literal["network", "trees"] = "network"
+    labels: Choice = "auto"
+    every: bool = field(default=False, metadata={"key": "all"})  # recordings that fail the check
+    window: int = _upto(0, MOST_WINDOW)  # images; 0: those of a second
+    # how some of those that are learned from are held out, to choose the epoch; "": by session
+    split: str = field(default="", metadata={"choices": ("", *SPLITS)})
+    declared: bool = False  # try no symmetries that are not declared
+    seed: int = field(default=0, metadata=_SEED)
+    # learn from so many of those not held out, 0: all
+    users: int = _upto(0, 100_000)
+    sessions: int = _upto(0, 100_000)
+    minutes: float = _upto(0.0, 6000.0)
 
-SIMULATION: Final = {
-    "seed": _seed("this simulation"),
-    "users": Setting(10, 1, 100_000),
-    "sessions": Setting(2, 1, 10_000),
-    "minutes": Setting(3.0, 0.5, 600.0),
-    "preset": Setting("nominal", words=tuple(PRESETS)),
-    "protocol": Setting("free", words=("free", "blocks")),
-    "hand": Setting("person", words=("person", "pointer")),
-    "rate_hz": Setting(10.0, 1.0, 200.0),
-    "rows": Setting(5, 2, 32),
-    "columns": Setting(5, 2, 32),
-    "one_orb": Setting(False),
-    "gestures": Setting(
-        list(DataSet().gestures),
-        check=lambda labels: DataSet(gestures=tuple(labels)).repertoire(),
-    ),
-}
-RECORDINGS: Final = {"folders": Setting(["data"])}
-TRAIN: Final = {
-    "task": Setting("gesture", words=("gesture", "location")),
-    "recipe": Setting("default", words=tuple(RECIPES)),
-    "labels": Setting("auto", words=CHOICES),
-    "all": Setting(False),
-    "window": Setting(0, 0, MOST_WINDOW),
-    "seed": _seed("this training"),
-    "users": Setting(0, 0, 100_000),
-    "sessions": Setting(0, 0, 100_000),
-    "minutes": Setting(0.0, 0.0, 6000.0),
-}
-TEST: Final = {
-    "by": Setting("user", words=("user", "session")),
-    "folds": Setting(5, 2, 1000),
-    "hold": Setting(1, 1, 10_000),
-}
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe alone."""
+        return Recipe(**{one.name: getattr(self, one.name) for one in fields(Recipe)})
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A sweep's data, recipe, hold-out and axes."""
+    """A sweep's data, recipe, hold-out and axes, as the file has them."""
 
-    name: str  # of the file, without its suffix
-    data: dict[str, Any]  # settings of the simulation, or {"folders": [...]}
-    train: dict[str, Any]  # settings of [train], the recipe's by their dotted names
-    test: dict[str, Any]  # settings of [test]: "by", and "folds" or "hold"
-    axes: dict[str, list[Any]]  # name and values of each axis, in the file's order
+    name: str = ""  # default: that of the file, without its suffix
+    data: dict[str, Any] = field(default_factory=dict)
+    train: dict[str, Any] = field(default_factory=dict)
+    test: HoldOut = field(default_factory=HoldOut)
+    axes: dict[str, Any] = field(default_factory=dict)  # values by name, in the file's order
 
     @property
     def simulated(self) -> bool:
@@ -151,144 +111,99 @@ class Plan:
 
         The digest is a hash of the recordings and their vocabulary; "" if data are simulated.
         """
+        data = {**self.data, **({"sha256": digest} if digest else {})}
         made: list[Job] = []
         for values in itertools.product(*self.axes.values()):
             at = dict(zip(self.axes, values, strict=True))
-            data = {**self.data, **({"sha256": digest} if digest else {})}
-            train = dict(self.train)
-            for name, value in at.items():
-                setting = name.removeprefix("data.")
-                (train if setting == name else data)[setting] = value
-            made += [
-                {"at": at, "data": data, "train": train, "test": {**self.test, "fold": fold}}
-                for fold in range(self.test.get("folds", 1))
-            ]
+            tables = self.at(at, data)
+            test = asdict(self.test)
+            folds = range(self.test.folds or 1)
+            made += [{"at": at, **tables, "test": {**test, "fold": fold}} for fold in folds]
         return made
 
-
-class _FaultError(ValueError):
-    """A mistake in a section, or at one of its keys."""
-
-    def __init__(self, section: str, key: str, problem: object) -> None:
-        super().__init__(f"[{section}] {key}: {problem}" if key else problem)
-        self.section, self.key = section, key
-
-    def line(self, text: str) -> str:
-        """Return ", line N" of the mistake in the file's text; "" if it cannot be found."""
-        whole = config.line_of(text, self.section) or config.line_of(text, "", self.section)
-        return config.line_of(text, self.section, self.key) if self.key else whole
+    def at(self, at: Table, data: Table) -> dict[str, Any]:
+        """Return the tables "data" and "train" at a place on the axes."""
+        tables: dict[str, Any] = {"data": data, "train": self.train}
+        for name, value in at.items():
+            path = name.split(".")
+            tables = _placed(tables, path if path[0] == "data" else ["train", *path], value)
+        return tables
 
 
 def read(path: Path) -> Plan:
     """Return the plan in a file; raise PlanError if it cannot be read, or holds a mistake."""
-    try:
-        text = files.read_text(path, config.MAX_BYTES)
-    except OSError as error:
-        raise PlanError(
-            f"cannot read {path}: {reason(error)}; models sweep --example prints a plan"
-        ) from None
-    return parse(text, str(path), path.stem)
+    return config.checked(path, lambda table: parse(table, path.stem), PlanError, _PAGE)
 
 
-def parse(text: str, path: str, name: str) -> Plan:
-    """Return the plan in a text; see `read`."""
-    try:
-        return _plan(config.parse_toml(text), name)
-    except config.ConfigError as error:
-        raise PlanError(f"{path}, {error}") from None
-    except _FaultError as fault:
-        raise PlanError(f"{path}{fault.line(text)}: {fault}") from None
-
-
-def _plan(table: Mapping[str, Any], name: str) -> Plan:
-    for section, inside in table.items():
-        if section not in SECTIONS or not isinstance(inside, dict):
-            listed = ", ".join(f"[{one}]" for one in SECTIONS)
-            raise _FaultError(section, "", f"{section!r} is no section; there are {listed}")
-    given = {section: dict(_flattened(table.get(section, {}))) for section in SECTIONS}
-    simulated = "folders" not in given["data"]
-    own = SIMULATION if simulated else RECORDINGS
-    data = {**_defaults(own), **_settings("data", given["data"], own)}
-    known = _of_train(str(given["train"].get("recipe", "default")))
-    train = {**_defaults(TRAIN), **_settings("train", given["train"], known)}
-    varied = {f"data.{key}": own for key, own in SIMULATION.items()} if simulated else {}
-    axes = {key: _axis(key, values, known | varied) for key, values in given["axes"].items()}
-    made = Plan(name, data, train, _test(given["test"]), axes)
-    count = made.test.get("folds", 1) * math.prod(map(len, axes.values()))
+def parse(table: Table, name: str) -> Plan:
+    """Return the plan in the table of a file; ConfigError if it holds a mistake."""
+    plan = config.settings(Plan, table)
+    plan = replace(plan, name=plan.name or name, axes=dict(_flattened(plan.axes)))
+    if plan.test.folds and plan.test.hold:
+        raise ConfigError("has folds, which hold out all in turn, and hold; give one", "test")
+    if not plan.test.hold:
+        plan = replace(plan, test=replace(plan.test, folds=plan.test.folds or FOLDS))
+    data_of(plan.data)
+    training(plan.train)
+    for axis, values in plan.axes.items():
+        _check_axis(plan, axis, values)
+    count = (plan.test.folds or 1) * math.prod(map(len, plan.axes.values()))
     if count > MOST_JOBS:
-        raise _FaultError("axes", "", f"these are {count:,} trainings; at most {MOST_JOBS:,}")
+        raise ConfigError(f"is of {count:,} trainings; at most {MOST_JOBS:,} are done", "axes")
+    return plan
+
+
+def data_of(table: Table) -> Simulation | Recorded:
+    """Return the settings in [data]; ConfigError if one cannot be used."""
+    if "folders" in table:
+        return config.settings(Recorded, table, "data")
+    made = config.settings(Simulation, table, "data")
+    try:
+        made.repertoire()
+    except ValueError as error:
+        raise ConfigError(f"cannot be simulated: {error}", "data", "gestures") from None
     return made
 
 
-def _settings(section: str, given: Mapping[str, Any], known: Mapping[str, Setting]) -> Job:
-    """Return the values of given settings."""
-    return {key: _value(section, key, value, known) for key, value in given.items()}
+def training(table: Table) -> Training:
+    """Return the settings in [train], the others those of its recipe; or ConfigError."""
+    recipe = RECIPES.get(str(table.get("recipe")), RECIPES["default"])
+    base = Training(**{one.name: getattr(recipe, one.name) for one in fields(Recipe)})
+    made = config.settings(Training, table, "train", base)
+    if (made.task, made.model) == ("location", "trees"):
+        raise ConfigError("has model = 'trees', which are for gestures only", "train", "model")
+    return made
 
 
-def _test(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings of [test]."""
-    test = {"by": TEST["by"].default, **_settings("test", given, TEST)}
-    if {"folds", "hold"} <= test.keys():
-        raise _FaultError("test", "hold", "folds hold out every group in turn; give one of the two")
-    if not {"folds", "hold"} & test.keys():
-        test["folds"] = TEST["folds"].default
-    return test
-
-
-def _axis(key: str, values: Any, known: Mapping[str, Setting]) -> list[Any]:
-    """Return the values of an axis."""
+def _check_axis(plan: Plan, axis: str, values: Any) -> None:
+    """Raise ConfigError for an axis that cannot be used."""
     if not isinstance(values, list) or not values:
-        raise _FaultError("axes", key, f"expected a list of values, found {toml(values)}")
-    if key == "task":
-        raise _FaultError("axes", key, "scores of tasks do not compare; make a sweep for each")
-    return [_value("axes", key, one, known) for one in values]
+        expected = "expected is a list of values"
+        raise ConfigError(f"has {axis} = {values!r} under [axes]; {expected}", "axes", axis)
+    if axis == "task":
+        why = "scores of tasks do not compare; make a sweep for each"
+        raise ConfigError(f"has an axis task under [axes], and {why}", "axes", axis)
+    for value in values:
+        try:
+            tables = plan.at({axis: value}, plan.data)
+            data_of(tables["data"])
+            training(tables["train"])
+        except ConfigError as error:
+            raise ConfigError(str(error), "axes", axis) from None
 
 
-def _value(section: str, key: str, value: Any, known: Mapping[str, Setting]) -> Any:
-    """Return the value of a known setting."""
-    if key not in known:
-        close = difflib.get_close_matches(key, known, 1)
-        hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
-        raise _FaultError(section, key, f"there is no such setting; {hint}")
-    try:
-        return known[key].read(value)
-    except ValueError as error:
-        raise _FaultError(section, key, error) from None
+def _placed(table: Table, path: Sequence[str], value: Any) -> dict[str, Any]:
+    """Return a table with a value at a path of keys."""
+    first, *rest = path
+    inside = table.get(first)
+    inside = inside if isinstance(inside, Mapping) else {}
+    return {**table, first: _placed(inside, rest, value) if rest else value}
 
 
-def _defaults(settings: Mapping[str, Setting]) -> dict[str, Any]:
-    return {key: setting.default for key, setting in settings.items()}
-
-
-def data_set(data: Mapping[str, Any]) -> DataSet:
-    """Return the simulation of [data]."""
-    own = {field.name for field in fields(DataSet)}
-    chosen = {key: value for key, value in data.items() if key in own}
-    return DataSet(**{**chosen, "gestures": tuple(data["gestures"])})
-
-
-def _of_train(recipe: str) -> dict[str, Setting]:
-    """Return the settings of [train]: its own, and a recipe's by dotted names."""
-    if recipe not in RECIPES:
-        return TRAIN
-    parts = asdict(RECIPES[recipe])
-    del parts["name"]
-    return {**TRAIN, **{name: Setting(value) for name, value in _flattened(parts)}}
-
-
-def _flattened(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+def _flattened(table: Table, before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of nested tables by dotted names."""
     for key, value in table.items():
         if isinstance(value, dict):
             yield from _flattened(value, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
-
-
-def toml(value: Any) -> str:
-    """Return a value as TOML."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(toml, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)

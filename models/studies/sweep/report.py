@@ -2,7 +2,7 @@
 
 Seeds and folds repeat a training: a point is all of them together. Intervals are 95 %, by
 resampling whole users (or sessions) that were held out; each counts once, however many seeds judged
-it.
+it. Differences to the first point are of the same users, so their intervals are narrower.
 """
 
 import json
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.shared.errors import count
 from models.evaluation import bootstrap
@@ -21,6 +22,9 @@ from models.studies.sweep.plan import AMOUNTS
 
 FEW: Final = 6  # users or sessions: of fewer, resampling says too little
 LEARNED: Final = (*AMOUNTS, "windows")
+WINDOWS: Final = "frames"  # in a result's "held": windows named rightly
+
+Sums = dict[str, NDArray[np.float64]]  # by held-out group: sum and count of scores, (2,)
 
 
 class Measure(NamedTuple):
@@ -44,6 +48,8 @@ class Point:
     at: dict[str, Any]  # values on the axes, without the seed
     trainings: int  # number of trainings
     figure: Figure  # score on what was held out
+    gain: Figure  # score less that of the first point, on what both judge
+    windows: float  # share of held-out windows named rightly; NaN: unknown
     random: float  # score on windows at random, mean of the trainings; NaN: unknown
     learned: dict[str, float]  # users, sessions, minutes and windows learned from, means
     held: int  # number of held-out users or sessions
@@ -56,28 +62,48 @@ def points(found: Mapping[str, Any]) -> list[Point]:
         if "result" in job:
             at = {axis: value for axis, value in job["at"].items() if axis != "seed"}
             groups.setdefault(json.dumps(at), []).append(job["result"])
-    group, measure = found["test"]["by"], MEASURES[found["train"]["task"]]
-    return [_point(json.loads(at), results, group, measure) for at, results in groups.items()]
+    by, measure = found["test"]["by"], _measure(found)
+    sums = [_sums(results, by, measure.key) for results in groups.values()]
+    return [_point(json.loads(at), results, by, measure, sums[0]) for at, results in groups.items()]
 
 
-def _point(at: dict[str, Any], results: list[dict[str, Any]], by: str, measure: Measure) -> Point:
-    rows: dict[str, list[Any]] = {}  # of each held-out group, sum and count in each training
+def _measure(found: Mapping[str, Any]) -> Measure:
+    return MEASURES[found["train"].get("task", "gesture")]
+
+
+def _sums(results: Sequence[Mapping[str, Any]], by: str, key: str) -> Sums:
+    """Return the sum and count of scores of each held-out group, means of the trainings."""
+    rows: dict[str, list[Any]] = {}
     for result in results:
         sums: dict[str, Any] = {}
         for session in result["held"]:
-            counts = np.array(session[measure.key], dtype=np.float64)
+            counts = np.array(session.get(key, (0, 0)), dtype=np.float64)
             sums[session[by]] = sums.get(session[by], 0.0) + counts
         for name, counts in sums.items():
             rows.setdefault(name, []).append(counts)
-    score, amount = np.array([np.mean(rows[name], axis=0) for name in sorted(rows)]).T
+    return {name: np.mean(rows[name], axis=0) for name in sorted(rows)}
+
+
+def _point(
+    at: dict[str, Any], results: list[dict[str, Any]], by: str, measure: Measure, first: Sums
+) -> Point:
+    sums = _sums(results, by, measure.key)
+    score, amount = np.array([*sums.values()]).T
+    own, base = (
+        np.array([one[name] for name in sums if name in first]).reshape(-1, 2)
+        for one in (sums, first)
+    )
+    windows, of = np.sum([*_sums(results, by, WINDOWS).values()], axis=0)
     random = [one["random"] for one in results if one["random"] is not None]
     return Point(
         at,
         len(results),
         (bootstrap.share if measure.share else bootstrap.rate)(score, amount),
+        bootstrap.rate(own[:, 0] - base[:, 0], base[:, 1]),
+        windows / of if of else float("nan"),
         float(np.mean(random)) if random else float("nan"),
         {key: float(np.mean([one["learned"][key] for one in results])) for key in LEARNED},
-        len(rows),
+        len(sums),
     )
 
 
@@ -86,7 +112,8 @@ def score(result: Mapping[str, Any]) -> float:
     measure = MEASURES["gesture" if "events" in result["held"][0] else "location"]
     if not all(isinstance(note, str) for note in result["notes"]):
         raise TypeError("a note is no text")
-    return _point({}, [dict(result)], "user", measure).figure.value
+    own = _sums([result], "user", measure.key)
+    return _point({}, [dict(result)], "user", measure, own).figure.value
 
 
 def title(at: Mapping[str, Any]) -> str:
@@ -109,9 +136,10 @@ def table(found: Mapping[str, Any]) -> str:
     """Return the report as text: every point, remarks, and what failed."""
     made = points(found)
     done = sum("result" in job for job in found["jobs"])
+    held = {key: value for key, value in found["test"].items() if value}
     parts = [
         f"{found['sweep']}: {done} of {count(len(found['jobs']), 'training')}; held out: "
-        f"{title(found['test'])}; scores: {MEASURES[found['train']['task']].words}"
+        f"{title(held)}; scores: {_measure(found).words}"
     ]
     if made:
         parts.append(markdown.table(rows(made)))
@@ -140,12 +168,18 @@ def _failed(found: Mapping[str, Any]) -> list[str]:
 def rows(points: Sequence[Point]) -> Table:
     """Return a table of all points, a row for each."""
     learned = [f"learned {key}" for key in LEARNED]
-    head = [*points[0].at, "trainings", "score", "low", "high", "at random", *learned]
-    made = []
+    head = [*points[0].at, "trainings", "score", "low", "high", "beside the first", "windows"]
+    made: list[list[str]] = []
     for point in points:
-        figure = point.figure
-        numbers = [figure.value, figure.low, figure.high, point.random, *point.learned.values()]
-        cells = ["" if number != number else f"{number:.4g}" for number in numbers]
+        figure, gain = point.figure, point.gain
+        scored = [figure.value, figure.low, figure.high]
+        beside = f"{gain.value:+.4g} ({gain.low:+.3g} … {gain.high:+.3g})" if made else ""
+        others = [point.windows, point.random, *point.learned.values()]
+        cells = [*map(_number, scored), beside, *map(_number, others)]
         at = [place(axis, value) for axis, value in point.at.items()]
         made.append([*at, str(point.trainings), *cells])
-    return Table(head, made)
+    return Table([*head, "at random", *learned], made)
+
+
+def _number(value: float) -> str:
+    return "" if value != value else f"{value:.4g}"

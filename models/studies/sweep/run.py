@@ -14,7 +14,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
@@ -104,7 +104,7 @@ def results(sweep: Sweep, done: Mapping[str, Answer], failed: Mapping[str, str])
         "axes": plan.axes,
         "data": {**plan.data, **({"sha256": sweep.digest} if sweep.digest else {})},
         "train": plan.train,
-        "test": plan.test,
+        "test": asdict(plan.test),
         "jobs": [
             {"name": name, "at": job["at"], "fold": job["test"]["fold"]}
             | ({"failed": failed[name]} if name in failed else {"result": done[name]["result"]})
@@ -127,7 +127,7 @@ def answers(folder: Path) -> dict[str, Answer]:
 
 def describe(job: Job) -> str:
     """Return a job's place, such as "users 3, seed 1, fold 2"."""
-    fold = {"fold": job["test"]["fold"] + 1} if "folds" in job["test"] else {}
+    fold = {"fold": job["test"]["fold"] + 1} if job["test"]["folds"] else {}
     return report.title({**job["at"], **fold})
 
 

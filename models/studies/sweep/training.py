@@ -1,6 +1,7 @@
 """One training of a sweep: read or simulate, hold out, train, and score what is held out.
 
-The held-out recordings decide nothing. Of the others, `models train`'s own split chooses the epoch.
+The held-out recordings decide nothing. Of the others, `models train`'s own split chooses the epoch,
+and the symmetries of gestures that no vocabulary declares.
 """
 
 import json
@@ -14,27 +15,29 @@ from typing import Any, Final
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import nn
 
+from controller.recognition.images.scale import FIRM
 from models.data import load, splits, touch_images
-from models.data.examples import Choice
+from models.data.examples import Choice, Examples
 from models.data.load import Data
-from models.data.recipe import DEFAULT, RECIPES, Recipe
+from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
 from models.data.splits import HoldOut
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
-from models.studies.sweep import plan
+from models.studies.sweep import plan, trajectory_baseline
+from models.studies.sweep.plan import Training
+from models.training import symmetry_search
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob, batched, prepare_torch
 
 KEPT: Final = 2  # data sets that a process keeps in memory; jobs of one set are neighbours
+FIRM_SHARE: Final = 0.75  # quantile of the strength of touched images: a firm touch
 # A GPU adds up in another order, and so does each kind of it: results would depend on the machine.
 DEVICE: Final = torch.device("cpu")
 
 Result = dict[str, Any]  # JSON
-Train = Mapping[str, Any]  # settings of [train]
 Scores = NDArray[np.bool_] | NDArray[np.floating]  # one for each judged item, (items,)
 
 
@@ -42,34 +45,51 @@ def train(job: Mapping[str, Any]) -> Result:
     """Train one network, judge it on what is held out, and return plain data; or raise ValueError.
 
     "learned": number of users, sessions, minutes and windows; "notes": sentences about recordings
-    that are left out; "epochs", and the "best" of them; "check" and "random": scores on the windows
-    that chose the epoch, and at random; "held": for each held-out session its "user", "session",
-    and [sum, count] of its scores.
+    that are left out, and symmetries found; "epochs", and the "best" of them; "check" and "random":
+    scores on the windows that chose the epoch, and at random; "held": for each held-out session its
+    "user", "session", and [sum, count] of its scores.
     """
-    asked = job["train"]
-    prepare_torch(asked["seed"])
-    recipe = _recipe_of(asked)
-    plain = replace(recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
+    asked = plan.training(job["train"])
+    prepare_torch(asked.seed)
+    plain = replace(asked.recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
     source = json.dumps(job["data"], sort_keys=True)
-    data = _read(source, plain, asked["labels"], asked["window"], asked["all"])
+    data = _read(source, plain, asked.labels, asked.window, asked.every)
     # Recordings without a window are neither held out nor learned from.
     present = np.unique(data.examples.session[data.examples.ends]).astype(np.int64)
     user, session = data.user[present], data.session[present]
-    held = HoldOut(**job["test"]).held(user, session)
-    amounts = asked["users"], asked["sessions"], asked["seed"]
-    taken = splits.learned(user, session, held, *amounts)
-    taught = _some(data, present[taken], asked["minutes"])
+    test = dict(job["test"])
+    fold = test.pop("fold")
+    held = HoldOut(**test).held(user, session, fold)
+    taken = splits.learned(user, session, held, asked.users, asked.sessions, asked.seed)
+    if data.settings.normalise == "difference":
+        data = replace(data, examples=scaled(data.examples, present[taken]))
+    taught = _some(data, present[taken], asked.minutes)
     unseen = _some(data, present[held], 0.0)
     users = len(np.unique(user[taken]))
-    recipe = replace(recipe, gesture=recipe.gesture.of_people(users))
-    result = TASKS[asked["task"]](taught, unseen, recipe, asked)
+    asked = replace(asked, gesture=asked.gesture.of_people(users))
+    result = TASKS[asked.task, asked.model](taught, unseen, asked)
     learned = {
         "users": users,
         "sessions": len(np.unique(session[taken])),
         "minutes": round(len(taught.examples.label) / data.settings.rate_hz / 60.0, 3),
         "windows": result.pop("windows"),
     }
-    return {"learned": learned, "notes": list(data.notes), **result}
+    notes = [*data.notes, *result.pop("notes", ())]
+    return {"learned": learned, "notes": notes, **result}
+
+
+def scaled(examples: Examples, recordings: NDArray[np.int64]) -> Examples:
+    """Return examples in which a firm touch, as in some recordings (n,), is as on the orb."""
+    ends = examples.ends[np.isin(examples.session[examples.ends], recordings)]
+    ends = ends[examples.label[ends] > 0]
+    strength = np.abs(examples.images[ends] - 1.0).mean(axis=(1, 2))
+    session = examples.session[ends]
+    firm = [np.quantile(strength[session == one], FIRM_SHARE) for one in np.unique(session)]
+    usual = float(np.median(firm)) if firm else 0.0
+    if not usual > 0.0:
+        return examples
+    signal = np.float32(FIRM / usual) * (examples.images - np.float32(1.0))
+    return replace(examples, images=signal + np.float32(1.0))
 
 
 @lru_cache(maxsize=KEPT)
@@ -82,8 +102,10 @@ def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool)
 
     if "folders" not in data:
         with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as folder:
-            simulation = plan.data_set(data)
-            generate(simulation, Path(folder), data["users"], data["sessions"], 1, _ignore)
+            simulation = plan.data_of(data)
+            assert isinstance(simulation, plan.Simulation)
+            users, sessions = simulation.users, simulation.sessions
+            generate(simulation, Path(folder), users, sessions, 1, _ignore)
             return read([Path(folder)])
     found = read([Path(folder) for folder in data["folders"]])
     if load.fingerprint(found.digest, found.vocabulary) != data["sha256"]:
@@ -111,34 +133,58 @@ def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
     return replace(data, examples=replace(examples, **own, ends=moved[ends]))
 
 
-def _gestures(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
+def _gestures(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train CNN-3D; frames and events are judged."""
-    split = splits.split_windows(taught, "", asked["seed"])
-    found, net = train_gestures(TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None))
+    split = splits.split_windows(taught, asked.split, asked.seed)
+    words = ""
+    if not asked.declared:
+        parts, seed = split.windows, asked.seed
+        taught, words = symmetry_search.declared(taught, parts, asked.gesture, seed, DEVICE)
+    found, net = train_gestures(TrainingJob(taught, split, asked, asked.seed, DEVICE, None))
+    examples = unseen.examples
+    logits = batched(net, lambda some: torch.from_numpy(examples.windows(some)), examples.ends)
+    notes = [f"symmetries: {words}"] if words else []
+    held = _judged(unseen, scores.softmax(logits.numpy()))
+    return {**_summary(found, len(split.windows.train)), "held": held, "notes": notes}
+
+
+def _trees(taught: Data, unseen: Data, asked: Training) -> Result:
+    """Train trees on the touch's trajectory, judged as CNN-3D is."""
+    examples, classes = taught.examples, len(taught.vocabulary.labels)
+    rows = trajectory_baseline.features(examples)
+    trees = trajectory_baseline.train(rows, examples.label[examples.ends], asked.seed)
+    others = trajectory_baseline.features(unseen.examples)
+    held = _judged(unseen, trajectory_baseline.predict(trees, others, classes))
+    empty = {"epochs": 0, "best": 0, "check": None, "random": None}
+    return {"windows": len(rows), **empty, "held": held}
+
+
+def _judged(unseen: Data, probabilities: NDArray[np.floating]) -> list[Result]:
+    """Return the scores of each held-out session, by probabilities (windows, classes)."""
     examples, held = unseen.examples, []
-    for number in np.unique(examples.session[examples.ends]):
-        ends = examples.ends[examples.session[examples.ends] == number]
-        logits = _logits(net, examples.windows(ends))
-        events = scores.events(examples, ends, scores.softmax(logits))
-        right = logits.argmax(axis=1) == examples.label[ends]
+    session = examples.session[examples.ends]
+    for number in np.unique(session):
+        ends, own = examples.ends[session == number], probabilities[session == number]
+        events = scores.events(examples, ends, own.astype(np.float64))
+        right = own.argmax(axis=1) == examples.label[ends]
         held.append(_session(unseen, number, frames=right, events=events.named == events.label))
-    return {**_summary(found, len(split.windows.train)), "held": held}
+    return held
 
 
-def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
+def _locations(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train CNN-2D; each touch is judged by its error, grid units, mean of the axes."""
-    split = splits.split_windows(taught, "", asked["seed"])
+    split = splits.split_windows(taught, asked.split, asked.seed)
     found, judged = (
-        touch_images.find(data.examples, recipe.averaged, asked["seed"])
-        for data in (taught, unseen)
+        touch_images.find(data.examples, asked.averaged, asked.seed) for data in (taught, unseen)
     )
     if not len(found.images) or not len(judged.images):
         raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
     learned, net = train_locations(
-        TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None), found
+        TrainingJob(taught, split, asked, asked.seed, DEVICE, None), found
     )
-    inputs, corners = recipe.location.touch.of(judged.images[judged.last])
-    off = _logits(net, inputs) + corners - judged.place[judged.last]
+    inputs, corners = asked.location.touch.of(judged.images[judged.last])
+    places = batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
+    off = places.numpy() + corners - judged.place[judged.last]
     error = np.abs(off).mean(axis=1)
     session = unseen.examples.session[judged.frame[judged.last]]
     held = [
@@ -148,9 +194,10 @@ def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Resu
 
 
 # A task is a line here, and its measure in models/studies/sweep/report.py.
-TASKS: Final[dict[str, Callable[[Data, Data, Recipe, Train], Result]]] = {
-    "gesture": _gestures,
-    "location": _locations,
+TASKS: Final[Mapping[tuple[str, str], Callable[[Data, Data, Training], Result]]] = {
+    ("gesture", "network"): _gestures,
+    ("gesture", "trees"): _trees,
+    ("location", "network"): _locations,
 }
 
 
@@ -166,22 +213,6 @@ def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
     }
 
 
-def _recipe_of(train: Train) -> Recipe:
-    """Return the recipe of the networks, from the settings of [train] by dotted names."""
-    recipe = RECIPES[train["recipe"]]
-    for key, value in train.items():
-        if key not in plan.TRAIN:
-            recipe = _set(
-                recipe, key.split("."), tuple(value) if isinstance(value, list) else value
-            )
-    return recipe
-
-
-def _set(made: Any, path: list[str], value: Any) -> Any:
-    first, *rest = path
-    return replace(made, **{first: _set(getattr(made, first), rest, value) if rest else value})
-
-
 def _session(data: Data, number: int, **items: Scores) -> Result:
     """Return the user and session of a recording, and [sum, count] of each of its scores."""
     row = data.rows[number]
@@ -194,13 +225,6 @@ def _session(data: Data, number: int, **items: Scores) -> Result:
 
 def _number(value: float) -> float | None:
     return round(value, 6) if np.isfinite(value) else None
-
-
-def _logits(net: nn.Module, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a network's outputs, (inputs, outputs)."""
-    return np.asarray(
-        batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
-    )
 
 
 def _ignore(line: str) -> None:

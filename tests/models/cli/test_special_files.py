@@ -26,7 +26,7 @@ UNFIT = [kind for kind in KINDS if kind not in REPLACEABLE]
 # What is read: the option's words, with {} for the file and {data} for a folder.
 READ = [
     pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=name)
-    for torch in [("train", "folds", "sweep", "paper")]
+    for torch in [("train", "sweep", "paper")]
     for name, words in {
         "evaluate BUNDLE": "evaluate {}",
         "evaluate DATA": f"evaluate {BUNDLE} {{}}",
@@ -37,7 +37,6 @@ READ = [
         "train --auxiliary": "train {} --task gesture --auxiliary {} --out {data}/new.orb",
         "train --others": "train {} --task user --others {} --out {data}/new.orb",
         "train --mapping": "train {data} --task user --mapping {} --out {data}/new.orb",
-        "folds DATA": "folds {} --out {data}/new.json",
         "sweep FILE": "sweep {}",
         "paper BUNDLE": "paper {} --out {data}",
         "paper DATA": f"paper {BUNDLE} {{}} --out {{data}}",
@@ -47,14 +46,13 @@ READ = [
 # What is written: it is refused before anything is done.
 WRITTEN = [
     pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=words)
-    for torch in [("train", "folds")]
+    for torch in [("train",)]
     for words in (
         "evaluate --json {}",
         "evaluate --html {}",
         "train {data} --out {}",
         "train {data} --task user --out {}",
         f"train {{data}} --epochs 0 --from {BUNDLE} --out {{}}",
-        "folds {data} --out {}",
     )
 ]
 

@@ -8,20 +8,6 @@ from hypothesis import strategies as st
 from models.data import splits
 from models.data.splits import LeakError
 
-WINDOW = 3
-SESSION = np.repeat([0, 1, 2], 10)  # three sessions of ten frames
-ENDS = np.array([e for s in range(3) for e in range(10 * s + 2, 10 * s + 10)])
-
-
-def test_every_session_is_tested_once_and_never_trained_on_then() -> None:
-    with pytest.raises(ValueError, match="only one to split by"):
-        splits.by_group(ENDS[:5], WINDOW, SESSION)
-    folds = splits.by_group(ENDS, WINDOW, SESSION)
-    assert [fold.name for fold in folds] == ["0", "1", "2"]
-    for number, fold in enumerate(folds):
-        assert set(SESSION[ENDS[fold.test]]) == {number}
-        assert number not in SESSION[ENDS[fold.train]]
-
 
 @given(lengths=st.lists(st.integers(10, 60), min_size=1, max_size=4), window=st.integers(1, 10))
 def test_the_last_sixth_is_a_window_away_from_the_rest(lengths: list[int], window: int) -> None:

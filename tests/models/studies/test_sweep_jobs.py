@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import models.studies.sweep
+from controller.shared import config
 from models.data import splits
 from models.data.splits import HoldOut
 from models.studies.sweep import run
@@ -26,12 +27,12 @@ SetEngine = Callable[[Engine], None]
 
 
 def planned(text: str = "[test]\nhold = 2\n[axes]\nusers = [1, 3]\nseed = [0, 1]") -> Plan:
-    return parse(text, "people.toml", "people")
+    return parse(config.parse_toml(text), "people")
 
 
 def answer(order: Job, right: int = 9) -> Answer:
     """What a job might come to: it hangs on the job alone."""
-    users = order["job"]["train"]["users"]
+    users = order["job"]["train"].get("users", 3)
     events = [right + users, 20]
     held = [{"user": "4 05", "session": "4 01", "frames": [80, 90], "events": events}]
     learned = {"users": users, "sessions": users, "minutes": 3.0, "windows": 100}
@@ -71,7 +72,7 @@ def test_a_jobs_name_is_the_same_in_years_to_come() -> None:
 
 def test_every_user_is_held_out_in_one_fold() -> None:
     unit = np.array([3, 3, 5, 7, 7, 9, 11])
-    folds = [HoldOut("user", folds=3, fold=fold).held(unit, unit) for fold in range(3)]
+    folds = [HoldOut("user", folds=3).held(unit, unit, fold) for fold in range(3)]
     assert (np.sum(folds, axis=0) == 1).all()
     for fold in folds:
         assert not set(unit[fold]) & set(unit[~fold])

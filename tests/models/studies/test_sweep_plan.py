@@ -2,32 +2,23 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from controller.shared import config
 from models.cli.sweep import EXAMPLE_FILE
-from models.data.recipe import DEFAULT
+from models.data.recipe import PAPER
 from models.studies.sweep import plan
 from models.studies.sweep.plan import Plan, PlanError
 from tests.support import ROOT
 from tests.support.model_commands import refused
 from tests.support.pytest_types import Capture, Patch
 
-OWN = DEFAULT.gesture
-
 
 def parsed(text: str) -> Plan:
-    return plan.parse(text, "people.toml", "people")
-
-
-def fault(text: str) -> str:
-    """The one sentence about a file that is refused."""
-    with pytest.raises(PlanError) as caught:
-        parsed(text)
-    said = str(caught.value)
-    assert "\n" not in said
-    return said
+    return plan.parse(config.parse_toml(text), "people")
 
 
 def test_every_combination_of_the_axes_is_a_training() -> None:
@@ -46,9 +37,11 @@ def test_every_combination_of_the_axes_is_a_training() -> None:
 def test_without_a_word_everybody_is_held_out_once_in_five_folds() -> None:
     listed = parsed("").jobs()
     assert [job["test"] for job in listed] == [
-        {"by": "user", "folds": 5, "fold": fold} for fold in range(5)
+        {"by": "user", "folds": 5, "hold": 0, "fold": fold} for fold in range(5)
     ]
-    assert listed[0]["data"]["users"] == 10
+    made = plan.data_of(listed[0]["data"])
+    assert isinstance(made, plan.Simulation)
+    assert made.users == 10
 
 
 def test_the_example_that_is_printed_can_be_read() -> None:
@@ -69,39 +62,59 @@ def test_the_files_in_the_documentation_can_be_read() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[data]\nusrs = 3", "people.toml, line 2: [data] usrs: there is no such setting; did you "
-         "mean 'users'?"),
-        ("[data]\n\nusers = 'ten'", 'line 3: [data] users: expected a whole number from 1 to '
-         '100000, found "ten"'),
-        ("[data]\npreset = 'nominl'", "line 2: [data] preset: expected one of nominal, paper-snr"),
-        ("[data]\nseed = 900001", "line 2: [data] seed: this simulation has seed 900001, and seeds "
-         "900000 to 999999 are for tests only"),
-        ("[data]\ngestures = ['wave']", "line 2: [data] gestures: there is no gesture 'wave'"),
-        ("[data]\nfolders = ['a']\nusers = 3", "line 3: [data] users: there is no such setting; "
-         "there are folders"),
-        ("[tran]\nseed = 1", "line 1: 'tran' is no section; there are [data], [train]"),
-        ("[train]\ntask = 'user'", "line 2: [train] task: expected one of gesture, location"),
-        ("[train]\ngesture.rat = 1", "line 2: [train] gesture.rat: there is no such setting"),
-        ("[test]\nfolds = 2\nhold = 1", "line 3: [test] hold: folds hold out every group in turn"),
-        ("[axes]\nseed = 3", "line 2: [axes] seed: expected a list of values, found 3"),
-        ('[axes]\ntask = ["gesture", "location"]', "line 2: [axes] task: scores of tasks"),
-        ("[axes]\n[axes.gesture]\nrat = [1]", "line 3: [axes] gesture.rat: there is no such"),
-        ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4: [axes] data.seed: there "
-         "is no such setting"),
+        ("[data]\nusrs = 3", "line 2 has the unknown key 'usrs' under [data]; known are seed, "),
+        ("[data]\n\nusers = 'ten'", "line 3 has users = 'ten' under [data]; expected is a whole "
+         "number from 1 to 100000 (docs/sweeps.md)"),
+        ("[data]\npreset = 'nominl'", "line 2 has preset = 'nominl' under [data]; expected is one "
+         "of nominal, paper-snr"),
+        ("[data]\nseed = 900001", "line 2 has seed = 900001 under [data]; expected is a whole "
+         "number below 900000: greater seeds are for tests only"),
+        ("[data]\ngestures = ['wave']", "line 2 cannot be simulated: there is no gesture 'wave'"),
+        ("[data]\nfolders = ['a']\nusers = 3", "line 3 has the unknown key 'users' under [data]; "
+         "known are folders"),
+        ("[tran]\nseed = 1", "line 1 has the unknown key 'tran'; known are name, data, train"),
+        ("[train]\ntask = 'user'", "line 2 has task = 'user' under [train]; expected is one of "
+         "gesture, location"),
+        ("[train]\ntask = 'location'\nmodel = 'trees'", "line 3 has model = 'trees', which are for "
+         "gestures only"),
+        ("[train]\ngesture.rat = 1", "line 2 has the unknown key 'rat' under [train.gesture]"),
+        ("[test]\nfolds = 2\nhold = 1", "line 1 has folds, which hold out all in turn, and hold"),
+        ("[axes]\nseed = 3", "line 2 has seed = 3 under [axes]; expected is a list of values"),
+        ('[axes]\ntask = ["gesture", "location"]', "line 2 has an axis task under [axes], and "),
+        ("[axes]\n[axes.gesture]\nrat = [1]", "line 3 has the unknown key 'rat' under"),
+        ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4 has the unknown key "
+         "'seed'"),
         (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
-         f"{list(range(1, 90))}", "line 1: these are 3,560,000 trainings"),
-        ("[train]\ngesture.rate = 'fast'", f'a number, such as {OWN.rate}, found "fast"'),
-        ("[train]\ngesture.channels = [1]", f"a row, such as {list(OWN.channels)}, found [1]"),
-        ("[train]\ngesture.batch = 1.5", f"a whole number, such as {OWN.batch}, found 1.5"),
-        ("[axes\n", "people.toml, line 1: "),
+         f"{list(range(1, 90))}", "line 1 is of 3,560,000 trainings"),
+        ("[train]\ngesture.rate = 'fast'", "has rate = 'fast' under [train.gesture]; expected is a "
+         "number from 0 to"),
+        ("[train]\ngesture.channels = [1]", "has channels = [1] under [train.gesture]; expected is "
+         "a list of 2"),
+        ("[train]\ngesture.batch = 1.5", "has batch = 1.5 under [train.gesture]; expected is "
+         "a whole number"),
+        ("[axes\n", ", line 1: "),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_with_its_line_and_what_was_expected(text: str, said: str) -> None:
-    assert said in fault(text)
+def test_a_mistake_is_told_with_its_line_and_what_was_expected(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "people.toml"
+    file.write_text(text)
+    with pytest.raises(PlanError) as caught:
+        plan.read(file)
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(str(file))
+    assert "\n" not in str(caught.value)
+
+
+def test_settings_of_the_recipe_replace_its_own() -> None:
+    made = plan.training({"recipe": "paper", "gesture": {"hidden": [32, 32], "l2": [0, 0]}})
+    wanted = replace(PAPER.gesture, hidden=(32, 32), l2=(0.0, 0.0))
+    assert made.recipe == replace(PAPER, gesture=wanted)
 
 
 def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(PlanError, match="no such file or directory; models sweep"):
+    with pytest.raises(PlanError, match="no such file or directory"):
         plan.read(tmp_path / "none.toml")
     (tmp_path / "odd.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(PlanError, match="not text in UTF-8"):
@@ -111,7 +124,7 @@ def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) 
 def test_the_command_prints_a_file_to_begin_with(capsys: Capture) -> None:
     from models.__main__ import main
 
-    assert main(["sweep", "--example"]) == 0
+    assert main(["sweep"]) == 0
     assert "[axes]" in capsys.readouterr().out
 
 

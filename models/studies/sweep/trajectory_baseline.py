@@ -1,4 +1,4 @@
-"""Baseline of `models folds`: extremely randomised trees on the trajectory of the touch.
+"""Baseline of sweeps: extremely randomised trees on the trajectory of the touch.
 
 Features of an image are centroid, spread and sum of the touch; features of a window are those of
 its images, displacement, steps and speed, and mean, deviation, minimum and maximum of each. The

@@ -1,0 +1,79 @@
+"""People's recordings of another sensor: arrays, recordings, folds, a table; on a look-alike."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support import ROOT
+from tests.support.pytest_types import Capture
+
+pytest.importorskip("torch", reason="needs the [train] extra")
+pytest.importorskip("joblib", reason="needs the [sweep] extra")
+
+import tests.support.synthetic_people as look_alike
+from controller.__main__ import main as controller
+from models.__main__ import main as models
+from models.data import load
+from models.data.recipe import DEFAULT
+from models.studies.sweep import training
+
+pytestmark = pytest.mark.train
+
+BESIDE = ROOT / "docs" / "people"
+
+
+@pytest.fixture(scope="module")
+def people(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with four people's recordings, imported as docs/people.md says."""
+    folder = tmp_path_factory.mktemp("people")
+    look_alike.write(folder / "frames.npz")
+    told = str(BESIDE / "capfingerid.toml")
+    asked = ["recordings", "import", str(folder / "frames.npz"), told]
+    assert controller([*asked, "--out", str(folder / "recordings")]) == 0
+    return folder
+
+
+def swept(people: Path, name: str, steps: int) -> Any:
+    plan = (BESIDE / "folds.toml").read_text(encoding="utf-8")
+    for old, new in (("folds = 5", "folds = 2"), ("steps = 800", f"steps = {steps}")):
+        assert old in plan
+        plan = plan.replace(old, new)
+    (people / f"{name}.toml").write_text(plan)
+    assert models(["sweep", str(people / f"{name}.toml"), "--workers", "1"]) == 0
+    return json.loads((people / f"{name}.sweep" / "results.json").read_text())
+
+
+def test_unseen_people_s_tasks_are_told_beside_a_baseline(people: Path, capsys: Capture) -> None:
+    shutil.copy(BESIDE / "gestures.toml", people / "recordings")
+    jobs = swept(people, "told", 60)["jobs"]
+    (people / "recordings" / "gestures.toml").unlink()
+    assert [job["at"]["model"] for job in jobs] == ["network"] * 2 + ["trees"] * 2
+    of = [[one["user"].split()[-1] for one in job["result"]["held"]] for job in jobs]
+    assert [sorted(set(users)) for users in of] == [["00", "01"], ["02", "03"]] * 2
+    windows = [sum(one["frames"][1] for one in job["result"]["held"]) for job in jobs]
+    assert windows[:2] == windows[2:]  # the same windows for both
+    right = [sum(one["frames"][0] for one in job["result"]["held"]) for job in jobs]
+    assert min(np.divide(right[:2], windows[:2])) > 0.6
+    assert "| trees | 2 |" in capsys.readouterr().out
+
+
+def test_without_a_declaration_each_fold_finds_its_own(people: Path, capsys: Capture) -> None:
+    jobs = swept(people, "bare", 12)["jobs"]
+    for job in jobs[:2]:
+        words = job["result"]["notes"][-1]
+        assert words.startswith("symmetries: ")
+        assert "points" in words or "no symmetry helps" in words
+    assert "symmetries: " in capsys.readouterr().out
+
+
+def test_the_scale_of_a_fold_is_that_of_its_own_people(people: Path) -> None:
+    data = load.read([people / "recordings"], DEFAULT, "auto", print)
+    own = np.flatnonzero(data.user < np.median(data.user))
+    stronger = replace(data.examples, images=1.0 + 3.0 * (data.examples.images - 1.0))
+    one, other = (training.scaled(each, own) for each in (data.examples, stronger))
+    np.testing.assert_allclose(one.images, other.images, atol=1e-4)
