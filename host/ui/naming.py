@@ -4,9 +4,14 @@ import re
 from functools import cache
 from typing import Final
 
+from controller.shared.notices import TEMPLATES, Notice, worded
 from host.ui.unanswered import Reason
-from tetris.kit.language import FALLBACK, Words, table
+from tetris.kit.language import Words
 
+_CODES_ONLY: Final = (
+    *("all_taxels", "row", "column", "rows", "columns", "taxel", "taxel_at", "taxels"),
+    *("some_taxels", "list", "gesture"),
+)
 _FIGURES: Final = ("count", "minutes", "number", "percent", "seconds")
 _PLACES: Final = re.compile(r"\b(taxels?|rows?|columns?|all|and|of)\b")
 
@@ -33,13 +38,17 @@ def place(words: Words, name: str) -> str:
 
 
 def said(words: Words, sentence: str) -> str:
-    """Return a sentence of the orb or the trainer in the language in use.
-
-    The English words below `said` and `dome.health` are its templates; else it stays as it is.
-    """
+    """Return a sentence of the orb or the trainer in the language in use; free text as it is."""
+    if isinstance(sentence, Notice):
+        template = words(key := f"said.{sentence.code}")
+        name = gesture if sentence.code == "gesture" else said
+        arguments = [name(words, one) for one in sentence.arguments]
+        return sentence if template == key else worded(sentence.code, template, arguments)
     for key, pattern in _templates():
         if found := pattern.fullmatch(sentence):
             parts = found.groupdict()
+            if words(key) == key:
+                return sentence
             return words(key, **{name: _part(words, name, part) for name, part in parts.items()})
     return sentence
 
@@ -63,9 +72,9 @@ def _group(name: re.Match[str]) -> str:
 def _templates() -> tuple[tuple[str, re.Pattern[str]], ...]:
     """Return the keys and patterns of the sentences, in order."""
     return tuple(
-        (key, re.compile(re.sub(r"\\{(\w+)\\}", _group, re.escape(english))))
-        for key, english in table(FALLBACK).items()
-        if key.startswith(("said.", "dome.health."))
+        (f"said.{code}", re.compile(re.sub(r"\\{(\w+)\\}", _group, re.escape(english))))
+        for code, english in TEMPLATES.items()
+        if code not in _CODES_ONLY
     )
 
 

@@ -12,12 +12,15 @@ from math import inf, isfinite
 from typing import Annotated, Any, Final, NamedTuple
 
 from controller.shared.errors import one_line
+from controller.shared.notices import TEMPLATES, Notice
 
 
 class ProtocolError(ValueError):
     """A message that does not fit the wire format, or bytes that are no packet."""
 
 
+MOST_ARGUMENTS: Final = 8  # of a notice
+MOST_NESTED: Final = 4  # notices in one another
 BAD_BYTES: Final = (struct.error, ValueError, IndexError)  # raised by reading
 
 
@@ -130,6 +133,19 @@ def text(limit: int) -> Codec:
     )
 
 
+def sentence(limit: int) -> Codec:
+    """Return the codec of a sentence: a notice, or free text of up to `limit` bytes of UTF-8.
+
+    A notice that is longer is sent as free text, and that is cut.
+    """
+
+    def pack(value: str) -> bytes:
+        raw = _pack_sentence(value)
+        return raw if len(raw) <= limit + 1 else _pack_sentence(fitted(value, limit))
+
+    return octets(limit + 1, pack, _unpack_sentence)
+
+
 def many(item: Codec, limit: int) -> Codec:
     """Return the codec of a tuple of up to `limit` (< 256) items after their count."""
 
@@ -185,6 +201,28 @@ def _printable(value: str) -> str:
     return value
 
 
+def _pack_sentence(value: str) -> bytes:
+    """Return free text after a zero, or the code and arguments of a notice."""
+    if not isinstance(value, Notice):
+        return b"\0" + one_line(value).encode()
+    parts = [_PART.write(_pack_sentence(one)) for one in value.arguments]
+    return _NAME.write(value.code) + b"".join(parts)
+
+
+def _unpack_sentence(raw: bytes, depth: int = MOST_NESTED) -> str:
+    """Return a notice, or free text; that of an unknown code shows code and arguments."""
+    code, at = _NAME.read(raw, 0)
+    if not code:
+        return _printable(raw[at:].decode())
+    arguments: list[str] = []
+    while at < len(raw):
+        part, at = _PART.read(raw, at)
+        arguments.append(_unpack_sentence(part, depth - 1))
+    if depth < 1 or len(arguments) > MOST_ARGUMENTS:
+        raise ProtocolError("a notice has too many arguments, or is nested too deeply")
+    return Notice(code, arguments) if code in TEMPLATES else f"{code}: {', '.join(arguments)}"
+
+
 def _pack_shares(values: Iterable[float]) -> bytes:
     return bytes([round(value * 255.0) for value in values])
 
@@ -223,6 +261,7 @@ _XY: Final = struct.Struct("<ff")
 _LARGEST: Final = 3.4028234663852886e38  # float32
 _U32: Final = 0xFFFFFFFF
 _NAME: Final = text(40)
+_PART: Final = octets(0xFFFF)  # an argument of a notice
 
 Bool = Annotated[bool, Codec(_write_bool, _read_bool)]
 U8 = Annotated[int, number("B", 0, 0xFF)]
@@ -238,6 +277,7 @@ Share = Annotated[float, number("f", 0, 1)]
 Text40 = Annotated[str, _NAME]
 Text64 = Annotated[str, text(64)]
 Text500 = Annotated[str, text(500)]
+Sentence500 = Annotated[str, sentence(500)]
 Names = Annotated[tuple[str, ...], many(_NAME, 64)]
 Octets32 = Annotated[bytes, octets(32)]
 Point = Annotated[tuple[float, float] | None, Codec(_write_point, _read_point)]

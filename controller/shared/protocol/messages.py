@@ -10,7 +10,7 @@ from typing import Annotated, Final, TypeVar, dataclass_transform
 
 from controller.shared.protocol import codec
 
-VERSION = 3  # of the payloads: the upper nibble of every packet
+VERSION = 4  # of the payloads: the upper nibble of every packet
 UPDATE = "on the {}, run: pip install --upgrade orbtouch"  # the end that is older
 MAX_PAYLOAD = 1024  # bytes
 COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", "pause")
@@ -242,7 +242,7 @@ class Health(Report):
     A snapshot, sent when it changes and once to every new host if there is a fault.
     """
 
-    found: Annotated[tuple[str, ...], codec.many(codec.text(120), 8)]  # sentences, worst first
+    found: Annotated[tuple[str, ...], codec.many(codec.sentence(120), 8)]  # worst first
 
 
 @message(22)
@@ -251,7 +251,7 @@ class UploadStatus(Report):
 
     state: codec.U8  # WANTED, PROVING, IN_USE, DECLINED
     offset: codec.U32  # bytes received
-    text: codec.Text500  # a sentence, or ""
+    text: codec.Sentence500  # or ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,9 +137,7 @@ class Vocabulary(Report):
     undo: codec.Bool  # whether `Undo` has something to undo
     taught: codec.U8  # number of taught gestures
     folder: Annotated[str, codec.text(255)]  # where the player's data is
-    objection: Annotated[str, codec.text(200)] = (
-        ""  # why nothing can be changed, a sentence; "": it can
-    )
+    objection: Annotated[str, codec.sentence(200)] = ""  # why nothing can be changed; "": it can
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +179,7 @@ class ExampleTaken(Report):
     number: codec.U32
     label: codec.Text40
     felt: codec.Bool  # whether it is stored and can be learned
-    text: codec.Text500  # why not, a sentence; "" if it is
+    text: codec.Sentence500  # why not; "" if it is
     seconds: codec.Deviation  # duration of its touch; 0 without one
     image: Image  # at its firmest; b"" without a touch
     rotations: codec.Text40 = "none"  # as in Learn: guess from the examples of the label so far
@@ -194,7 +192,7 @@ class LearnStatus(Report):
 
     state: codec.U8  # LEARNING, DONE, FAILED
     progress: codec.Share
-    text: codec.Text500  # a sentence, or ""
+    text: codec.Sentence500  # or ""
     # For each of Vocabulary.labels: share of its rehearsed touches that are recognised; () unknown
     kept: codec.Shares = ()
 
@@ -204,7 +202,7 @@ class RecordingStatus(Report):
     """Device to host: the answer to Record, and when a recording ends by itself."""
 
     on: codec.Bool
-    text: codec.Text500  # where it lies, or why there is none
+    text: codec.Sentence500  # where it lies, or why there is none
 
 
 @message(31)
@@ -221,10 +219,10 @@ class CheckStep(Report):
 class CheckRow(Report):
     """Device to host: one row of the doctor's table, as `controller.diagnostics.report.Row`."""
 
-    name: codec.Text64
+    name: Annotated[str, codec.sentence(64)]
     verdict: codec.Text40
-    found: Annotated[str, codec.text(250)]
-    advice: Annotated[str, codec.text(250)]
+    found: Annotated[str, codec.sentence(250)]
+    advice: Annotated[str, codec.sentence(250)]
     code: codec.Text40
 
 

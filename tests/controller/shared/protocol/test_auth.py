@@ -76,10 +76,10 @@ def test_a_tag_is_what_the_specification_says() -> None:
 
 
 def test_a_whole_sealed_frame_is_this() -> None:
-    # Version 3 with the flag of a tag, type 34, session 7, sequence 101, t_ms 3; Grant(258).
+    # Version 4 with the flag of a tag, type 34, session 7, sequence 101, t_ms 3; Grant(258).
     # The tag is OpenSSL's: `openssl dgst -sha256 -mac HMAC`, by the text of docs/protocol.md.
-    sealed = bytes.fromhex("34 22 0700 6500 03000000  02010000  112c3df231fbb473")
-    ours, _ = seals(KEY, versions=(3, 3), host=b"ab", device=b"cde", session=7, sequence=100)
+    sealed = bytes.fromhex("44 22 0700 6500 03000000  02010000  7ca2121cf94d5a2f")
+    ours, _ = seals(KEY, versions=(4, 4), host=b"ab", device=b"cde", session=7, sequence=100)
     sent = encode(wire.Grant(258), session=7, sequence=101, t_ms=3, seal=ours)
     assert cobs.decode(sent[:-1]) == sealed + zlib.crc32(sealed).to_bytes(4, "little")
 

@@ -26,7 +26,7 @@ from tests.support.fake_device import welcome
 STEPS = 6000  # of 10 ms
 KEY = bytes(range(32))
 NAMES = ("left", "right", "drop", "hold")
-GOLDEN = {("open", False): "d6d2e8d4364058e8", ("keyed", True): "0f2e819d7fd62f43"}
+GOLDEN = {("open", False): "18f99d30d014824c", ("keyed", True): "dad5e98958e05630"}
 
 
 class Wire:

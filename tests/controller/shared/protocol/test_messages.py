@@ -12,6 +12,7 @@ from cobs import cobs as oracle
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from controller.shared.notices import Notice, listed, notice
 from controller.shared.protocol import codec
 from controller.shared.protocol import messages as protocol
 from controller.shared.protocol import messages as wire
@@ -130,7 +131,7 @@ GOLDEN: list[tuple[wire.Message, str]] = [
         wire.Heartbeat(258, 1, 2, 3, ("down",)),
         "05  02010000 01000000 02000000 03000000 01 04 646f776e",
     ),
-    (wire.Offer(3, b"\1\2", True), "06  03 02 0102 01"),
+    (wire.Offer(4, b"\1\2", True), "06  04 02 0102 01"),
     (
         wire.NumberedCommand("left", "press", 0.5, (1.0, 2.0), 9, 7, 6, 258),
         "10  04 6c656674 05 7072657373 0000003f 01 0000803f 00000040"
@@ -143,7 +144,7 @@ GOLDEN: list[tuple[wire.Message, str]] = [
     ),
     (wire.GroundTruth(4, "press", 1000, 1500), "13  04000000 05 7072657373 e8030000 dc050000"),
     (wire.Granted(100), "14  64000000"),
-    (wire.Health(("pump", "row 1")), "15  02 04 70756d70 05 726f772031"),
+    (wire.Health(("pump", "row 1")), "15  02 05 00 70756d70 06 00 726f772031"),
     (wire.PositionUncertainty(9, 0.5), "19  09000000 0000003f"),
     (
         wire.Contacts((wire.Contact(1, 2.0, 3.0, 4.0, 5.0),)),
@@ -156,7 +157,7 @@ GOLDEN: list[tuple[wire.Message, str]] = [
         "23  03 6b6579 04 686f7374 01 01000000 02000000 03000000",
     ),
     (wire.HostHeartbeat(258, 1, 2, 3, 4), "24  02010000 01000000 02000000 03000000 04000000"),
-    (wire.UploadStatus(2, 258, "ok"), "16  02 02010000 0200 6f6b"),
+    (wire.UploadStatus(2, 258, "ok"), "16  02 02010000 0300 00 6f6b"),
     (
         wire.LatencyReport(100.0, 7, (wire.StageTime("scan", 1.0, 1.0, 2.0),)),
         "17  0000c842 07000000 01 04 7363616e 0000803f 0000803f 00000040",
@@ -187,11 +188,11 @@ GOLDEN: list[tuple[wire.Message, str]] = [
     (teach.CheckStep("press", 2, 3, 1.0), "1f  05 7072657373 02 03 0000803f"),
     (
         teach.CheckRow("air", "good", "1 kPa", "b", "a"),
-        "0f  03 616972 04 676f6f64 05 31206b5061 01 62 01 61",
+        "0f  04 00 616972 04 676f6f64 06 00 31206b5061 02 00 62 01 61",
     ),
     (
         teach.Vocabulary(("null", "tap"), ("hold",), "b", True, 1, "/d", "no"),
-        "1a  02 04 6e756c6c 03 746170 01 04 686f6c64 01 62 01 01 02 2f64 02 6e6f",
+        "1a  02 04 6e756c6c 03 746170 01 04 686f6c64 01 62 01 01 02 2f64 03 00 6e6f",
     ),
     (
         teach.GestureInfo(
@@ -202,10 +203,10 @@ GOLDEN: list[tuple[wire.Message, str]] = [
     ),
     (
         teach.ExampleTaken(258, "tap", True, "ok", 0.5, b"\x80", "half", True),
-        "1c  02010000 03 746170 01 0200 6f6b 0000003f 0100 80 04 68616c66 01",
+        "1c  02010000 03 746170 01 0300 00 6f6b 0000003f 0100 80 04 68616c66 01",
     ),
-    (teach.LearnStatus(1, 1.0, "ok", (1.0, 0.0)), "1d  01 0000803f 0200 6f6b 02 ff00"),
-    (teach.RecordingStatus(True, "here"), "1e  01 0400 68657265"),
+    (teach.LearnStatus(1, 1.0, "ok", (1.0, 0.0)), "1d  01 0000803f 0300 00 6f6b 02 ff00"),
+    (teach.RecordingStatus(True, "here"), "1e  01 0500 00 68657265"),
 ]
 
 
@@ -246,15 +247,77 @@ def test_every_message_is_tried_and_has_its_golden_bytes() -> None:
 @pytest.mark.parametrize(("message", "body"), GOLDEN, ids=lambda value: type(value).__name__)
 def test_the_bytes_of_each_message_are_these(message: wire.Message, body: str) -> None:
     kind, payload = body.split("  ", 1)  # between them: session 1, sequence 2, t_ms 3
-    data = frame(bytes.fromhex(f"30 {kind} 0100 0200 03000000 {payload}"))  # version 3, flags 0
+    data = frame(bytes.fromhex(f"40 {kind} 0100 0200 03000000 {payload}"))  # version 4, flags 0
     assert wired(message) == data
     assert Decoder().feed(data) == [packet(message)]
 
 
 def test_a_whole_frame_on_the_wire_is_this() -> None:
     # Each zero of header, payload and checksum is the distance to the next zero.
-    data = "04 302201 02 02 02 03 01 01 03 0201 01 05 c0fa5b13 00"
+    data = "04 402201 02 02 02 03 01 01 03 0201 01 05 854934f9 00"
     assert wired(wire.Grant(258)) == bytes.fromhex(data)
+
+
+def carried(text: str) -> str:
+    """Return what arrives of the text of a status."""
+    [packet] = Decoder().feed(wired(teach.RecordingStatus(True, text)))
+    assert isinstance(packet.message, teach.RecordingStatus)
+    return packet.message.text
+
+
+def body_of(text: str) -> Any:
+    return Decoder().feed(frame(bytes.fromhex(f"40 1e 0100 0200 03000000 01 {text}")))
+
+
+NUMBERS = "06 6e756d626572"  # a code that does not exist: "number"
+LEAD = "08 6c6561645f6f6666 0800 03 726f77 0200 00 32"  # lead_off(row("2"))
+
+
+def test_a_notice_arrives_with_its_code_and_arguments() -> None:
+    sent = notice("lead_off", notice("row", 2))
+    assert body_of("1300" + LEAD)[0].message.text == sent
+    assert wired(teach.RecordingStatus(True, sent)) == frame(
+        bytes.fromhex(f"40 1e 0100 0200 03000000 01 1300 {LEAD}")
+    )
+    arrived = carried(sent)
+    assert isinstance(arrived, Notice)
+    assert (arrived, arrived.code, arrived.arguments) == (sent, "lead_off", ("row 2",))
+    assert isinstance(arrived.arguments[0], Notice)
+
+
+def test_an_unknown_code_is_shown_with_its_arguments() -> None:
+    [packet] = body_of(f"0b00 {NUMBERS} 0200 00 37")
+    assert packet.message.text == "number: 7"
+
+
+def test_a_sentence_is_made_printable_and_cut() -> None:
+    assert carried("two\nlines") == "two\\nlines"
+    assert carried("ä" * 300) == "ä" * 250
+    long = notice("the_bundle", "x" * 600)
+    assert carried(long) == str(long)[:500]
+    assert not isinstance(carried(long), Notice)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0000",  # not even a code
+        "0200 00 07",  # unprintable
+        "0400 03 726f77",  # row without its number
+        "0a00 03 726f77 0100 00 0100 00",  # and with two
+        "0500 04 6c697374",  # an empty list
+        "0700 04 6c697374 0500",  # an argument that is cut off
+        "2000 04 6c697374" + " 0100 00" * 9,  # nine arguments
+    ],
+)
+def test_a_malformed_notice_is_a_bad_frame(text: str) -> None:
+    assert body_of(text) == []
+
+
+def test_notices_are_nested_four_deep_at_most() -> None:
+    deep = listed([listed([listed([listed(["x"])])])])
+    assert carried(deep) == "x"
+    assert Decoder().feed(wired(teach.RecordingStatus(True, listed([deep])))) == []
 
 
 @settings(deadline=None)
@@ -358,7 +421,7 @@ def test_the_largest_packet_fits_and_one_byte_more_does_not() -> None:
     assert Decoder().feed(data) == [packet(telemetry(most))]
     with pytest.raises(ProtocolError, match="1025 bytes"):
         wired(telemetry(most + 1))
-    assert Decoder().feed(frame(bytes.fromhex("30120100020003000000") + bytes(1025))) == []
+    assert Decoder().feed(frame(bytes.fromhex("40120100020003000000") + bytes(1025))) == []
 
 
 SPECIFICATION = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
@@ -381,9 +444,9 @@ def sizes(pattern: str) -> list[tuple[str, str, int]]:
     ]
 
 
-TEXTS = sizes(r"(?<!each )\b(?!each\b)(\w+) (?:text|octets)(\d+)")
+TEXTS = sizes(r"(?<!each )\b(?!each\b)(\w+) (?:text|octets|sentence)(\d+)")
 LISTS = sizes(r"(\w+): u8 count <= (\d+)")
-LISTED_TEXTS = sizes(r"(\w+): .*?each text(\d+)")
+LISTED_TEXTS = sizes(r"(\w+): .*?each (?:text|sentence)(\d+)")
 
 
 def fits(message: wire.Message) -> bool:
@@ -429,10 +492,10 @@ def test_a_text_of_a_list_fits_up_to_its_width(kind: str, field: str, width: int
 def test_unknown_types_and_incompatible_flags_are_ignored_and_compatible_flags_pass() -> None:
     decoder = Decoder()
     body = "22 0100 0200 03000000 02010000"
-    assert decoder.feed(frame(bytes.fromhex("30 63 0100 0200 03000000 0102"))) == []
-    assert decoder.feed(frame(bytes.fromhex("33" + body))) == [packet(wire.Grant(258))]
-    assert decoder.feed(frame(bytes.fromhex("34" + body))) == []
-    assert decoder.feed(frame(bytes.fromhex("38" + body))) == []
+    assert decoder.feed(frame(bytes.fromhex("40 63 0100 0200 03000000 0102"))) == []
+    assert decoder.feed(frame(bytes.fromhex("43" + body))) == [packet(wire.Grant(258))]
+    assert decoder.feed(frame(bytes.fromhex("44" + body))) == []
+    assert decoder.feed(frame(bytes.fromhex("48" + body))) == []
 
 
 def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
@@ -440,8 +503,8 @@ def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
         return Decoder().feed(frame(bytes.fromhex(body)))
 
     assert foreign("10 05 0100 0200 03000000 02010000") == [Packet(1, 2, 3, 1, None)]
-    assert foreign("40 63 0100 0200 03000000") == [Packet(1, 2, 3, 4, None)]
-    assert foreign("40 03 0100 0200 03000000 0200 6e6f") == [Packet(1, 2, 3, 4, wire.Refuse("no"))]
+    assert foreign("50 63 0100 0200 03000000") == [Packet(1, 2, 3, 5, None)]
+    assert foreign("50 03 0100 0200 03000000 0200 6e6f") == [Packet(1, 2, 3, 5, wire.Refuse("no"))]
     # A command set for a user and an example with its guess: payloads of version 2 lack them.
     assert foreign("20 3b 0100 0200 03000000 03 746170 04 686f6c64") == [Packet(1, 2, 3, 2, None)]
     hello = foreign("10 01 0000 0200 03000000 01 01 00 00 00")

@@ -198,9 +198,9 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
 @pytest.mark.parametrize(
     ("versions", "sentence"),
     [
-        ((4, 5), "the orb has protocol version 3, the host versions 4 to 5; "
+        ((5, 6), "the orb has protocol version 4, the host versions 5 to 6; "
          "on the orb, run: pip install --upgrade orbtouch"),
-        ((1, 1), "the orb has protocol version 3, the host version 1; on the host, run: "
+        ((1, 1), "the orb has protocol version 4, the host version 1; on the host, run: "
          "pip install --upgrade orbtouch"),
     ],
 )  # fmt: skip
@@ -467,12 +467,12 @@ def test_a_device_that_is_no_orb_is_told_so_after_two_seconds(answer: bytes, sen
 
 
 def test_an_orb_of_another_version_is_told_apart() -> None:
-    body = bytes.fromhex("40 05 0100 0200 03000000 00000000")  # a heartbeat of version 4
+    body = bytes.fromhex("50 05 0100 0200 03000000 00000000")  # a heartbeat of version 5
     beat = codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
     host = HostSession("orb", 1, 0)
     assert host.receive(beat, 10) == []
     sentence = (
-        "orb has protocol version 4, this host version 3; on the host, run: "
+        "orb has protocol version 5, this host version 4; on the host, run: "
         "pip install --upgrade orbtouch"
     )
     assert host.tick(2_000) == [Refused(sentence)]
