@@ -21,7 +21,6 @@ from tetris.kit.stage import Screen, Stage
 from tetris.kit.theme import DARK
 from tetris.window.game_session import Saves
 from tetris.window.screen_flow import ScreenFlow, Start
-from tetris.window.screens.menus import chosen_mode
 from tetris.window.tiles import Tiles
 
 __all__ = ["App", "Start", "play"]
@@ -127,7 +126,7 @@ class App:
 
     def play(self) -> None:
         """Begin a game of the chosen mode."""
-        self._flow.play(chosen_mode(self.stage))
+        self._flow.play(self._flow.mode)
 
     @property
     def frames_hz(self) -> int:

@@ -1,32 +1,30 @@
 """Flow between screens: from the title to a game, its pause and its end, and back."""
 
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Any, Final
 
 from tetris.bots import BOTS
-from tetris.engine.game import Game
+from tetris.engine.game import Finish, Game
 from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
+from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.settings import stepped
 from tetris.kit.stage import Stage
-from tetris.window.game_session import BotPlayer, Saves, Session
+from tetris.window.game_session import BotPlayer, SavedGame, Saves, Session
+from tetris.window.screens.lists import best_screen, replays_screen, summary_rows
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
-from tetris.window.screens.menus import (
-    best_screen,
-    chosen_mode,
-    help_screen,
-    over_screen,
-    pause_screen,
-    replays_screen,
-    title_screen,
-)
-from tetris.window.screens.pages import open_settings
+from tetris.window.screens.pages import BindingScreen, open_settings
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 
-_SEED_BITS = 32
-_BOT_ACTION_S = 0.08  # quick, and still to be followed by eye
+_SEED_BITS: Final = 32
+_BOT_ACTION_S: Final = 0.08  # quick, and still to be followed by eye
+_QUIET_S: Final = 0.6  # without input, before the results take any
+_TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,28 +44,64 @@ class ScreenFlow:
     def __init__(self, stage: Stage, saves: Saves) -> None:
         self._stage, self._saves = stage, saves
         self._attract = AttractMode()
-        self._help: MenuScreen | None = None  # shown last
+        self._help: BindingScreen | None = None  # shown last
         self.game: Game | None = None  # the one played last
+
+    @property
+    def mode(self) -> Mode:
+        """The mode of the settings; the first one for a name that is unknown here."""
+        name = getattr(self._stage.settings, self._stage.mode_setting)
+        return MODES.get(name) or next(iter(MODES.values()))
 
     def begin(self, start: Start) -> None:
         """Show the first screens."""
-        stage, saves, attract = self._stage, self._saves, self._attract
-        title = title_screen(
-            stage,
-            attract,
-            play=lambda: self.play(chosen_mode(stage)),
-            best=lambda: stage.push(best_screen(stage, saves, attract)),
-            replays=lambda: stage.push(replays_screen(stage, saves, attract, self.watch)),
-            settings=lambda: open_settings(stage, attract),
-        )
-        stage.push(title)
+        attract, nowhere = self._attract, lambda: None  # a game is closed by choosing so
+        title = MenuScreen(self._stage, self._title, attract=attract, logo=True, back=nowhere)
+        self._stage.push(title)
         if start.replay is not None:
             self.watch(start.replay)
         elif any(each is not None for each in (start.mode, start.seed, start.level, start.bot)):
-            mode = MODES.get(start.mode or "") or chosen_mode(stage)
+            mode = MODES.get(start.mode or "") or self.mode
             if start.mode is None and start.level is not None and not mode.levels:
                 mode = next(mode for mode in MODES.values() if mode.levels)
             self.play(mode, seed=start.seed, level=start.level, player=start.bot)
+
+    def _title(self) -> Menu:
+        stage, saves, attract, mode = self._stage, self._saves, self._attract, self.mode
+        words = stage.look.words
+        title, text = words(f"modes.{mode.name}.title"), words(f"modes.{mode.name}.text")
+
+        def turn_level(step: int) -> None:
+            stage.change(stepped(stage.settings, "level", step))
+
+        def best() -> None:
+            stage.push(best_screen(stage, saves, attract, self.mode.name))
+
+        def replays() -> None:
+            stage.push(replays_screen(stage, saves, attract, self.watch))
+
+        items = [
+            Item(words("menu.play"), lambda: self.play(self.mode), hint=words("title.play")),
+            Item(words("menu.mode"), value=title, step=self._turn_mode, hint=text),
+        ]
+        if mode.levels:
+            level = str(stage.settings.level)
+            items.append(Item(words("menu.level"), value=level, step=turn_level, hint=text))
+        settings = partial(open_settings, stage, attract)
+        items += [
+            *stage.further(),
+            Item(words("menu.best"), best, hint=words("title.best")),
+            Item(words("menu.replays"), replays, hint=words("title.replays")),
+            Item(words("menu.settings"), settings, hint=words("title.settings")),
+            Item(words("menu.quit"), stage.quit),
+        ]
+        return Menu("", items, notice=stage.notice)
+
+    def _turn_mode(self, step: int) -> None:
+        stage, names = self._stage, list(MODES)
+        name = names[(names.index(self.mode.name) + step) % len(names)]
+        chosen: dict[str, Any] = {stage.mode_setting: name}
+        stage.change(replace(stage.settings, **chosen))
 
     def play(
         self,
@@ -98,31 +132,45 @@ class ScreenFlow:
         self._stage.home(screen)
 
     def _pause(self, screen: PlayScreen, reason: str) -> None:
-        self._stage.push(
-            pause_screen(
-                self._stage,
-                screen,
-                reason=reason,
-                restart=lambda: self._restart(screen),
-                settings=lambda: open_settings(self._stage),
-                leave=lambda: self._leave(screen),
+        stage = self._stage
+
+        def resume() -> None:
+            stage.pop()
+            screen.resume()
+
+        def build() -> Menu:
+            words = stage.look.words
+            items = (
+                Item(words("menu.resume"), resume),
+                Item(words("menu.restart"), partial(self._restart, screen)),
+                Item(words("menu.settings"), partial(open_settings, stage)),
+                Item(words("menu.leave"), partial(self._leave, screen)),
             )
-        )
+            return Menu(words("pause.title"), items, notice=reason or stage.notice)
+
+        stage.push(MenuScreen(stage, build, behind=screen, back=resume))
 
     def _over(self, screen: PlayScreen) -> None:
-        kept = self._saves.keep(screen.session)
+        kept, leave = self._saves.keep(screen.session), self._stage.home
         self._stage.notice = kept.notice
-        session = screen.session
+        build = partial(self._results, screen.session, kept)
         self._stage.push(
-            over_screen(
-                self._stage,
-                screen,
-                kept,
-                again=lambda: self.play(session.mode),
-                watch=lambda: self._watch(Player(session.recorder.replay())),
-                leave=lambda: self._stage.home(),
-            )
+            MenuScreen(self._stage, build, behind=screen, back=leave, quiet_s=_QUIET_S)
         )
+
+    def _results(self, session: Session, kept: SavedGame) -> Menu:
+        words, mode, result = self._stage.look.words, session.mode, session.game.result
+        title = _TITLES[result] if isinstance(result, Finish) else "over.lost"
+        table = summary_rows(session.summary, words, by_time=mode.ranking == "time")
+        if kept.place:
+            best = words("over.best") if kept.place == 1 else words("over.place", place=kept.place)
+            table.insert(0, Row((best,), marked=True))
+        items = (
+            Item(words("menu.again"), partial(self.play, mode)),
+            Item(words("menu.watch"), lambda: self._watch(Player(session.recorder.replay()))),
+            Item(words("menu.leave"), self._stage.home),
+        )
+        return Menu(words(title), items, table, notice=kept.notice)
 
     def _restart(self, screen: PlayScreen) -> None:
         self._saves.keep(screen.session)
@@ -133,14 +181,14 @@ class ScreenFlow:
         self._stage.home()
 
     def toggle_help(self) -> None:
-        """Show the keys in use, and pause a game for it; or leave them again."""
+        """Show the keys, and pause a game for it; or leave them again."""
         stage = self._stage
         if self._help and stage.screen is self._help:
             stage.pop()
             return
         if isinstance(stage.screen, PlayScreen):
             stage.screen.pause()
-        self._help = help_screen(stage)
+        self._help = BindingScreen(stage, "keys")
         stage.push(self._help)
 
     def watch(self, path: Path) -> None:

@@ -83,11 +83,11 @@ def test_the_mouse_alone_pauses_goes_on_and_leaves(player: Player, button: int) 
     assert not screen.pointer
 
 
-def test_f1_pauses_and_shows_the_keys_in_use(player: Player) -> None:
+def test_f1_pauses_and_shows_the_keys(player: Player) -> None:
     player.app.stage.change(Settings(keys={**Settings().keys, "hold": ("q",)}))
     screen = player.play()
     player.key(pygame.K_F1)
-    assert player.menu.menu.title == "Keys in use"
+    assert player.menu.menu.title == "Keys"
     caps = {item.label: item.caps for item in player.menu.menu.items}
     assert caps["Hold"] == ("Q",)
     player.key(pygame.K_F1)

@@ -18,6 +18,7 @@ _WORDING: Final = {  # of numbers
     **dict.fromkeys(("scale", *SECTIONS["sound"]), "settings.percent"),
     "soft_drop": "settings.times",
 }
+_FIXED_KEYS: Final = {"settings.fullscreen": ("F11",), "help.title": ("F1", "?")}
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
 
@@ -146,8 +147,10 @@ class BindingScreen(MenuScreen):
     def _page(self) -> Menu:
         words = self._stage.look.words
         usual = getattr(Settings(), self._kind)
+        fixed = _FIXED_KEYS if self._kind == "keys" else {}
         items = [
             *map(self._item, bindings.ACTIONS),
+            *(Item(words(key), caps=caps, hint=words("help.mouse")) for key, caps in fixed.items()),
             Item(
                 words("settings.reset"),
                 lambda: self._set(usual),
