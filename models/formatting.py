@@ -78,11 +78,6 @@ def _interval(figure: Figure, times: float, digits: int) -> str:
     return f" ({times * figure.low:.{digits}f}–{times * figure.high:.{digits}f})"
 
 
-def several(amount: int, one: str, many: str = "") -> str:
-    """Return a number and its noun: "1 event", "2 events"."""
-    return f"{count(amount)} {one if amount == 1 else many or one + 's'}"
-
-
 def joined(names: Sequence[str]) -> str:
     """Return names in a row: "a, b and c"."""
     if len(names) < 2:

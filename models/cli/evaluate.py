@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         storage.write_json(arguments.json, found)
     if arguments.html:
-        page.write(arguments.html, page.ReportData(evaluation=found))
+        page.write(arguments.html, found)
     return 0
 
 

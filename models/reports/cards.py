@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from controller.bundles.bundle import Bundle
-from models.formatting import several
+from controller.shared.errors import count
 from models.reports import markdown, tables
 from models.reports.tables import Table
 from models.results.evaluation import Evaluation
@@ -65,7 +65,7 @@ def headline(found: Training) -> str:
 def users(found: UserResult) -> str:
     """Return the card of a user identification."""
     parts = [
-        f"# {found.name}: {several(len(found.people), 'person', 'people')}",
+        f"# {found.name}: {count(len(found.people), 'person', 'people')}",
         f"`{found.command}`",
         f"Identified by {', '.join(found.gestures)}. {found.split}",
         *found.notes,

@@ -4,7 +4,6 @@ Pages are Jinja2 templates in `templates/`, with autoescape.
 """
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -14,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from controller.bundles.bundle import Bundle
+from controller.shared.errors import count
 from models import formatting
 from models.reports import cards, figures, sections, tables
 from models.results import storage
@@ -30,40 +30,25 @@ FILTERS: Final = [
     "duration",
     "lateness",
     "joined",
-    "several",
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class ReportData:
-    """Content of a report page."""
-
-    training: Training | None = None  # results of `models train`; None: nothing was trained
-    evaluation: Evaluation | None = None  # results of `models evaluate`; None: nothing was judged
-
-    @property
-    def name(self) -> str:
-        """File name of the bundle."""
-        if self.training is not None:
-            return self.training.name
-        return self.evaluation.bundle if self.evaluation is not None else ""
+def html(found: Training | Evaluation) -> str:
+    """Return the report page of a training or an evaluation."""
+    name = "training" if isinstance(found, Training) else "evaluation"
+    return _environment().get_template(f"{name}.html").render(found=found)
 
 
-def html(data: ReportData) -> str:
-    """Return the report page of what was trained or judged."""
-    return _environment().get_template("report.html").render(data=data)
-
-
-def write(path: Path, data: ReportData) -> None:
+def write(path: Path, found: Training | Evaluation) -> None:
     """Write the report page."""
-    storage.write_text(path, html(data))
+    storage.write_text(path, html(found))
 
 
 def write_training(out: Path, loaded: Bundle, found: Training) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
     storage.write_text(out.with_suffix(".md"), f"{cards.training(loaded, found)}\n")
     storage.write_json(out.with_suffix(".json"), found)
-    write(out.with_suffix(".html"), ReportData(training=found))
+    write(out.with_suffix(".html"), found)
 
 
 def write_users(out: Path, found: UserResult) -> None:
@@ -84,7 +69,7 @@ def _environment() -> Environment:
     )
     for name in FILTERS:
         made.filters[name] = getattr(formatting, name)
-    made.filters["interval"] = _interval
+    made.filters |= {"interval": _interval, "several": count}
     style = resources.files("models.reports").joinpath("style.css").read_text(encoding="utf-8")
     made.globals.update(figures=figures, tables=tables, sections=sections, style=Markup(style))
     return made

@@ -11,8 +11,7 @@ from models.formatting import count, duration, label, percent
 from models.reports import tables
 from models.reports.tables import Table
 from models.results import verdict
-from models.results.evaluation import Evaluation
-from models.results.training import ENOUGH, SessionRow, Training
+from models.results.training import SessionRow, Training
 from models.results.verdict import Verdict
 
 
@@ -53,20 +52,6 @@ def understood(found: Verdict, on: str) -> tuple[str, str, str]:
         share = min(share, 0.9999)
         below += f"; worst: {worst.label}, {worst.understood} of {worst.of}"
     return percent(share), "of gestures understood", below
-
-
-def verdicts(trained: Training | None, judged: Evaluation | None) -> list[tuple[str, Verdict]]:
-    """Return name and verdict of each set of sessions: of the evaluation, else of the training."""
-    if judged is not None:
-        return [(one.name, one.verdict) for one in judged.results if one.verdict]
-    held = trained.gesture.verdict if trained is not None and trained.gesture is not None else ()
-    return [("in sessions it never saw", held)] if held else []
-
-
-def advice(trained: Training, judged: Evaluation | None) -> Sequence[str]:
-    """Return the next steps that a training advises; there is not enough if a verdict is poor."""
-    failing = any(verdict.poor(found) for _, found in verdicts(trained, judged))
-    return () if failing and trained.advice == (ENOUGH,) else trained.advice
 
 
 def chip(kind: str, text: str) -> Markup:

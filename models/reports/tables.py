@@ -15,7 +15,6 @@ from models.formatting import (
     percent,
     points,
     seconds,
-    several,
     share_interval,
 )
 from models.results.evaluation import (
@@ -214,7 +213,10 @@ def honesty(found: Training) -> Table:
 def users(found: UserResult) -> list[Table]:
     """Return the tables of a user identification: by protocol, by person, against strangers."""
     protocols = [
-        [f"{several(seen, 'gesture')} in a row, unseen", share_interval(figure)]
+        [
+            f"{seen} {'gesture' if seen == 1 else 'gestures'} in a row, unseen",
+            share_interval(figure),
+        ]
         for seen, figure in found.seen.items()
     ]
     protocols.append(["windows at random, as the paper's protocol", percent(found.random)])

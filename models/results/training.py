@@ -12,7 +12,7 @@ from controller.recognition.touch_position import PositionSpread
 from models.results.evaluation import Figure
 from models.results.verdict import Verdict
 
-ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
+ENOUGH: Final = "there is enough of every gesture, and none is often missed"  # advice
 
 
 @dataclass(frozen=True, slots=True)

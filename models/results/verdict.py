@@ -69,11 +69,6 @@ def share(verdict: Verdict) -> float:
     return sum(one.understood for one in verdict) / events if events else math.nan
 
 
-def poor(verdict: Verdict) -> bool:
-    """Return whether a gesture is missed so often that something should be done."""
-    return any(one.advice for one in verdict)
-
-
 def _gesture(
     labels: Sequence[str],
     number: int,

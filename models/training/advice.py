@@ -1,11 +1,9 @@
-"""Advice after a training: enough or more of each gesture, and which are confused.
+"""Advice after a training: more of a gesture, or what would help where it is missed.
 
 `models sweep` measures learning curves, and so whether more examples of a gesture would help.
 """
 
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -17,8 +15,6 @@ from models.results import verdict
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
 
 FEW: Final = 20  # examples: of fewer, more help
-GOOD: Final = 0.01  # share of events not recognised that needs no advice
-CONFUSED: Final = 0.02  # share of two gestures' events that are taken for the other
 
 
 def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
@@ -41,37 +37,18 @@ def advise(result: Training) -> Training:
     null, *rows = (_scored(row, i, result.gesture) for i, row in enumerate(result.classes))
     found = verdict.judge(result.labels, result.gesture.answered, result.gesture.unanswered)
     failing = {one.label: one.advice for one in found if one.advice}
-    held = [sum(row) for row in result.gesture.event_confusion[1:]]
-    advised = [
-        replace(row, advice=failing.get(row.label) or _advice(row, own))
-        for row, own in zip(rows, held, strict=True)
-    ]
-    lines = [
-        *(row.advice for row in advised if row.examples < FEW and row.label not in failing),
-        *confused(result.labels, result.gesture.event_confusion),
-    ]
+    few = {
+        row.label: f"{FEW - row.examples} more of {row.label} would help"
+        for row in rows
+        if row.examples < FEW
+    }
+    given = few | failing
+    advised = [replace(row, advice=given.get(row.label, "")) for row in rows]
+    lines = [words for name, words in few.items() if name not in failing]
     if not (lines or failing):
         lines = [ENOUGH]
     gesture = replace(result.gesture, verdict=found)
     return replace(result, classes=(null, *advised), gesture=gesture, advice=tuple(lines))
-
-
-def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]:
-    """Return a sentence for each two gestures that are taken for each other.
-
-    `table` counts events: true class by named class, null first.
-    """
-    matrix = np.array(table)
-    lines = []
-    for i, j in itertools.combinations(range(1, len(labels)), 2):
-        both = matrix[i].sum() + matrix[j].sum()
-        swapped = matrix[i, j] + matrix[j, i]
-        if swapped >= 2 and swapped > CONFUSED * both:
-            lines.append(
-                f"{labels[i]} and {labels[j]} are taken for each other in {swapped} of {both} "
-                "events: make them more different, or merge them into one gesture"
-            )
-    return lines
 
 
 def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
@@ -84,15 +61,6 @@ def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
         precision=_share(windows[number, number], windows[:, number].sum()),
         event_recall=_share(events[number, number], events[number].sum()) if number else math.nan,
     )
-
-
-def _advice(row: ClassRow, held: int) -> str:
-    """Return the advice for a gesture; `held` counts its events held out."""
-    if row.examples < FEW:
-        return f"{FEW - row.examples} more of {row.label} would help"
-    if held and 1.0 - row.event_recall > GOOD:
-        return f"make {row.label} firmer or more distinct, or record more of it"
-    return f"enough of {row.label}"
 
 
 def _share(part: int, whole: int) -> float:

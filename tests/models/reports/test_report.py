@@ -10,9 +10,15 @@ import pytest
 
 from models import formatting
 from models.reports import figures, page
-from models.reports.page import ReportData
-from models.results.evaluation import LocationFigures
-from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Lateness
+from models.results.evaluation import Evaluation, LocationFigures
+from models.results.training import (
+    Calibration,
+    ClassRow,
+    Epoch,
+    HeldOutScore,
+    Lateness,
+    Training,
+)
 from tests.support.report_results import evaluation, figure, session, training
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
@@ -57,12 +63,14 @@ def text(html: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "data",
-    [ReportData(training()), ReportData(evaluation=evaluation())],
+    "found",
+    [training(), evaluation()],
     ids=["training", "evaluation"],
 )
-def test_a_page_is_well_formed_and_refers_to_nothing_outside_itself(data: ReportData) -> None:
-    html = page.html(data)
+def test_a_page_is_well_formed_and_refers_to_nothing_outside_itself(
+    found: Training | Evaluation,
+) -> None:
+    html = page.html(found)
     reader = read(html)
     names = {name for name, _ in reader.attributes}
     assert not names & {"src", "srcset", "onclick", "onload"}
@@ -81,12 +89,12 @@ def test_a_large_training_still_fits_into_a_megabyte() -> None:
     judged, one = evaluation(sessions=200), figure(0.1)
     place = LocationFigures(one, one, one, 0.1, 0.2, touches)
     result = replace(judged.results[0], location=place)
-    data = ReportData(big, replace(judged, results=(result, replace(result, name="b"))))
-    assert len(page.html(data).encode()) < MEGABYTE
+    for found in (big, replace(judged, results=(result, replace(result, name="b")))):
+        assert len(page.html(found).encode()) < MEGABYTE
 
 
 def test_the_honest_figure_and_the_papers_stand_side_by_side_with_the_gap_in_words() -> None:
-    said = text(page.html(ReportData(training())))
+    said = text(page.html(training()))
     assert "91.2 % of the windows rightly. By the paper’s protocol it would be 97.9 %" in said
     assert "6.7 points too good to be true" in said
     assert "0.040 grid units too good to be true" in said
@@ -109,7 +117,7 @@ def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
                         calibration=Calibration(1.0, math.nan, math.nan, ())),
         location=replace(location, epochs=epochs, best=1, honesty=nan, touches=()),
     )  # fmt: skip
-    html = page.html(ReportData(bare))
+    html = page.html(bare)
     assert not re.search(r"\bnan\b", html, re.IGNORECASE)
     assert formatting.NONE in text(html)
 
@@ -117,8 +125,7 @@ def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
 def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
     evil = "</script><script>alert(1)</script><b>"
     row = session(verdict="doubtful", findings=(evil,), labeller=evil, user=r"$\frac{安 <b>")
-    data = ReportData(training(name=evil, sessions=(row,), advice=(evil,), notes=(evil,)))
-    html = page.html(data)
+    html = page.html(training(name=evil, sessions=(row,), advice=(evil,), notes=(evil,)))
     assert "<script" not in html
     assert "alert(1)" in text(html)
 
