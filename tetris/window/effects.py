@@ -3,8 +3,7 @@
 Settings without motion show the words alone, and nothing flashes.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import cos, pi, sin
 from random import Random
 from typing import Final
@@ -47,6 +46,8 @@ _SOUNDS: Final[Mapping[type[Event], str]] = {
 }
 
 Line = tuple[str, Colour]
+Drawing = Callable[[pygame.Surface, Layout, float], None]  # at an age from 0, new, to 1, gone
+Spark = tuple[pygame.Surface, float, float, float, float]  # picture, place and speed in cells
 
 
 class Effects:
@@ -54,7 +55,7 @@ class Effects:
 
     def __init__(self, look: Look) -> None:
         self._look = look
-        self._alive: list[Effect] = []
+        self._alive: list[tuple[float, float, Drawing]] = []  # begin and duration, seconds
         self._lit_s = -_APART_S  # when something was lit last
 
     def show(self, events: Iterable[Event], layout: Layout, rows: Sequence[str]) -> None:
@@ -68,26 +69,28 @@ class Effects:
                 self.clear()
             elif self._look.settings.motion:
                 if isinstance(event, happened.Locked) and event.rows:
-                    self._alive.append(_Burst(event, layout, rows, self._look))
+                    burst = _burst(sparks(event, layout, rows, self._look))
+                    self._alive.append((event.time_s, _SPARKS_S, burst))
                 if event.time_s == self._lit_s or event.time_s >= self._lit_s + _APART_S:
-                    self._light(event, layout.cell)
+                    lights = [(event.time_s, *each) for each in self._lights(event, layout.cell)]
+                    self._alive += lights
+                    self._lit_s = event.time_s if lights else self._lit_s
         del self._alive[:-_MOST]
 
-    def _light(self, event: Event, cell: int) -> None:
-        palette, count = self._look.palette, len(self._alive)
+    def _lights(self, event: Event, cell: int) -> Iterator[tuple[float, Drawing]]:
+        """Yield the duration and the drawing of what an event lights or dims."""
+        palette = self._look.palette
         match event:
             case happened.Dropped(rows=fallen) if fallen:
-                self._alive.append(_Trail(event, cell, self._look))
+                yield _TRAIL_S, _trail(event, cell, self._look)
             case happened.Locked(rows=cleared) if cleared:
-                self._alive.append(_Rows(event, palette.background))
+                yield _CLEAR_S, _bands(event, palette.background)
                 if event.clear.difficult or event.clear.perfect:
-                    self._alive.append(_Glow(event.time_s, palette.accent))
+                    yield _GLOW_S, _glow(palette.accent)
             case happened.Locked():
-                self._alive.append(_Flash(event, cell, palette.flash))
+                yield _LOCK_S, _flash(event, cell, palette.flash)
             case happened.LevelUp():
-                self._alive.append(_Glow(event.time_s, palette.good))
-        if len(self._alive) > count:
-            self._lit_s = event.time_s
+                yield _GLOW_S, _glow(palette.good)
 
     @property
     def alive(self) -> bool:
@@ -100,133 +103,109 @@ class Effects:
 
     def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
         """Draw what is alive, and forget what is over."""
-        self._alive = [effect for effect in self._alive if effect.age(time_s) < 1]
-        for effect in self._alive:
-            effect.draw(surface, layout, effect.age(time_s))
+        self._alive = [each for each in self._alive if time_s - each[0] < each[1]]
+        for begin_s, lasts_s, draw in self._alive:
+            draw(surface, layout, max(0.0, (time_s - begin_s) / lasts_s))
 
 
-class Effect(ABC):
-    """Something that is seen for a while."""
+def _flash(event: happened.Locked, cell: int, colour: Colour) -> Drawing:
+    """Return the drawing of a locked piece that is lit for a moment."""
+    picture = pygame.Surface((cell, cell), pygame.SRCALPHA)
+    inner = (1, 1, cell - 2, cell - 2)
+    pygame.draw.rect(picture, colour, inner, border_radius=cell // 7)
 
-    def __init__(self, start_s: float, lasts_s: float) -> None:
-        self._start_s, self._lasts_s = start_s, lasts_s
+    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
+        picture.set_alpha(round(140 * (1 - age)))
+        surface.fblits([(picture, layout.at(x, y)) for x, y in event.piece.cells])
 
-    def age(self, time_s: float) -> float:
-        """From 0 (new) to 1 (gone)."""
-        return max(0.0, (time_s - self._start_s) / self._lasts_s)
-
-    @abstractmethod
-    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        """Draw it at its age."""
+    return draw
 
 
-class _Flash(Effect):
-    """The locked piece, lit for a moment."""
+def _trail(event: happened.Dropped, cell: int, look: Look) -> Drawing:
+    """Return the drawing of light above a dropped piece, brightest where it came to rest."""
+    colour = theme.mix(tiles_of(look).colour(event.piece.kind), look.palette.flash, 0.35)
+    height = event.rows * cell
+    shades = min(height, _TRAIL_ALPHA)  # more could not be told apart
+    strip = pygame.Surface((1, shades), pygame.SRCALPHA)
+    for row in range(shades):
+        strip.set_at((0, row), (*colour, round(_TRAIL_ALPHA * (row / shades) ** 2)))
+    strip = pygame.transform.scale(strip, (max(1, cell - 2), height))
+    tops = dict(sorted(event.piece.cells))  # the highest cell of each column
 
-    def __init__(self, event: happened.Locked, cell: int, colour: Colour) -> None:
-        super().__init__(event.time_s, _LOCK_S)
-        self._cells = event.piece.cells
-        self._picture = pygame.Surface((cell, cell), pygame.SRCALPHA)
-        inner = (1, 1, cell - 2, cell - 2)
-        pygame.draw.rect(self._picture, colour, inner, border_radius=cell // 7)
+    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
+        strip.set_alpha(round(255 * (1 - age)))
+        for x, y in tops.items():
+            left, top = layout.at(x, y + event.rows)
+            surface.blit(strip, (left + 1, top))
 
-    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        self._picture.set_alpha(round(140 * (1 - age)))
-        surface.fblits([(self._picture, layout.at(x, y)) for x, y in self._cells])
-
-
-class _Trail(Effect):
-    """Light above a piece that was dropped, brightest where it came to rest."""
-
-    def __init__(self, event: happened.Dropped, cell: int, look: Look) -> None:
-        super().__init__(event.time_s, _TRAIL_S)
-        colour = theme.mix(tiles_of(look).colour(event.piece.kind), look.palette.flash, 0.35)
-        height = event.rows * cell
-        shades = min(height, _TRAIL_ALPHA)  # more could not be told apart
-        strip = pygame.Surface((1, shades), pygame.SRCALPHA)
-        for row in range(shades):
-            strip.set_at((0, row), (*colour, round(_TRAIL_ALPHA * (row / shades) ** 2)))
-        self._strip = pygame.transform.scale(strip, (max(1, cell - 2), height))
-        tops = dict(sorted(event.piece.cells))  # the highest cell of each column
-        self._tops = [(x, y + event.rows) for x, y in tops.items()]
-
-    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        self._strip.set_alpha(round(255 * (1 - age)))
-        for x, y in self._tops:
-            left, top = layout.at(x, y)
-            surface.blit(self._strip, (left + 1, top))
+    return draw
 
 
-class _Rows(Effect):
-    """A dark band where rows were cleared, which closes."""
+def _bands(event: happened.Locked, colour: Colour) -> Drawing:
+    """Return the drawing of dark bands where rows were cleared, which close."""
 
-    def __init__(self, event: happened.Locked, colour: Colour) -> None:
-        super().__init__(event.time_s, _CLEAR_S)
-        self._rows, self._colour = event.rows, colour
-
-    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
+    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
         width, height = layout.board.width, layout.cell
         band = pygame.Surface((width, max(1, round(height * (1 - age)))))
-        band.fill(self._colour)
+        band.fill(colour)
         band.set_alpha(round(200 * (1 - age) ** 1.5))
-        for y in self._rows:
+        for y in event.rows:
             x_px, y_px = layout.at(0, y)
             surface.blit(band, (x_px, y_px + (height - band.get_height()) // 2))
 
+    return draw
 
-class _Burst(Effect):
-    """Sparks in the colours of the cleared rows, which fly the same way in a replay."""
 
-    def __init__(
-        self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: Look
-    ) -> None:
-        super().__init__(event.time_s, _SPARKS_S)
-        placed = dict.fromkeys(event.piece.cells, event.piece.kind)
-        side, number = max(2, round(layout.cell * 0.16)), Random(repr(event.rows)).random
-        self._pictures: dict[Colour, pygame.Surface] = {}  # one for all sparks of a colour
-        self._sparks: list[tuple[pygame.Surface, float, float, float, float]] = []
-        for y in event.rows:
-            for x in range(layout.columns):
-                mark = placed.get((x, y)) or (rows[y][x] if y < len(rows) else "")
-                if not mark:
-                    continue
-                colour = tiles_of(look).colour(mark)
-                if colour not in self._pictures:
-                    self._pictures[colour] = pygame.Surface((side, side))
-                    self._pictures[colour].fill(colour)
-                for _ in range(_A_CELL):
-                    turn, speed = number() * 2 * pi, _SPEED * (0.35 + 0.65 * number())
-                    dx, dy = cos(turn) * speed, sin(turn) * speed
-                    self._sparks.append((self._pictures[colour], x + 0.4, y - 0.4, dx, dy))
+def sparks(event: happened.Locked, layout: Layout, rows: Sequence[str], look: Look) -> list[Spark]:
+    """Return sparks in the colours of cleared rows, which fly the same way in a replay."""
+    placed = dict.fromkeys(event.piece.cells, event.piece.kind)
+    side, number = max(2, round(layout.cell * 0.16)), Random(repr(event.rows)).random
+    pictures: dict[Colour, pygame.Surface] = {}  # one for all sparks of a colour
+    flying = []
+    for y in event.rows:
+        for x in range(layout.columns):
+            mark = placed.get((x, y)) or (rows[y][x] if y < len(rows) else "")
+            if not mark:
+                continue
+            colour = tiles_of(look).colour(mark)
+            if colour not in pictures:
+                pictures[colour] = pygame.Surface((side, side))
+                pictures[colour].fill(colour)
+            for _ in range(_A_CELL):
+                turn, speed = number() * 2 * pi, _SPEED * (0.35 + 0.65 * number())
+                dx, dy = cos(turn) * speed, sin(turn) * speed
+                flying.append((pictures[colour], x + 0.4, y - 0.4, dx, dy))
+    return flying
 
-    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        for picture in self._pictures.values():
+
+def _burst(flying: Sequence[Spark]) -> Drawing:
+    """Return the drawing of sparks in flight."""
+
+    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
+        for picture in {spark[0] for spark in flying}:
             picture.set_alpha(round(255 * (1 - age) ** 1.2))
         gone, sunk, at = age * (2 - age), _FALL * age * age, layout.at
         clip = surface.get_clip()
         surface.set_clip(layout.board)
         surface.fblits(
-            [
-                (picture, at(x + dx * gone, y + dy * gone - sunk))
-                for picture, x, y, dx, dy in self._sparks
-            ]
+            [(picture, at(x + dx * gone, y + dy * gone - sunk)) for picture, x, y, dx, dy in flying]
         )
         surface.set_clip(clip)
 
+    return draw
 
-class _Glow(Effect):
-    """The well's frame, lit."""
 
-    def __init__(self, time_s: float, colour: Colour) -> None:
-        super().__init__(time_s, _GLOW_S)
-        self._colour = colour
+def _glow(colour: Colour) -> Drawing:
+    """Return the drawing of the well's frame, lit."""
 
-    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
+    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
         wide = max(2, layout.cell // 7)
         frame = layout.board.inflate(2 * wide, 2 * wide)
         before = surface.get_at((max(0, frame.left), min(frame.centery, surface.get_height() - 1)))
-        colour = theme.mix(self._colour, (before.r, before.g, before.b), age**2)
-        pygame.draw.rect(surface, colour, frame, wide, border_radius=layout.cell // 5)
+        lit = theme.mix(colour, (before.r, before.g, before.b), age**2)
+        pygame.draw.rect(surface, lit, frame, wide, border_radius=layout.cell // 5)
+
+    return draw
 
 
 # -- words -------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
 from tetris.kit.look import Look
 from tetris.kit.settings import Settings
-from tetris.window.effects import Effects, _Burst, praise
+from tetris.window.effects import Effects, praise, sparks
 from tetris.window.scenery import Layout
 from tetris.window.view import GameView, clock, figures_of
 
@@ -87,10 +87,9 @@ def test_sparks_fly_from_the_whole_row() -> None:
     game, view = Game(seed=1), GameView(AREA, look=MOVING)
     set_up(game, Board.parse("JJJJJJJJ..\nJJJJJJJJ.."), Piece("O", 8, 10))
     game.update(0.0)
-    view.draw(pygame.Surface(AREA.size), game, 0.0)
-    view.show(game.update(0.0, [Action.HARD_DROP]))
-    (burst,) = (effect for effect in view._effects._alive if isinstance(effect, _Burst))
-    assert {int(x) for _, x, *_ in burst._sparks} == set(range(10))
+    rows = game.board.rows
+    (lock,) = (e for e in game.update(0.0, [Action.HARD_DROP]) if isinstance(e, happened.Locked))
+    assert {int(x) for _, x, *_ in sparks(lock, view.layout, rows, MOVING)} == set(range(10))
 
 
 def test_a_row_that_two_pieces_of_one_frame_complete_is_seen() -> None:
