@@ -13,10 +13,9 @@ from tests.support.tetris_player import open_app
 from tetris import files
 from tetris.__main__ import main
 from tetris.engine.modes import MODES
-from tetris.history.high_scores import FILE_NAME, HighScores
+from tetris.history.high_scores import FILE_NAME, Entry, HighScores
 from tetris.history.replay import Recorder
 from tetris.history.replay_file import load, save
-from tetris.history.stats import Summary
 from tetris.kit import settings
 from tetris.kit.settings import Settings
 from tetris.window.app import Start
@@ -77,8 +76,7 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
     make(kind, tmp_path, FILE_NAME)
     records = HighScores(tmp_path)
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
-    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, {})
-    assert records.add(MODES["zen"], summary, won=False) == 1
+    assert records.add(MODES["zen"], Entry(1, 0, 1, 1.0), won=False) == 1
 
 
 @pytest.mark.parametrize("kind", NEVER_ENDING)

@@ -104,6 +104,11 @@ class Game:
         return self._now_ns / NS
 
     @property
+    def pieces_per_s(self) -> float:
+        """Pieces placed a second; 0 before any time has passed."""
+        return self.pieces_placed / self.time_s if self._now_ns else 0.0
+
+    @property
     def garbage_rows(self) -> int:
         """Number of rows that hold blocks that no piece left."""
         return sum(GARBAGE in row for row in self.board.rows)

@@ -13,12 +13,10 @@ from typing import Any, Final, get_type_hints
 
 from tetris.engine.modes import Mode, Ranking
 from tetris.files import load, read_bytes, write_beside
-from tetris.history.stats import Summary
 
 FILE_NAME: Final = "records.json"
 PLACES: Final = 10
 _FORM: Final = 1
-_FIGURES: Final = ("score", "lines", "pieces", "time_s")  # of a summary
 _MOST_BYTES: Final = 4_000_000
 _MOST_NUMBER: Final = 2**64
 _MOST_WORD: Final = 100
@@ -78,9 +76,7 @@ class HighScores:
         record = self._records.get(mode, _Record())
         return record.games, record.won
 
-    def add(
-        self, mode: Mode, summary: Summary, *, won: bool, date: str = "", replay: str = ""
-    ) -> int | None:
+    def add(self, mode: Mode, entry: Entry, *, won: bool) -> int | None:
         """Add a finished game, write the file, and return its place from 1; None below ten.
 
         Where the file cannot be written, `trouble` is set, and the game is still listed
@@ -92,8 +88,6 @@ class HighScores:
         record.won += won
         place = PLACES
         if won or mode.ranking != "time":
-            figures = {name: getattr(summary, name) for name in _FIGURES}
-            entry = Entry(date=date, replay=replay, **figures)
             key = _KEYS[mode.ranking]
             place = sum(key(other) <= key(entry) for other in record.best)  # the earlier one leads
             record.best.insert(place, entry)

@@ -15,7 +15,7 @@ from tetris.engine.pieces import Piece
 from tetris.history.high_scores import Entry, HighScores
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import SUFFIX, ReplayError, save
-from tetris.history.stats import COMMANDS, Statistics, Summary
+from tetris.history.stats import COMMANDS, Statistics
 from tetris.kit.settings import Settings
 
 _FOLDER: Final = "replays"
@@ -25,7 +25,11 @@ _REST_S: Final = 4.0  # how long a bot's lost game stays on the screen
 
 
 class Session:
-    """A game of a mode."""
+    """A game of a mode.
+
+    Attributes:
+        statistics: The player's figures so far.
+    """
 
     def __init__(
         self, mode: Mode, seed: int, settings: Settings, *, level: int | None = None
@@ -48,18 +52,16 @@ class Session:
         if not recorder.begun:
             return session
         past = Player(recorder.replay())
-        session._statistics.update(past.first_events)
+        session.statistics.update(past.first_events)
         given = [each for moment in past.replay.moments for each in moment.inputs]
         # Repeats of a held key are counted, too: a recording does not tell them apart.
-        session._statistics.update(
-            past.advance(past.end_s), sum(each in COMMANDS for each in given)
-        )
+        session.statistics.update(past.advance(past.end_s), sum(each in COMMANDS for each in given))
         return session
 
     def _begin(self, mode: Mode, recorder: Recorder) -> None:
         self.mode, self.recorder = mode, recorder
         self.ranked = True  # whether it counts for the best list; one taken over does not
-        self._statistics = Statistics(recorder.game.config)
+        self.statistics = Statistics(recorder.game)
         self._pace = Pace() if mode.paced else None
         self._fresh = False  # whether a piece has entered since the last update
 
@@ -67,11 +69,6 @@ class Session:
     def game(self) -> Game:
         """The game."""
         return self.recorder.game
-
-    @property
-    def summary(self) -> Summary:
-        """The player's figures so far."""
-        return self._statistics.summary(self.game)
 
     def update(
         self,
@@ -90,7 +87,7 @@ class Session:
         if self._pace:
             inputs += self._paced(self._pace, time_s, actions)
         events = self.recorder.update(time_s, inputs, soft_drop=soft_drop, initial=tuple(initial))
-        self._statistics.update(events, commands)
+        self.statistics.update(events, commands)
         self._fresh = any(isinstance(event, Spawned) for event in events)
         return events
 
@@ -180,13 +177,9 @@ class Saves:
             notice = str(error)
         if not session.ranked or not (over or not game.config.gravity):
             return SavedGame(notice=notice)
-        place = self._records.add(
-            mode,
-            session.summary,
-            won=isinstance(game.result, Finish),
-            date=f"{datetime.now():%Y-%m-%d %H:%M}",
-            replay="" if notice else path.name,
-        )
+        date, replay = f"{datetime.now():%Y-%m-%d %H:%M}", "" if notice else path.name
+        entry = Entry(game.score, game.lines, game.pieces_placed, game.time_s, date, replay)
+        place = self._records.add(mode, entry, won=isinstance(game.result, Finish))
         return SavedGame(place, notice or self._records.trouble)
 
     def best(self, mode: str) -> tuple[Entry, ...]:

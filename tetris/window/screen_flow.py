@@ -15,7 +15,7 @@ from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.settings import stepped
 from tetris.kit.stage import Stage
 from tetris.window.game_session import BotPlayer, SavedGame, Saves, Session
-from tetris.window.screens.lists import best_screen, replays_screen, summary_rows
+from tetris.window.screens.lists import best_screen, replays_screen, result_rows
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.pages import BindingScreen, open_settings
 from tetris.window.screens.play_screen import PlayScreen
@@ -161,7 +161,7 @@ class ScreenFlow:
     def _results(self, session: Session, kept: SavedGame) -> Menu:
         words, mode, result = self._stage.look.words, session.mode, session.game.result
         title = _TITLES[result] if isinstance(result, Finish) else "over.lost"
-        table = summary_rows(session.summary, words, by_time=mode.ranking == "time")
+        table = result_rows(session, words)
         if kept.place:
             best = words("over.best") if kept.place == 1 else words("over.place", place=kept.place)
             table.insert(0, Row((best,), marked=True))

@@ -39,9 +39,7 @@ class Figure:
     share: float | None = None  # how much of a bar below it is filled, 0 to 1
 
 
-def figures_of(
-    game: Game, *, by_time: bool = False, pieces_per_s: float | None = None
-) -> list[Figure]:
+def figures_of(game: Game, *, by_time: bool = False) -> list[Figure]:
     """Return what matters most in a game first; `by_time` says whether it is a race to its goal."""
     config, time_s, goal = game.config, game.time_s, game.config.lines_goal
     time = Figure("figures.time", clock(time_s))
@@ -66,10 +64,7 @@ def figures_of(
         begun, end = goal_of(game.level, config.start_level)
         share = (game.lines - begun) / (end - begun)
         figures = [score, Figure("figures.level", f"{game.level:,}", share), lines]
-    figures.append(Figure("figures.pieces", f"{game.pieces_placed:,}"))
-    if pieces_per_s is not None:
-        figures.append(Figure("figures.pieces_per_s", f"{pieces_per_s:.2f}"))
-    return figures
+    return [*figures, Figure("figures.pieces", f"{game.pieces_placed:,}")]
 
 
 def clock(seconds: float) -> str:

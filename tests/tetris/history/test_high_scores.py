@@ -3,23 +3,22 @@
 import json
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.support.pytest_types import Patch
 from tetris.engine.modes import MODES
 from tetris.files import config_folder, data_folder, write_beside
-from tetris.history.high_scores import FILE_NAME, PLACES, HighScores
-from tetris.history.stats import Summary
+from tetris.history.high_scores import FILE_NAME, PLACES, Entry, HighScores
+
+GAME = Entry(score=100, lines=40, pieces=100, time_s=60.0)
 
 
-def summary(score: int = 100, time_s: float = 60.0, lines: int = 40) -> Summary:
-    return Summary(score, lines, 5, 100, time_s, 450, 20, 90, 3, 1, {"tetris": 2})
-
-
-def add(records: HighScores, mode: str, won: bool = True, **figures: float) -> int | None:
-    return records.add(MODES[mode], summary(**figures), won=won)  # type: ignore[arg-type]
+def add(records: HighScores, mode: str, won: bool = True, **figures: Any) -> int | None:
+    return records.add(MODES[mode], replace(GAME, **figures), won=won)
 
 
 def test_the_most_points_come_first() -> None:
@@ -56,7 +55,7 @@ def test_a_list_has_ten_places(tmp_path: Path) -> None:
 
 def test_what_was_added_is_there_the_next_time(tmp_path: Path) -> None:
     records = HighScores(tmp_path / "new" / "folder")
-    records.add(MODES["zen"], summary(), won=False, date="2025-06-01", replay="a.tetris")
+    add(records, "zen", won=False, date="2025-06-01", replay="a.tetris")
     again = HighScores(tmp_path / "new" / "folder")
     assert again.best("zen") == records.best("zen")
     assert again.games("zen") == (1, 0)

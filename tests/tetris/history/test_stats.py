@@ -6,7 +6,7 @@ from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
-from tetris.history.stats import COMMANDS, Statistics, Summary
+from tetris.history.stats import COMMANDS, Statistics
 
 LEFT, RIGHT, CW, CCW = Action.LEFT, Action.RIGHT, Action.ROTATE_CW, Action.ROTATE_CCW
 DROP, DOWN, HOLD, UNDO = Action.HARD_DROP, Action.DOWN, Action.HOLD, Action.UNDO
@@ -18,25 +18,23 @@ def seed_of(kind: str) -> int:
     return next(seed for seed in range(200) if Game(seed).piece.kind == kind)
 
 
-def played(seed: int, *actions: Action, config: Config = STILL) -> Summary:
-    game, statistics = Game(seed, config), Statistics(config)
+def played(seed: int, *actions: Action, config: Config = STILL) -> Statistics:
+    game = Game(seed, config)
+    statistics = Statistics(game)
     statistics.update(game.update(0.0))
     for number, action in enumerate(actions, 1):
         statistics.update(game.update(number * 0.5, [action]), commands=action in COMMANDS)
-    return statistics.summary(game)
+    return statistics
 
 
-def test_pieces_commands_and_speed() -> None:
-    summary = played(1, LEFT, CW, DROP, RIGHT, DROP)
-    assert (summary.pieces, summary.commands, summary.time_s) == (2, 5, 2.5)
-    assert summary.commands_per_piece == 2.5
-    assert summary.pieces_per_s == pytest.approx(0.8)
+def test_commands_are_counted_for_each_piece() -> None:
+    statistics = played(1, LEFT, CW, DROP, RIGHT, DROP)
+    assert (statistics.commands, statistics.commands_per_piece) == (5, 2.5)
 
 
 def test_a_game_that_has_not_begun_has_figures_too() -> None:
-    summary = Statistics(STILL).summary(Game(1, STILL))
-    assert summary.pieces_per_s == summary.commands_per_piece == 0.0
-    assert summary.finesse == 1.0
+    statistics = Statistics(Game(1, STILL))
+    assert (statistics.commands_per_piece, statistics.finesse) == (0.0, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -51,19 +49,20 @@ def test_a_game_that_has_not_begun_has_figures_too() -> None:
     ],
 )
 def test_a_fault_is_a_shift_or_turn_too_many(actions: tuple[Action, ...], faults: int) -> None:
-    summary = played(seed_of("T"), *actions)
-    assert summary.faults == faults
-    assert summary.finesse == (0.0 if faults else 1.0)
+    statistics = played(seed_of("T"), *actions)
+    assert statistics.faults == faults
+    assert statistics.finesse == (0.0 if faults else 1.0)
 
 
 def test_the_repeats_of_a_held_shift_are_no_inputs() -> None:
-    game, statistics = Game(seed_of("T"), STILL), Statistics(STILL)
+    game = Game(seed_of("T"), STILL)
+    statistics = Statistics(game)
     statistics.update(game.update(0.0))
     statistics.update(game.update(0.1, [LEFT]), commands=1)
     for number in range(9):  # two of them move it to the wall
         statistics.update(game.update(0.2 + number / 30, [LEFT]))
     statistics.update(game.update(1.0, [DROP]), commands=1)
-    assert statistics.summary(game).faults == 0
+    assert statistics.faults == 0
 
 
 def test_what_was_done_before_holding_was_for_nothing() -> None:
@@ -82,35 +81,31 @@ def test_a_tuck_is_measured_by_the_way_that_leads_there() -> None:
     assert played(kind, *needless, *way, config=config).faults == 2
 
 
-def test_clears_chains_and_combos_are_counted() -> None:
-    config = Config(gravity=False, lock_resets=None, board="OOOOOOOOO.\n" * 9)
-    game, statistics = Game(1, config), Statistics(config)
+def test_great_clears_are_counted() -> None:
+    game = Game(1, Config(gravity=False, lock_resets=None, board="OOOOOOOOO.\n" * 9))
+    statistics = Statistics(game)
     for _ in range(2):
         set_up(game, game.board, Piece("I", 7, 17, turn=1))
         statistics.update(game.update(0.0, [DROP]))
-    summary = statistics.summary(game)
-    assert summary.clears == {"tetris": 2}
-    assert (summary.combo, summary.b2b, summary.pieces) == (2, 1, 2)
+    assert statistics.grand_clears == 2
 
 
 def test_a_lock_that_is_taken_back_is_not_counted() -> None:
-    summary = played(seed_of("T"), LEFT, RIGHT, DROP, UNDO, LEFT, DROP)
-    assert (summary.pieces, summary.faults, summary.finesse) == (1, 0, 1.0)
-    assert summary.commands == 5  # they were given all the same
+    statistics = played(seed_of("T"), LEFT, RIGHT, DROP, UNDO, LEFT, DROP)
+    assert (statistics.faults, statistics.finesse) == (0, 1.0)
+    assert statistics.commands == 5  # they were given all the same
 
 
 def test_a_new_game_is_counted_from_its_beginning() -> None:
-    summary = played(1, LEFT, RIGHT, DROP, Action.RESTART)
-    assert (summary.pieces, summary.commands, summary.faults) == (0, 0, 0)
+    statistics = played(1, LEFT, RIGHT, DROP, Action.RESTART)
+    assert (statistics.commands, statistics.faults) == (0, 0)
 
 
 def test_the_bot_that_takes_the_shortest_way_makes_no_fault() -> None:
-    game, statistics = Game(3), Statistics(Config())
+    game = Game(3)
+    statistics = Statistics(game)
     statistics.update(game.update(0.0))
     while game.pieces_placed < 50:
         actions = greedy.plan(game).actions
         statistics.update(game.update(0.0, actions), commands=len(actions))
-    summary = statistics.summary(game)
-    assert summary.faults == 0
-    assert summary.finesse == 1.0
-    assert sum(count for name, count in summary.clears.items()) >= 10
+    assert (statistics.faults, statistics.finesse) == (0, 1.0)

@@ -158,14 +158,14 @@ def test_a_finished_game_is_kept_watched_and_played_on_from(player: Player, tmp_
 
 
 def test_a_list_of_replays_says_what_is_in_them(player: Player, tmp_path: Path) -> None:
-    summary = player.play().session.summary
+    before = player.play().session.game.score
     player.lose()
     player.choose("Leave the game")
     player.choose("Replays")
     (game, _) = player.menu.menu.items
     assert game.late
     score, length, _ = game.late().split(" · ")
-    assert int(score.replace(",", "")) > summary.score
+    assert int(score.replace(",", "")) > before
     assert length.startswith("0:")
     (path,) = (tmp_path / "data").rglob("*.tetris")
     path.write_text("damaged")
@@ -363,8 +363,8 @@ def test_shift_held_at_the_wall_is_one_input(window: pygame.Surface, arr_ms: int
     for screen, x, commands in ((held, 0, 2), (tapped, 1, 3)):
         locked = screen.session.game.board.rows[0]
         assert len(locked) - len(locked.lstrip(".")) == x
-        summary = screen.session.summary
-        assert (summary.faults, summary.commands) == (0, commands)
+        statistics = screen.session.statistics
+        assert (statistics.faults, statistics.commands) == (0, commands)
 
 
 def test_orb_pace_gives_a_quick_hand_more_gravity(window: pygame.Surface) -> None:
@@ -408,4 +408,4 @@ def test_repeats_of_a_held_key_are_no_commands(player: Player) -> None:
     screen = player.play()
     player.wait(0.5, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
     player.key(pygame.K_SPACE)
-    assert screen.session.summary.commands == 2
+    assert screen.session.statistics.commands == 2

@@ -8,11 +8,10 @@ from typing import Final
 from tetris.engine.modes import MODES, Ranking
 from tetris.history.high_scores import Entry
 from tetris.history.replay_file import ReplayError, load
-from tetris.history.stats import Summary
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.stage import Stage
-from tetris.window.game_session import Saves
+from tetris.window.game_session import Saves, Session
 from tetris.window.screens.menu_screen import AttractMode, MenuScreen
 from tetris.window.screens.pages import back_item
 from tetris.window.view import clock
@@ -105,22 +104,22 @@ def _named(path: Path, words: Words) -> tuple[str, str, Ranking]:
     return words(f"modes.{name}.title"), when, MODES[name].ranking
 
 
-def summary_rows(summary: Summary, words: Words, *, by_time: bool) -> list[Row]:
+def result_rows(session: Session, words: Words) -> list[Row]:
     """Return the player's figures, what the mode is about first."""
-    percent = round(100 * summary.finesse)
-    grand = [n for name, n in summary.clears.items() if name == "tetris" or "t-spin" in name]
+    game, statistics = session.game, session.statistics
+    percent = round(100 * statistics.finesse)
     values = {
-        "score": f"{summary.score:,}",
-        "time_s": clock(summary.time_s),
-        "lines": f"{summary.lines:,}",
-        "level": f"{summary.level}",
-        "pieces": f"{summary.pieces:,}",
-        "pieces_per_s": f"{summary.pieces_per_s:.2f}",
-        "commands_per_piece": f"{summary.commands_per_piece:.2f}",
-        "finesse": words("over.finesse_value", percent=percent, faults=summary.faults),
-        "grand": f"{sum(grand)}",
+        "score": f"{game.score:,}",
+        "time_s": clock(game.time_s),
+        "lines": f"{game.lines:,}",
+        "level": f"{game.level}",
+        "pieces": f"{game.pieces_placed:,}",
+        "pieces_per_s": f"{game.pieces_per_s:.2f}",
+        "commands_per_piece": f"{statistics.commands_per_piece:.2f}",
+        "finesse": words("over.finesse_value", percent=percent, faults=statistics.faults),
+        "grand": f"{statistics.grand_clears}",
     }
     rows = [Row((words(f"over.{name}"), value)) for name, value in values.items()]
-    if by_time:
+    if session.mode.ranking == "time":
         rows[0], rows[1] = rows[1], rows[0]
     return rows

@@ -16,7 +16,7 @@ from tetris.kit.keys import Code, DueAction, Keys
 from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session
-from tetris.window.view import GameView, figures_of
+from tetris.window.view import Figure, GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
@@ -273,8 +273,8 @@ class PlayScreen(Screen):
     def draw(self, surface: pygame.Surface, time_s: float) -> list[pygame.Rect]:
         """Draw the game."""
         game, mode = self.session.game, self.session.mode
-        pieces_per_s = game.pieces_placed / game.time_s if game.time_s > 0 else 0.0
-        figures = figures_of(game, by_time=mode.ranking == "time", pieces_per_s=pieces_per_s)
+        figures = figures_of(game, by_time=mode.ranking == "time")
+        figures.append(Figure("figures.pieces_per_s", f"{game.pieces_per_s:.2f}"))
         over = game.phase is Phase.OVER  # a pause has a menu, which says so
         changed = self._view.draw(
             surface,
