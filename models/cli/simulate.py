@@ -53,11 +53,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     words = "share of turns in which several quick gestures follow each other (default: 0)"
     add("--quick", type=number(0.0, 1.0), default=0.0, metavar="SHARE", help=words)
-    words = "taxel rows, 2 to 32 (default: 5)"
-    add("--rows", type=options.taxels, default=5, metavar="R", help=words)
-    add("--columns", type=options.taxels, default=5, metavar="C", help="taxel columns (default: 5)")
-    words = "distance of two taxels (default: the grid is 40 mm long)"
-    add("--pitch", dest="pitch_mm", type=number(0.5, 34.0), metavar="MM", help=words)
+    words = "taxels, up to 32x32, and their distance in mm (default: 5x5; the grid is 40 mm long)"
+    add("--grid", type=_grid, default={}, metavar="ROWSxCOLUMNS[xPITCH]", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -68,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     listed = arguments.gestures.split(",")
     files = tuple(Path(entry) for entry in listed if entry.endswith(".toml"))
     own = {
+        **arguments.grid,
         "minutes": arguments.minutes or (6.0 if arguments.protocol == "free" else 29.0),
         "gestures": tuple(
             label_in(Path(entry)) if entry.endswith(".toml") else entry for entry in listed
@@ -79,3 +77,12 @@ def run(arguments: argparse.Namespace) -> int:
     generate(data, out, users, sessions, arguments.workers, options.say)
     print(arguments.out)
     return 0
+
+
+def _grid(words: str) -> dict[str, float]:
+    """Return rows, columns and pitch_mm, if it is given, of a grid such as "16x20x2.5"."""
+    parts, kinds = words.split("x"), (options.taxels, options.taxels, number(0.5, 34.0))
+    if len(parts) not in (2, 3):
+        raise argparse.ArgumentTypeError(f"{words[:40]} must be rows x columns, such as 16x20")
+    read = zip(("rows", "columns", "pitch_mm"), kinds, parts, strict=False)
+    return {name: kind(part) for name, kind, part in read}

@@ -98,8 +98,8 @@ def _check(request: Request) -> None:
     if request.epochs == 0 and request.start is None:
         raise ValueError("--epochs 0 trains nothing; add --from BUNDLE to choose its thresholds")
     if request.task != "user":
-        if request.others or request.gestures or request.mapping:
-            raise ValueError("--others, --gestures and --mapping are for people; add --task user")
+        if request.others or request.gestures:
+            raise ValueError("--others and --gestures are for people; add --task user")
         return
     flags = {"window": "window", "auxiliary": "auxiliary", "start": "from"}
     for name, flag in flags.items():

@@ -93,10 +93,6 @@ class DataSet:
             for path in self.files
         }
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
-        if not self.one_orb:  # as it was before there was such a setting
-            del settings["one_orb"]
-        if not self.quick:
-            del settings["quick"]
         return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
 
     def played(

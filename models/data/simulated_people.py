@@ -14,9 +14,6 @@ from models.data.simulate import DataSet, Hand
 EVALUATE_SEED: Final = TEST_SEEDS.start
 BENCHMARK_SEED: Final = TEST_SEEDS.start + 10
 
-DEAD: Final = "dead"
-OPEN: Final = ("open_row", "open_column")
-
 
 @dataclass(frozen=True, slots=True)
 class People:
@@ -61,13 +58,3 @@ class People:
             user, session = number % self.users, number // self.users
             name = f"{self.data.preset} {user + 1:02d}-{session + 1:02d}"
             yield name, self.data.session(user, session, ill)
-
-
-def taxels(rows: int, columns: int) -> list[str]:
-    """Return the faults of every single taxel that does not react."""
-    return [f"{DEAD}:{row},{column}" for row in range(rows) for column in range(columns)]
-
-
-def electrodes(rows: int, columns: int) -> list[str]:
-    """Return the faults of every single electrode whose lead is off."""
-    return [f"{OPEN[0]}:{i}" for i in range(rows)] + [f"{OPEN[1]}:{i}" for i in range(columns)]

@@ -76,22 +76,15 @@ class Goal:
 
 
 def tune(
-    name: str,
-    labels: Sequence[str],
-    now: DebounceSettings,
-    streams: Sequence[Stream],
-    goal: Goal,
-    command: str = "",
+    labels: Sequence[str], now: DebounceSettings, streams: Sequence[Stream], goal: Goal
 ) -> Tuning:
     """Replay development streams over the grids, and choose; raise ValueError without gestures.
 
     Args:
-        name: File name of the bundle.
-        labels: Its labels, "null" first.
+        labels: Those of the bundle, "null" first.
         now: Its present thresholds, which are tried as well.
         streams: Nothing that is reported is measured on them.
         goal: Costs and limits.
-        command: Command line.
     """
     events = sum(len(stream.truth.events) for stream in streams)
     if not events:
@@ -117,16 +110,13 @@ def tune(
             break
     before = found[now]
     return Tuning(
-        bundle=name,
         sessions=len(streams),
         events=events,
-        idle_minutes=idle,
         before=before,
         chosen=chosen,
         front=tuple(edge),
         tried=len(points),
         goal=goal.sentence(),
-        command=command,
     )
 
 

@@ -153,14 +153,11 @@ class Point:
 class Tuning:
     """Choice of the debounce settings by `models train --epochs 0`."""
 
-    bundle: str  # file name of the bundle that was tuned
     sessions: int  # number of streams
     events: int  # true gestures in them
-    idle_minutes: float  # time without any
     before: Point  # the bundle's own point
     chosen: Point  # the point that was written
     # points that no other beats in recall, false alarms and latency together, the fastest first
     front: tuple[Point, ...]
     tried: int  # number of points
     goal: str  # the rule of the choice, a sentence
-    command: str = ""  # command line

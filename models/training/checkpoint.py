@@ -21,6 +21,7 @@ from models.results import storage
 
 MAX_BYTES: Final = 1 << 30
 _WORDS: Final = "words"  # the JSON among the arrays
+_MARK: Final = "training.npz"  # says which training a folder is of
 
 
 class CheckpointError(UserError, ValueError):
@@ -51,24 +52,22 @@ def damaged(path: Path) -> CheckpointError:
     return CheckpointError(f"{path} is damaged; remove it, and training begins again")
 
 
-def claim(folder: Path, name: str, of: object, what: str) -> Path:
-    """Return a folder of checkpoints of one piece of work, made if it does not exist.
+def claim(folder: Path, of: object) -> None:
+    """Make a folder for the checkpoints of a training, or check that it has them.
 
-    The representation of `of` identifies the work, and is kept in the file `name`; CheckpointError
-    if the folder holds checkpoints of other work.
+    The representation of `of` identifies the training; CheckpointError if it is another one.
     """
     own = hashlib.sha256(repr(of).encode() + torch.__version__.encode()).hexdigest()
-    mark = folder / name
+    mark = folder / _MARK
     found = load(mark)
     if found is not None and found[1].get("of") != own:
         raise CheckpointError(
-            f"{folder} holds an interrupted {what} of other data or options; repeat its command, "
+            f"{folder} holds an interrupted training of other data or options; repeat its command, "
             "or remove it"
         )
     storage.folder_target(folder)
     if found is None:
         save(mark, {}, {"of": own})
-    return folder
 
 
 def pack(prefix: str, state: dict[str, Tensor]) -> dict[str, NDArray[Any]]:

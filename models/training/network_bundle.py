@@ -27,11 +27,11 @@ from models.data.load import Data
 from models.data.recipe import Recipe
 from models.data.splits import Split
 from models.data.touch_images import Touches
-from models.evaluation import evaluate
+from models.evaluation import advice, evaluate
 from models.reports import page
 from models.results.evaluation import numbers
 from models.results.training import Training
-from models.training import advice, export, rehearsal, symmetry_search, transfer
+from models.training import export, rehearsal, symmetry_search, transfer
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
@@ -151,15 +151,15 @@ class NetworkPlan:
 def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
     """Return whether CNN-3D is trained, and CNN-2D; ValueError if the data are not enough."""
     located = bool(len(found.images))
-    if task in ("both", "location") and not located:
+    if task == "location" and not located:
         raise ValueError(
             "no recording has the place of a touch; record some with: controller teach "
             "--places, or train --task gesture"
         )
     label = data.examples.label[data.examples.ends]
-    if task in ("both", "gesture") and len(np.unique(label[label >= 0])) < 2:
+    if task != "location" and len(np.unique(label[label >= 0])) < 2:
         raise ValueError("all windows are of one class; record others, null among them")
-    return task != "location", task in ("both", "location") or (not task and located)
+    return task != "location", task == "location" or (not task and located)
 
 
 def _lender(
@@ -174,7 +174,7 @@ def _lender(
     if why and (location or request.base is not None):
         raise ValueError(
             f"{request.base or 'the bundle that ships'} cannot lend its network: {why}; name "
-            "another with --with, or train --task both"
+            "another with --with, or train both without --task"
         )
     return None if why else base
 

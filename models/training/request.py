@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
 
-TaskName = Literal["both", "gesture", "location", "user", ""]
+TaskName = Literal["gesture", "location", "user", ""]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
 FOLDERS: Final = {"type": Path, "nargs": "+"}
@@ -36,7 +36,7 @@ class Request:
         "",
         "what to train (default: gestures, and places if the recordings have them); user: the user "
         "network, from recordings of several people on several days (docs/users.md)",
-        choices=("gesture", "location", "both", "user"),
+        choices=("gesture", "location", "user"),
     )
     recipe: str = _option(
         "default",
@@ -88,12 +88,6 @@ class Request:
         "and are no answers in the end, so that a new gesture is taught from fewer examples",
         "DIR",
         **FOLDERS,
-    )
-    mapping: Path | None = _option(
-        None,
-        "with --task user: mapping file whose tables [users.NAME] the bundle keeps (docs/users.md)",
-        "FILE",
-        type=Path,
     )
     others: tuple[Path, ...] = _option(
         (),

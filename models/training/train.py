@@ -57,7 +57,7 @@ def train(request: Request, say: Say) -> Training | UserResult:
     say(f"on {device}, one thread" if device.type == "cpu" else "on a GPU")
     folder = request.out.with_name(f"{request.out.name}.training")
     of = replace(request, out=Path(), paths=(), command=""), data.digest, data.vocabulary
-    checkpoint.claim(folder, "training.npz", (*of, data.settings, software()), "training")
+    checkpoint.claim(folder, (*of, data.settings, software()))
     result = plan.train(device, folder, say)
     shutil.rmtree(folder)
     return result
@@ -78,9 +78,7 @@ def choose_thresholds(request: Request, say: Say) -> Tuning:
         bare = replace(loaded, spread=position_error.BARE)
         streams.append(replay.run(bare, networks, recording, truth))
         say(f"{name}: {count(len(truth.events), 'event')}")
-    found = tune.tune(
-        request.out.name, loaded.labels, loaded.debounce, streams, tune.Goal(), request.command
-    )
+    found = tune.tune(loaded.labels, loaded.debounce, streams, tune.Goal())
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
     entry = f"on {on}; {found.goal}"
     far = tune.spread(streams)

@@ -10,12 +10,11 @@ import tomli_w
 import torch
 from numpy.typing import NDArray
 
-from controller.bundles import bundle, container, users_table
+from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import EVERYBODY
-from controller.recognition.mapping import USERS
 from controller.recognition.user_id import Users
-from controller.shared import config, files
+from controller.shared import files
 from controller.shared.aliases import Say
 from controller.shared.errors import count
 from models.data import splits, touch_images
@@ -62,8 +61,6 @@ class UserPlan:
                 f"the bundle was taught gestures of {odd[0]}, who was not recorded here; record "
                 f"{odd[0]}, too, or name another bundle with --with"
             )
-        if request.mapping is not None:
-            Users(names).overridden(*users_table.read_mapping(request.mapping, base.labels))
         made = cls(
             request, data, names, labels, gestures, _held(data, gestures, names, request.split)
         )
@@ -111,9 +108,6 @@ def write_users(request: Request, net: Network, known: Users, entry: str) -> Non
     table, content = container.manifest(parts[container.MANIFEST]), container.content(parts)
     exported = export.export_users(net, base.golden.windows)
     rules = table.get("users", {}).get("mapping", {})
-    if request.mapping is not None:
-        for name, own in config.read_toml(request.mapping).get(USERS, {}).items():
-            rules[name] = {**rules.get(name, {}), **own}
     table["users"] = {
         "names": list(known.names),
         "gestures": list(known.gestures),

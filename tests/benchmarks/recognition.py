@@ -26,7 +26,6 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.simulator.orb import PRESETS
-from models.data import simulated_people
 from models.data.simulated_people import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise
 from models.results.evaluation import Figure, Result
@@ -83,8 +82,11 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
     mouse = dataclasses.replace(people, data=dataclasses.replace(people.data, hand="pointer"))
     clicked = summarise(preset, loaded.labels, evaluate(loaded, mouse.sessions(size.mouse), _no))
     grid = loaded.rows, loaded.columns
-    taxel = _worst(loaded, people, simulated_people.taxels(*grid)[:: size.every], size)
-    electrode = _worst(loaded, people, simulated_people.electrodes(*grid)[:: size.every], size)
+    taxels = [f"dead:{row},{column}" for row, column in np.ndindex(*grid)]
+    sides = zip(("open_row", "open_column"), grid, strict=True)
+    electrodes = [f"{kind}:{number}" for kind, count in sides for number in range(count)]
+    taxel = _worst(loaded, people, taxels[:: size.every], size)
+    electrode = _worst(loaded, people, electrodes[:: size.every], size)
     return {
         **figures(found),
         "leak_gap": _exact(leak_gap(path)),

@@ -120,7 +120,7 @@ def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> N
     status = make(
         tmp_path / "set",
         *("--users", "1", "--sessions", "1", "--minutes", "2", "--protocol", "blocks"),
-        *("--preset", "paper-snr", "--rate", "20", "--rows", "4", "--columns", "6"),
+        *("--preset", "paper-snr", "--rate", "20", "--grid", "4x6"),
         *("--gestures", f"press,swipe,{own}"),
     )
     assert status == 0

@@ -36,7 +36,6 @@ READ = [
         "train --with": "train {data} --task gesture --with {} --out {data}/new.orb",
         "train --auxiliary": "train {} --task gesture --auxiliary {} --out {data}/new.orb",
         "train --others": "train {} --task user --others {} --out {data}/new.orb",
-        "train --mapping": "train {data} --task user --mapping {} --out {data}/new.orb",
         "sweep FILE": "sweep {}",
         "paper BUNDLE": "paper {} --out {data}",
         "paper DATA": f"paper {BUNDLE} {{}} --out {{data}}",

@@ -81,7 +81,7 @@ def test_of_two_points_alike_the_one_with_good_neighbours_is_chosen() -> None:
 
 @pytest.fixture(scope="module")
 def found() -> Tuning:
-    return tune("x.orb", LABELS, SHIPPED.debounce, _streams(), Goal())
+    return tune(LABELS, SHIPPED.debounce, _streams(), Goal())
 
 
 def _streams() -> list[replay.Stream]:
@@ -111,7 +111,7 @@ def test_streams_without_gestures_are_refused() -> None:
     known = GroundTruth.of(idle, LABELS, "it")
     stream = replay.run(SHIPPED, replay.Batched(SHIPPED), idle, known)
     with pytest.raises(ValueError, match="no gestures"):
-        tune("x.orb", LABELS, DebounceSettings(), [stream], Goal())
+        tune(LABELS, DebounceSettings(), [stream], Goal())
 
 
 @pytest.fixture(scope="module")

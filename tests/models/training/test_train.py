@@ -121,9 +121,7 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
 def test_on_a_large_grid_positions_are_found_in_a_crop_at_any_strength(tmp_path: Path) -> None:
     folder, out = tmp_path / "data", tmp_path / "my.orb"
     large = "--users 1 --sessions 4 --minutes 1 --workers 1 --rate 10 --gestures press,pinch"
-    assert (
-        main(["simulate", "--out", str(folder), *large.split(), "--rows=16", "--columns=20"]) == 0
-    )
+    assert main(["simulate", "--out", str(folder), *large.split(), "--grid=16x20"]) == 0
     assert train(out, folder) == 0
     loaded = bundle.read(out)
     assert loaded.golden.images.shape[1:] == (16, 20)
@@ -228,7 +226,7 @@ def test_the_shipped_auxiliary_gestures_are_none_that_few_examples_are_measured_
 
 def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path: Path) -> None:
     own = tmp_path / "own"
-    size = ["--rows", "3", "--columns", "4", "--rate", "20", "--gestures", "press,swipe"]
+    size = ["--grid", "3x4", "--rate", "20", "--gestures", "press,swipe"]
     small = ["--users", "2", "--sessions", "1", "--minutes", "1", "--workers", "1"]
     assert main(["simulate", "--out", str(own), *size, *small]) == 0
     for path in own.glob("*.npz"):  # a sensor that counts, and reads about 0 untouched

@@ -146,18 +146,6 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     assert bundle.read(again).users.names == ("01", "02")
 
 
-def test_people_s_own_rules_are_kept(data: Path, tmp_path: Path, capsys: Capture) -> None:
-    file, out = tmp_path / "home.toml", tmp_path / "family.orb"
-    file.write_text('[users.02]\npinch = "hold"\n')
-    assert train(data, out, "--mapping", str(file)) == 0
-    known = bundle.read(out)
-    meant = [known.users.mapping(who, known.mapping).command("pinch", None) for who in ("01", "02")]
-    assert meant == ["drop", "hold"]
-    file.write_text('[users.zoe]\npinch = "hold"\n')
-    error = refused(capsys, *asked(data, tmp_path / "x.orb", "--mapping", str(file)))
-    assert "for 'zoe'; enrolled are 01, 02" in error
-
-
 def test_what_leaks_is_refused(data: Path, tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "x.orb"
     us, others = str(data / "us"), str(data / "others")
