@@ -8,10 +8,9 @@ from contextlib import closing
 from datetime import UTC, datetime
 
 from controller.cli.sensor_options import add_sensor
-from controller.diagnostics.calibration import keep
+from controller.diagnostics.calibration import CALIBRATION_S, keep
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
-from controller.diagnostics.skin_checks import CALIBRATION_S
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.geometry import SensorError
@@ -36,7 +35,7 @@ def main(argv: Sequence[str]) -> int:
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)
-        rows, kept = keep(sensor, frames, datetime.now(UTC), anyway=options.anyway)
+        rows, kept = keep(sensor, frames, datetime.now(UTC))
     sound = all(row.verdict is Verdict.GOOD for row in rows)
     verdict = "failed" if kept is None else "good" if sound else "doubtful"
     print(table(rows))
@@ -55,8 +54,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = grammar.add_argument
     add_sensor(grammar, "which")
-    text = "keep it although something seems to lie on the orb"
-    add("--anyway", action="store_true", help=text)
     text = "remove what is kept of this sensor instead"
     add("--forget", action="store_true", help=text)
     return grammar

@@ -15,8 +15,8 @@ from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor
 from controller.diagnostics import measurements, sensor_trial, system_checks, wiring_checks
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
-from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.diagnostics.skin_checks import skin_rows
 from controller.recognition.images.scale import PICOFARAD
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
@@ -109,7 +109,7 @@ def _board_alone(spec: str) -> Iterator[Row]:
     except SensorError:
         return  # the sensor cannot be opened, which another row reports
     with closing(board):
-        yield from wiring_checks.judge(measurements.measure(board), bundles.SLOW_HZ)
+        yield from wiring_checks.judge(measurements.measure(board))
 
 
 def _trial_rows(watch: FrameReader, out: Path | None) -> Iterator[Row]:
@@ -154,7 +154,7 @@ def sensor_rows(sensor: Sensor) -> Iterator[Row]:
         if isinstance(measured, Row):
             yield measured  # and nothing else can be read
             return
-        found = wiring_checks.WiringChecks(measured, bundles.SLOW_HZ)
+        found = wiring_checks.WiringChecks(measured)
         yield from found.faults
         yield from found.sound()
         if bundles.SLOW_HZ <= sensor.rate_hz < RATE_HZ:

@@ -13,18 +13,15 @@ from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.inversion import picofarads
-from controller.sensors.hardware.scanner import Scan, Scanner
+from controller.sensors.hardware.scanner import Scanner
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.aliases import Array, Mask
 
-LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
-_CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
-_FILL_S: Final = 10e-3  # ... and even a film of megohms in this
-_TRIES: Final = 40  # conversions that tell whether a converter answers
-_SCANS: Final = 12
-_LATE_SCANS: Final = 4
-_RAMP: Final = 100  # conversions of one charge as it leaks away
-_AGAIN: Final = 6  # readings of which a mean is taken
+LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: other resistors show
+CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
+CONVERSIONS: Final = 40  # that show whether a converter answers
+SCANS: Final = 12
+READINGS: Final = 6  # of which a mean is taken
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,10 +30,8 @@ class Measurements:
 
     wiring: Wiring  # of the board
     step: float  # the converter's step, of full scale
-    scan_s: float  # what one scan takes
-    values: Array  # conversions of one row's charge as it leaks away, counts, (n,)
+    scan_s: float  # duration of one scan
     dark: Array  # each row by itself, with no column raised, (rows,)
-    dark_late: Array  # the same after `LATE_S`, (rows,)
     held: Array  # row i charged by its pin and let go: what channel k reads, (rows, rows)
     held_late: Array  # the same `LATE_S` later, by its own channel, (rows,)
     held_level: Mask  # whether its pin reads high just after it let go, (rows,)
@@ -47,15 +42,12 @@ class Measurements:
     column_touch: Mask
     shares: Array  # scans, (n, rows, columns)
     picofarads: Array  # what the driver makes of them, (n, rows, columns)
-    late_shares: Array  # scans that wait for `LATE_S`, their mean, (rows, columns)
-    late: Array  # what the driver makes of them, (rows, columns)
 
     def time_constants_s(self) -> Array:
         """Return the time constant with which each row loses its charge, (rows,), seconds."""
-        before, after = np.diag(self.held), self.held_late - np.maximum(0.0, self.dark_late)
-        ratio = np.maximum(after, self.step) / np.maximum(before, self.step)
-        tau_s = LATE_S / -np.log(np.minimum(ratio, 0.999))
-        return np.where(ratio < 0.999, tau_s, np.inf)
+        before = np.maximum(np.diag(self.held), self.step)
+        ratio = np.minimum(np.maximum(self.held_late, self.step) / before, 0.999)
+        return np.asarray(LATE_S / -np.log(ratio))
 
 
 def measure(board: Board) -> Measurements | Row:
@@ -69,28 +61,26 @@ def measure(board: Board) -> Measurements | Row:
 def _silence(board: Board) -> Row | None:
     """Return why a converter does not answer while every row is at the supply; None: it does."""
     electrodes = board.wiring.electrodes
-    failed, reason, most = 0, "", 0
+    values, reason = [], ""
     for pin in electrodes.rows:
         board.pins.drive(pin, True)
-    for number in range(_TRIES):
+    for number in range(CONVERSIONS):
         try:
-            count = board.convert(electrodes.channels[number % len(electrodes.channels)])
+            values.append(board.convert(electrodes.channels[number % len(electrodes.channels)]))
         except HardwareAwayError as error:
-            failed, reason = failed + 1, str(error)
-        else:
-            most = max(most, count)
+            reason = str(error)
     for pin in electrodes.rows:
         board.pins.drive(pin, False)
-    if failed == _TRIES:
-        return fault("no_converter", "converter", reason)
-    if failed:
-        share = f"{100 * failed / _TRIES:.0f} % of the transfers failed"
+    if not any(values):
+        return fault("no_converter", "converter", reason or "it reads 0 of every row at 3.3 V")
+    if reason:
+        share = f"{100 - 100 * len(values) / CONVERSIONS:.0f} % of the transfers failed"
         return fault("bus_errors", "bus", f"{share}: {reason}")
-    return fault("silent_converter", "converter") if most == 0 else None
+    return None
 
 
 class _Probe:
-    """Measures one board."""
+    """Measurements of one board."""
 
     def __init__(self, board: Board) -> None:
         # One row at a time: what is wrong with one then shows in that one.
@@ -101,26 +91,20 @@ class _Probe:
 
     def measured(self) -> Measurements:
         """Return all measurements."""
-        wiring, scanner = self._wiring, Scanner(self._board)
-        times = replace(wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
-        patient = Scanner(replace(self._board, wiring=replace(wiring, times=times)))
-        dark, dark_late = scanner.dark(_AGAIN), patient.dark(_AGAIN)
+        scanner = Scanner(self._board)
+        dark = scanner.dark(READINGS)
         held, held_late, held_level, row_touch = self._row_tests()
-        decays = np.diag(held) - held_late  # whatever is wrong with some rows, the middle one
-        values = self._ramp(int(np.argsort(decays)[len(decays) // 2]))
         column_high, column_low, column_touch = self._column_tests()
         began_s = self._board.clock()
-        scans = [scanner.scan() for _ in range(_SCANS)]
-        scan_s = (self._board.clock() - began_s) / _SCANS
-        late = [patient.scan() for _ in range(_LATE_SCANS)]
-        shares = np.array([scan.counts for scan in scans]) / self._full
+        scans = [scanner.scan() for _ in range(SCANS)]
+        scan_s = (self._board.clock() - began_s) / SCANS
+        full, wiring = round(self._full), self._wiring
+        taxels_pf = [picofarads(wiring, scan.counts, scan.age_s, dark, full) for scan in scans]
         return Measurements(
             wiring=wiring,
             step=1.0 / self._full,
             scan_s=scan_s,
-            values=values,
             dark=dark / self._full,
-            dark_late=dark_late / self._full,
             held=held,
             held_late=held_late,
             held_level=held_level,
@@ -128,17 +112,8 @@ class _Probe:
             column_high=column_high,
             column_low=column_low,
             column_touch=column_touch,
-            shares=shares,
-            picofarads=self._picofarads(scans, dark),
-            late_shares=np.mean([scan.counts for scan in late], axis=0) / self._full,
-            late=self._picofarads(late, dark_late).mean(axis=0),
-        )
-
-    def _picofarads(self, scans: list[Scan], dark: Array) -> Array:
-        """Return scans as the driver reads them, (n, rows, columns), picofarads."""
-        full = round(self._full)
-        return np.array(
-            [picofarads(self._wiring, scan.counts, scan.age_s, dark, full) for scan in scans]
+            shares=np.array([scan.counts for scan in scans]) / self._full,
+            picofarads=np.array(taxels_pf),
         )
 
     def _convert(self, row: int) -> float:
@@ -148,10 +123,10 @@ class _Probe:
             self._board.convert(channel - channel % CHANNELS + ground)
         return self._board.convert(channel) / self._full
 
-    def _charge(self, pin: int, up: bool, seconds: float) -> None:
-        """Drive an electrode to the supply or to ground for a time, and let it float."""
+    def _charge(self, pin: int, up: bool) -> None:
+        """Drive an electrode to the supply or to ground, and let it float."""
         self._board.pins.drive(pin, up)
-        self._board.wait(seconds)
+        self._board.wait(CHARGE_S)
         self._board.pins.release(pin)
 
     def _row_tests(self) -> tuple[Array, Array, Mask, Array]:
@@ -161,34 +136,25 @@ class _Probe:
         held, touch = np.zeros((rows, rows)), np.zeros((rows, rows))
         for i, pin in enumerate(self._rows):
             for k in range(rows):
-                for _ in range(_AGAIN if i == k else 1):
-                    self._charge(pin, True, _FILL_S if i == k else _CHARGE_S)
-                    held[i, k] += self._convert(k) / (_AGAIN if i == k else 1)
-            for _ in range(_AGAIN):
-                self._charge(pin, True, _FILL_S)
+                readings = READINGS if i == k else 1
+                for _ in range(readings):
+                    self._charge(pin, True)
+                    held[i, k] += self._convert(k) / readings
+            for _ in range(READINGS):
+                self._charge(pin, True)
                 wait(LATE_S)
-                late[i] += self._convert(i) / _AGAIN
-            self._charge(pin, True, _CHARGE_S)
+                late[i] += self._convert(i) / READINGS
+            self._charge(pin, True)
             level[i] = pins.level(pin)
             pins.drive(pin, True)
             for k, other in enumerate(self._rows):
                 if k != i:
                     pins.release(other)
-                    wait(_CHARGE_S)
+                    wait(CHARGE_S)
                     touch[i, k] = self._convert(k)
                     pins.drive(other, False)
             pins.drive(pin, False)
         return held, late, level, touch
-
-    def _ramp(self, row: int) -> Array:
-        """Return conversions on the way down from the supply, (n,), counts."""
-        pin, values = self._rows[row], np.zeros(_RAMP)
-        self._charge(pin, True, _CHARGE_S)
-        for i in range(_RAMP):
-            values[i] = self._board.convert(self._wiring.electrodes.channels[row])
-            self._board.wait(LATE_S / 8)
-        self._board.pins.drive(pin, False)
-        return values
 
     def _column_tests(self) -> tuple[Mask, Mask, Mask]:
         """Return `column_high`, `column_low`, (columns,), and `column_touch`."""
@@ -197,15 +163,15 @@ class _Probe:
         touch = np.zeros((columns, columns), dtype=np.bool_)
         for i, pin in enumerate(self._columns):
             for up, told in ((True, high), (False, low)):
-                self._charge(pin, up, _FILL_S)
-                wait(_CHARGE_S)
+                self._charge(pin, up)
+                wait(CHARGE_S)
                 told[i] = pins.level(pin) is up
                 pins.drive(pin, False)
             pins.drive(pin, True)
             for k, other in enumerate(self._columns):
                 if k != i:
                     pins.release(other)
-                    wait(_CHARGE_S)
+                    wait(CHARGE_S)
                     touch[i, k] = pins.level(other)
                     pins.drive(other, False)
             pins.drive(pin, False)

@@ -58,7 +58,7 @@ FAULTS: Final = tomllib.loads((files(__package__) / "faults.toml").read_text("ut
 """By code: what was found, where {} takes the figures, and advice."""
 
 
-def fault(code: str, name: str, *figures: object, verdict: Verdict = Verdict.FAULT) -> Row:
+def fault(code: str, name: str, *figures: object) -> Row:
     """Return the row of a fault: a key of `FAULTS`, what has it ("row 2"), and its figures."""
     words = FAULTS[code]
-    return Row(name, verdict, words["found"].format(*figures), words["advice"], code)
+    return Row(name, Verdict.FAULT, words["found"].format(*figures), words["advice"], code)

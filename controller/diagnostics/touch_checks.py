@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.diagnostics.report import Row, Verdict, fault
+from controller.diagnostics.report import Row, fault
 from controller.recognition.images.dead_taxels import TaxelInterpolator
 from controller.shared.aliases import Array, Mask
 from controller.shared.taxel_measures import DEAD_SLOPE, response_slope
@@ -24,13 +24,9 @@ Place = tuple[int, int]  # row, column
 DEPTH_MM: Final = 8.0  # of a firm press
 RADIUS_MM: Final = 7.0
 _HOLD_S: Final = 1.0
-_FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
-_BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
-_STIFF: Final = (
-    DEAD_SLOPE,
-    0.35,
-)  # of what its neighbours predict, and of what the dome should feel
-_WEAK: Final = (0.6, 0.7)
+FELT_Z: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
+CLEARER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
+STIFF_SHARE: Final = 0.35  # least response, of what the dome should feel
 
 
 def places(rows: int, columns: int) -> tuple[Place, ...]:
@@ -73,7 +69,7 @@ def pressed(
 
 def unfelt(change: Array) -> bool:
     """Return whether nothing was pressed, as far as a change (rows, columns) tells."""
-    return float(np.abs(change).mean()) < _FELT
+    return float(np.abs(change).mean()) < FELT_Z
 
 
 def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
@@ -86,25 +82,11 @@ def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
     filler = TaxelInterpolator(rows, columns)
     whole = np.array([filler.fill(change, bad) for change in changes]) if bad.any() else changes
     model = expected(rows, columns, pitch_mm)
-    found, order_r, order_c, turned = _wiring(whole, model)
-    if turned:
-        return [fault("turned", "plugs")]
-    faults = list(_swaps(found))
-    straight, broken = np.empty_like(changes), np.zeros_like(bad)
-    for one, part in zip(straight, whole, strict=True):
-        one[np.ix_(order_r, order_c)] = part
-    broken[np.ix_(order_r, order_c)] = bad
-    for (row, column), share, code in _stiff(straight, model, broken, filler):
-        name = f"taxel ({order_r.index(row)},{order_c.index(column)})"
-        verdict = Verdict.DOUBTFUL if code == "weak" else Verdict.FAULT
-        faults.append(fault(code, name, f"{100 * share:.0f}", verdict=verdict))
-    return faults
+    wired = _wiring(whole, model)
+    return wired or list(_stiff(whole, model, bad, filler))
 
 
-Order = list[int]  # electrode i of the wiring lies where order[i] should lie
-
-
-def _orders(count: int) -> dict[str, Order]:
+def _orders(count: int) -> dict[str, list[int]]:
     """Return how electrodes may be wired: straight, two swapped, or all reversed."""
     straight = list(range(count))
     orders = {"": straight}
@@ -119,23 +101,27 @@ def _orders(count: int) -> dict[str, Order]:
     return orders
 
 
-def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, bool]:
-    """Return the wiring that explains best what was felt, (places, rows, columns).
+def _wiring(seen: Array, model: Array) -> list[Row]:
+    """Return the faults of the wiring that explains best what was felt, (places, rows, columns).
 
     Another than the right one has to be clearly better.
     """
     seen, model = _pattern(seen), _pattern(model)
     _, rows, columns = seen.shape
-    ways_r, ways_c = _orders(rows), _orders(columns)
-    right = float((seen * model).sum())
-    best = (right + _BETTER * len(seen), ("", ""), ways_r[""], ways_c[""], False)
+    straight = float((seen * model).sum())
+    best: tuple[float, str, str, bool] = straight + CLEARER * len(seen), "", "", False
     for turned in (False, True) if rows == columns else (False,):
         base = model.transpose(0, 2, 1) if turned else model
-        for (name_r, way_r), (name_c, way_c) in product(ways_r.items(), ways_c.items()):
+        for (name_r, way_r), (name_c, way_c) in product(
+            _orders(rows).items(), _orders(columns).items()
+        ):
             score = float((seen * base[:, way_r][:, :, way_c]).sum())
             if score > best[0] + 1e-9 and (name_r or name_c or turned):
-                best = (score, (name_r, name_c), way_r, way_c, turned)
-    return best[1:]
+                best = score, name_r, name_c, turned
+    _, name_r, name_c, turned = best
+    if turned:
+        return [fault("turned", "plugs")]
+    return [*_swaps(name_r, "row", "top to bottom"), *_swaps(name_c, "column", "left to right")]
 
 
 def _pattern(changes: Array) -> Array:
@@ -144,32 +130,22 @@ def _pattern(changes: Array) -> Array:
     return np.asarray(changes / np.linalg.norm(changes, axis=(1, 2), keepdims=True))
 
 
-def _swaps(found: tuple[str, str]) -> Iterator[Row]:
-    words = (
-        ("row", "swapped_rows", "top to bottom"),
-        ("column", "swapped_columns", "left to right"),
-    )
-    for name, (word, code, way) in zip(found, words, strict=True):
-        if name == "mirrored":
-            yield fault("mirrored", f"{word}s", way)
-        elif name:
-            one, other = name.split(",")
-            yield fault(code, f"{word} {one}", f"{word} {other}, and the other way round")
+def _swaps(name: str, word: str, way: str) -> Iterator[Row]:
+    """Yield the fault of an order of `_orders` among rows or columns, the `word`."""
+    if name == "mirrored":
+        yield fault("mirrored", f"{word}s", way)
+    elif name:
+        one, other = name.split(",")
+        found = f"{word} {other}, and the other way round"
+        yield fault(f"swapped_{word}s", f"{word} {one}", found)
 
 
-def _stiff(
-    changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator
-) -> Iterator[tuple[Place, float, str]]:
-    """Yield taxels that feel too little of `model`, (places, rows, columns), and their share.
-
-    The word says whether they are "stiff" or "weak".
-    """
+def _stiff(changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator) -> Iterator[Row]:
+    """Yield the taxels that feel too little of `model`, (places, rows, columns)."""
     around = np.array([filler.around(change) for change in changes])
     by_others, by_model = response_slope(changes, around), response_slope(changes, model)
     by_model = by_model / np.nanmedian(by_model[~bad]) if not bad.all() else by_model
-    for row, column in np.argwhere(~bad).tolist():
-        others, dome = by_others[row, column], by_model[row, column]
-        for code, limits in (("stiff", _STIFF), ("weak", _WEAK)):
-            if others < limits[0] and dome < limits[1]:
-                yield (row, column), max(0.0, float(dome)), code
-                break
+    stiff = (by_others < DEAD_SLOPE) & (by_model < STIFF_SHARE) & ~bad
+    for row, column in np.argwhere(stiff).tolist():
+        percent = f"{100 * max(0.0, by_model[row, column]):.0f}"
+        yield fault("stiff", f"taxel ({row},{column})", percent)

@@ -17,9 +17,8 @@ import numpy as np
 
 from controller.diagnostics import calibration, system_checks, touch_checks
 from controller.diagnostics.frame_source import Finger, FrameReader
-from controller.diagnostics.press_checks import skin_rows
 from controller.diagnostics.report import Row, Verdict
-from controller.diagnostics.skin_checks import CALIBRATION_S, IDLE_S
+from controller.diagnostics.skin_checks import IDLE_S, skin_rows
 from controller.recognition.images.frames import Frame
 from controller.remote.worker import Worker
 from controller.runtime.assemble import bundle_path
@@ -183,8 +182,8 @@ def _rows(watch: LiveFrames, bundle: Path, tell: Tell) -> Iterator[Row]:
 def _rest(watch: LiveFrames, tell: Tell) -> Frames:
     """Return the frames of a calibration, second by second."""
     parts = []
-    for second in range(round(CALIBRATION_S)):
-        tell(CheckStep("rest", 0, 0, _REST_SHARE * second / (CALIBRATION_S + IDLE_S)))
+    for second in range(round(calibration.CALIBRATION_S)):
+        tell(CheckStep("rest", 0, 0, _REST_SHARE * second / (calibration.CALIBRATION_S + IDLE_S)))
         parts.append(watch.frames(1.0))
     return np.concatenate(parts)
 

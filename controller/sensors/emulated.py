@@ -16,7 +16,7 @@ from controller.sensors.geometry import RATE_HZ
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
-from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.emulated.circuit import WiringFault
 from controller.sensors.hardware.wiring import read
 from controller.sensors.virtual import Virtual
 from controller.simulator.dome.faults import Fault, FaultError

@@ -19,7 +19,7 @@ from controller.cli import doctor
 from controller.diagnostics import measurements, wiring_checks
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.geometry import RATE_HZ
-from controller.sensors.hardware.emulated.faults import KINDS
+from controller.sensors.hardware.emulated.circuit import KINDS
 from controller.simulator.orb import PRESETS, preset
 
 from .results import Results, command_line
@@ -30,16 +30,17 @@ NOTHING: Final = "nothing"
 # top of what a preset has.
 SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
     "open_row": (), "open_column": (), "short_rows": (), "short_columns": (), "short_taxel": (),
-    "grounded_row": (), "grounded_column": (), "high_row": (), "high_column": (),
-    "swapped_channels": (), "no_channel": (), "dead_row_pin": (), "dead": (),
-    "leaky": (3.0, 40.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "damp": (15.0, 100.0),
-    "no_row_capacitor": (), "unplugged": (), "no_converter": (), "silent_converter": (),
+    "grounded_row": (), "grounded_column": (), "swapped_channels": (), "no_channel": (), "dead": (),
+    "no_bleed": (), "no_row_capacitor": (), "unplugged": (), "no_converter": (),
     "bus_errors": (0.05, 0.4), "other_converter": (), "low_reference": (0.6, 0.9),
-    "noise": (100.0, 300.0), "slow_clock": (30.0, 60.0),
+    "noise": (100.0, 300.0),
 }  # fmt: skip
 TOUCHED: Final = ("swapped_rows", "swapped_columns", "stiff", "mirrored", "turned")
 # What a fault is called, where that is not the name of its kind: seen from the board they are one.
-CALLED: Final = {"low_reference": "reference", "slow_clock": "slow"}
+CALLED: Final = {
+    "low_reference": "reference", "grounded_row": "stuck_row", "grounded_column": "stuck_column",
+    "no_bleed": "bleed",
+}  # fmt: skip
 _PLACES: Final = {
     "taxel": (ROWS, COLUMNS), "row": (ROWS,), "rows": (ROWS - 1,), "column": (COLUMNS,),
     "columns": (COLUMNS - 1,), "": (),
@@ -71,7 +72,7 @@ def diagnose(sensor: Wired, *, press: bool) -> list[Row]:
     if press:
         rows = doctor.sensor_rows(sensor)
     else:
-        rows = iter(wiring_checks.judge(measurements.measure(sensor.board), 10.0))
+        rows = iter(wiring_checks.judge(measurements.measure(sensor.board)))
     return [row for row in rows if row.verdict is Verdict.FAULT]
 
 

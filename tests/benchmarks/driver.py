@@ -23,7 +23,7 @@ from controller.recognition.pipeline import Pipeline
 from controller.sensors import base as sensors
 from controller.sensors.emulated import Emulated
 from controller.sensors.geometry import SensorAwayError
-from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.emulated.circuit import WiringFault
 from controller.shared.event_metric import Answer, Event, Score, judge
 from controller.simulator.hand.performance import DISTRACTORS
 

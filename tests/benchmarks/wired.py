@@ -13,7 +13,7 @@ from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
-from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.emulated.circuit import WiringFault
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.protocol.messages import Contact
 from controller.simulator.orb import preset

@@ -8,8 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.__main__ import main
+from controller.diagnostics.calibration import calibrate
 from controller.diagnostics.report import Verdict
-from controller.diagnostics.skin_checks import calibrate
 from controller.diagnostics.touch_checks import pressed
 from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
@@ -47,26 +47,13 @@ def test_a_hand_that_comes_is_refused() -> None:
 
 
 @pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
-def test_a_firm_finger_is_refused_although_the_sensor_is_new(place: tuple[int, int]) -> None:
-    even = (41.2 + 0.3 * (REST_PF - 41.2)) / REST_PF  # taxels that differ by 2 %
-    frames = (idle() * even * finger(*place)).astype(np.float32)
-    rows, rest, _ = calibrate(frames, 10.0)
-    assert (rest, rows[0].code, rows[0].verdict) == (None, "touched", Verdict.FAULT)
-    assert rows[0].found.endswith(f"near taxel ({place[0]},{place[1]})")
-    rows, rest, _ = calibrate(frames, 10.0, anyway=True)
-    assert rest is not None
-    assert [(row.code, row.verdict) for row in rows] == [("touched", Verdict.DOUBTFUL)]
-
-
-@pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
 def test_a_lasting_finger_is_refused_where_the_sensor_is_known(place: tuple[int, int]) -> None:
     light = 1.0 - 0.5 * (1.0 - finger(*place))
     frames, last = (idle() * light).astype(np.float32), REST_PF.astype(np.float32)
     rows, rest, _ = calibrate(frames, 10.0, last)
     assert (rest, rows[0].code) == (None, "touched")
     assert rows[0].found.startswith("something seems to lie on it, near taxel")
-    for known, anyway in ((None, False), (last, True)):
-        assert calibrate(frames, 10.0, known, anyway=anyway)[1] is not None
+    assert calibrate(frames, 10.0)[1] is not None
 
 
 def test_what_is_doubtful_is_said_and_kept() -> None:

@@ -117,21 +117,13 @@ def test_plugs_the_wrong_way_round_are_told_and_a_sound_skin_is_accused_of_nothi
         assert codes(touch_checks.judge(seen, 10.0, SOUND)) == told
 
 
-def test_a_taxel_that_feels_nothing_is_named_where_it_is_wired() -> None:
+def test_a_taxel_that_feels_nothing_is_named_unless_leads_are_swapped() -> None:
     changes = felt()
     changes[:, 1, 3] = 0.0
     [row] = touch_checks.judge(changes, 10.0, SOUND)
     assert (row.code, row.name) == ("stiff", "taxel (1,3)")
     swapped = changes[:, [1, 0, 2, 3, 4]]
-    names = [row.name for row in touch_checks.judge(swapped, 10.0, SOUND)]
-    assert names == ["row 0", "taxel (0,3)"]
-
-
-def test_a_taxel_that_feels_less_than_it_should_is_doubtful() -> None:
-    changes = felt()
-    changes[:, 1, 3] *= 0.5
-    [row] = touch_checks.judge(changes, 10.0, SOUND)
-    assert (row.code, row.name, row.verdict) == ("weak", "taxel (1,3)", Verdict.DOUBTFUL)
+    assert [row.name for row in touch_checks.judge(swapped, 10.0, SOUND)] == ["row 0"]
 
 
 def test_whoever_does_not_want_to_press_need_not() -> None:

@@ -18,7 +18,7 @@ from controller.sensors import base as sensors
 from controller.sensors import orb
 from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
 from controller.sensors.hardware.emulated.board import EmulatedBoard, FakeChip
-from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.emulated.circuit import WiringFault
 from controller.sensors.hardware.raspberry_pi import SpiDev
 
 

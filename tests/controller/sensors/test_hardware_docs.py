@@ -10,7 +10,7 @@ pytest.importorskip("gpiozero", reason="gpiozero knows the Raspberry Pi's header
 
 from gpiozero.pins.mock import MockFactory
 
-from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
+from controller.sensors.hardware.emulated.circuit import KINDS, WiringFault
 from controller.sensors.hardware.wiring import Wiring
 from tests.reference import schematic
 

@@ -24,11 +24,11 @@ SENT = (  # what the orb sends to a window, by module
 CALLS = ("AdaptError", "BundleError", "SensorError", "ExampleError", "RecordingError")
 CHECKS = (
     "controller/diagnostics/skin_checks.py",
-    "controller/diagnostics/press_checks.py",
+    "controller/diagnostics/calibration.py",
     "controller/remote/link_check.py",
 )
 ANSWERS = ("_failed", "_status", "untaken")
-BOARD = ("swapped_rows", "swapped_columns", "mirrored", "turned", "stiff", "weak")
+BOARD = ("swapped_rows", "swapped_columns", "mirrored", "turned", "stiff")
 
 
 def text(node: ast.expr) -> str:

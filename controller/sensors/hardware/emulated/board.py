@@ -10,8 +10,7 @@ import numpy as np
 from controller.sensors.hardware import MissingHardwareError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import CHANNELS, CHIPS
-from controller.sensors.hardware.emulated.circuit import Circuit
-from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.emulated.circuit import Circuit, WiringFault
 from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.aliases import Array
@@ -198,8 +197,6 @@ class EmulatedBoard:
             raise OSError(5, "Input/output error")
         if self._has("no_converter"):
             return b"\xff" * len(data)
-        if self._has("silent_converter"):
-            return bytes(len(data))
         return chip.transfer(data)
 
     def look(self, converter: int, input_: int) -> float:

@@ -7,16 +7,18 @@ capacitances; time passes only by `advance`. docs/hardware.md draws it.
 Units: pF, MOhm, volts, microseconds; 1 pF x 1 MOhm = 1 us.
 """
 
-from collections.abc import Iterable
-from typing import Final
+from collections.abc import Iterable, Mapping
+from typing import ClassVar, Final
 
 import numpy as np
 
 from controller.sensors.hardware.converters import CHANNELS
-from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.aliases import Array
+from controller.simulator.dome.faults import Fault, Kind, read_kinds
 from controller.simulator.dome.readout import NOMINAL_PF
+
+KINDS: Final = read_kinds("controller.sensors.hardware.emulated")
 
 # The parts, with their tolerances; each orb draws its own.
 _CAPACITOR_PF: Final = (100.0, 0.02)  # from each row to ground, and its relative deviation
@@ -32,6 +34,12 @@ _INJECT_PC: Final = 0.3  # charge that a pin pushes into its row as it lets go
 _OFFSET_LSB: Final = 1.0  # deviation of the converter's offset, counts of 4096
 _SHORT: Final = 1e4  # 1/MOhm: 100 ohms
 _OPEN: Final = 1e-7  # 1/MOhm: what insulates
+
+
+class WiringFault(Fault):
+    """One fault of the wiring: `WiringFault.parse("open_row:2")`, or `"short_taxel:1,3"`."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = KINDS
 
 
 class Circuit:
@@ -155,11 +163,7 @@ class Circuit:
 
     def _driven(self) -> dict[int, bool]:
         """Return the nodes whose pins drive, and whether to the supply."""
-        driven = {self._node[pin]: high for pin, high in self._high.items()}
-        for fault in self._faults:
-            if fault.kind == "dead_row_pin":
-                driven.pop(self._row_node[fault.row], None)
-        return driven
+        return {self._node[pin]: high for pin, high in self._high.items()}
 
     def _current(self) -> Array:
         """Return the current into each node, (nodes,), V/MOhm."""
@@ -178,7 +182,7 @@ class Circuit:
         taxels = self._taxels.copy()
         lead = 1.0 / self._lead
         bleed, capacitor = 1.0 / self._bleed, self._capacitor.copy()
-        leak, joins = self._leak_ua.copy(), list(range(ends))
+        joins = list(range(ends))
         for fault in self._faults:
             r, c = columns + fault.row, fault.column
             if fault.kind == "dead":
@@ -193,12 +197,8 @@ class Circuit:
                 joins[c], joins[c + 1] = joins[c + 1], joins[c]
             elif fault.kind == "no_bleed":
                 bleed[fault.row] = _OPEN
-            elif fault.kind == "small_bleed":
-                bleed[fault.row] = 1.0 / fault.size
             elif fault.kind == "no_row_capacitor":
                 capacitor[fault.row] = 0.0
-            elif fault.kind == "damp":
-                leak[fault.row] += fault.size * 1e-3
         for row in range(self._rows):
             for column in range(columns):
                 self._join(self._capacitance, columns + row, column, float(taxels[row, column]))
@@ -210,7 +210,7 @@ class Circuit:
             self._capacitance[node, node] += capacitor[row]
             self._capacitance[columns + row, columns + row] += self._fingers[row]
             self._conductance[node, node] += bleed[row]
-            self._source[node] += leak[row]
+            self._source[node] = self._leak_ua[row]
         for fault in self._faults:
             self._touching(fault)
 
@@ -223,13 +223,8 @@ class Circuit:
             self._join(self._conductance, one, one + 1, _SHORT)
         elif fault.kind == "short_taxel":
             self._join(self._conductance, r, c, _SHORT)
-        elif fault.kind == "leaky":
-            self._join(self._conductance, r, c, 1.0 / fault.size)
         elif fault.kind in ("grounded_row", "grounded_column"):
             self._conductance[one, one] += _SHORT
-        elif fault.kind in ("high_row", "high_column"):
-            self._conductance[one, one] += _SHORT
-            self._source[one] += _SHORT * self.supply_v
 
     @staticmethod
     def _join(matrix: Array, one: int, other: int, value: float) -> None:
