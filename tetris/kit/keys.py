@@ -34,15 +34,11 @@ class Keys(Generic[Action]):
         das_s: float,
         arr_s: float,
         shifts: Collection[Action],
-        guarded: Action | None = None,
     ) -> None:
-        """Use a table of bindings and a way to repeat; an ARR of 0 goes to the wall at once.
-
-        The shifts repeat; the guarded action is ignored while one of them is held.
-        """
+        """Use a table of bindings and a way to repeat; an ARR of 0 goes to the wall at once."""
         self._bindings = bindings
         self._das_s, self._arr_s = das_s, arr_s
-        self._shifts, self._guarded = shifts, guarded
+        self._shifts = shifts  # they repeat
         self._due: list[DueAction[Action]] = []
         self._held: dict[Code, Action] = {}  # the latest press last
         self._repeat_at_s = 0.0
@@ -59,10 +55,8 @@ class Keys(Generic[Action]):
         if action is None or key in self._held:
             return
         self._repeat(time_s)
-        guarded = action is self._guarded and self._ruling() is not None
         self._held[key] = action
-        if not guarded:
-            self._due.append(DueAction(time_s, action, held=self.held))
+        self._due.append(DueAction(time_s, action, held=self.held))
         if action in self._shifts:
             self._repeat_at_s = time_s + self._das_s
 

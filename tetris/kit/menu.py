@@ -129,28 +129,18 @@ class Repeater:
         return self._held
 
 
-class Cursor:
-    """Position in a menu: the number of the chosen item, from 0."""
-
-    def __init__(self) -> None:
-        self.selected = 0
-
-    def move(self, menu: Menu, nav: MenuStep) -> bool:
-        """Carry out a step other than BACK; return whether anything came of it."""
-        count = len(menu.items)
-        self.selected = min(self.selected, count - 1)
-        item = menu.items[self.selected]
-        match nav:
-            case MenuStep.UP | MenuStep.DOWN:
-                self.selected = (self.selected + (1 if nav is MenuStep.DOWN else -1)) % count
-                return True
-            case MenuStep.LEFT | MenuStep.RIGHT if item.step:
-                item.step(1 if nav is MenuStep.RIGHT else -1)
-                return True
-            case MenuStep.CONFIRM if item.do:
-                item.do()
-                return True
-            case MenuStep.CONFIRM if item.step:
-                item.step(1)
-                return True
-        return False
+def step_in(menu: Menu, selected: int, nav: MenuStep) -> int | None:
+    """Carry out a step other than BACK; return the item chosen then, None if nothing came of it."""
+    item, count = menu.items[selected], len(menu.items)
+    match nav:
+        case MenuStep.UP | MenuStep.DOWN:
+            return (selected + (1 if nav is MenuStep.DOWN else -1)) % count
+        case MenuStep.LEFT | MenuStep.RIGHT if item.step:
+            item.step(1 if nav is MenuStep.RIGHT else -1)
+        case MenuStep.CONFIRM if item.do:
+            item.do()
+        case MenuStep.CONFIRM if item.step:
+            item.step(1)
+        case _:
+            return None
+    return selected

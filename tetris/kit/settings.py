@@ -34,7 +34,6 @@ class Settings:
     soft_drop: int = 20  # how many times faster than gravity
     initial: str = "tap"  # which turns and holds act on a piece as it enters: `CHOICES`
     guard_ms: int = 0  # after a lock, in which a hard drop is ignored
-    drop_guard: bool = False  # a hard drop is ignored while a direction is held
     theme: str = "dark"
     patterns: bool = False  # each piece has a mark of its own
     motion: bool = True  # things move that need not
@@ -76,7 +75,7 @@ CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "play": ("mode", "orb_mode", "level", "introduced"),
-    "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard"),
+    "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms"),
     "screen": ("theme", "patterns", "motion", "ghost", "grid", "scale", "fullscreen", "language"),
     "sound": ("effects", "clicks", "tones"),
 }

@@ -5,7 +5,7 @@ device. Until it is open, and where there is none, playing is quietly nothing.
 """
 
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from threading import Thread
@@ -136,21 +136,8 @@ class Sounds:
             # Loudness is felt by its square, so that half way sounds half as loud.
             self._volumes[kind] = (getattr(settings, kind) / 100) ** 2
 
-    def click(self, name: str) -> None:
-        """Play one of the menus' sounds: move, take or back."""
-        self._play(f"menu_{name}", "clicks")
-
-    def effect(self, name: str) -> None:
-        """Play one of the game's sounds by its name."""
-        self._play(name, "effects")
-
-    def play(self, sounds: Iterable[tuple[str, str]]) -> None:
-        """Play sounds by their names, each at the volume of its kind."""
-        for name, kind in sounds:
-            self._play(name, kind)
-
-    def _play(self, name: str, kind: str) -> None:
-        """Play a sound, softer if it would be too loud together with those that are playing."""
+    def play(self, name: str, kind: str) -> None:
+        """Play a sound at the volume of its kind; softer where all together would be too loud."""
         sound, volume = self._ready.get(name), self._volumes[kind]
         if sound is None or volume <= 0 or not pygame.mixer.get_init():
             return

@@ -132,8 +132,6 @@ class GameView:
         figures: Sequence[Figure] | None = None,
         hint: Plan | None = None,
         ready: str = "",
-        words: bool = True,
-        veiled: bool = True,
         kept: bool = False,
     ) -> list[pygame.Rect]:
         """Draw a game as it was at its last update; return the parts that were drawn.
@@ -144,9 +142,7 @@ class GameView:
             time_s: The time of its last update.
             figures: The numbers beside the board; None takes those that suit the game.
             hint: Where a piece would lie well, and whether it is held first, if the player asked.
-            ready: A word on the board before the pieces move.
-            words: Whether words on the board say that it pauses or is over.
-            veiled: Whether the board is covered while it pauses or is over.
+            ready: A word on the board before the pieces move; a pause does not cover it then.
             kept: Whether the surface still has the last picture; only what changed is drawn.
         """
         columns, rows = game.config.columns, game.config.rows
@@ -156,7 +152,7 @@ class GameView:
         figures = figures_of(game) if figures is None else figures
         lit = hint is not None and hint.actions[0] is Action.HOLD and game.in_play
         landing = hint.landing if hint and game.in_play else None
-        veiled = veiled and game.phase is not Phase.RUNNING
+        veiled = game.phase is not Phase.RUNNING and not ready
         flash_s, words_s = (
             time_s if each.alive else None for each in (self._effects, self._callouts)
         )
@@ -170,7 +166,6 @@ class GameView:
             self._effects.draw(surface, layout, time_s)
             if veiled:
                 surface.blit(self._veil, layout.board)
-            if veiled and words:
                 self._draw_words(surface, game)
             if ready:
                 self._draw_ready(surface, ready)
@@ -182,7 +177,7 @@ class GameView:
         return self._repaint(
             surface,
             kept,
-            (self._around, (board, landing, veiled, words, ready, flash_s), draw_board),
+            (self._around, (board, landing, veiled, ready, flash_s), draw_board),
             (
                 layout.hold,
                 (game.hold, game.can_hold, lit),

@@ -67,7 +67,8 @@ class GamePage(OrbScreen):
         happened = list(events)
         if self._game_view:
             self._game_view.show(happened)
-        self._stage.sounds.play(sounds_of(happened))
+        for sound in sounds_of(happened):
+            self._stage.sounds.play(*sound)
 
     def refresh(self) -> None:
         """Take over another look, or another size."""

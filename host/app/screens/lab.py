@@ -41,7 +41,7 @@ class LabScreen(OrbScreen):
         self._taxel = 0  # row by row
         self._recording = RecordingStatus(False, "")
         super().__init__(stage, orb)
-        self._cursor.selected = len(self.menu.items) - 1
+        self.selected = len(self.menu.items) - 1
 
     def page(self) -> Menu:
         """Return the menu below the traces."""

@@ -132,7 +132,7 @@ class LearnScreen(GamePage):
         self.number += 1
         self._told = self._right_s = None
         self._since_s = self._stage.time_s
-        self._cursor.selected = 0
+        self.selected = 0
         self.rebuild()
 
     # -- what is seen --------------------------------------------------------------------

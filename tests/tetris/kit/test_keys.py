@@ -17,11 +17,9 @@ LEFT, RIGHT = SHIFTS = Action.LEFT, Action.RIGHT
 # -- keys ----------------------------------------------------------------------------------
 
 
-def hands(
-    das_s: float = 0.167, arr_s: float = 0.033, guarded: Action | None = None
-) -> Keys[Action]:
+def hands(das_s: float = 0.167, arr_s: float = 0.033) -> Keys[Action]:
     table = bindings.table(Action, bindings.KEYS)
-    return Keys(table, das_s=das_s, arr_s=arr_s, shifts=SHIFTS, guarded=guarded)
+    return Keys(table, das_s=das_s, arr_s=arr_s, shifts=SHIFTS)
 
 
 def polled(keys: Keys[Action], time_s: float) -> list[Action]:
@@ -108,17 +106,6 @@ def test_held_down_is_one_row_and_then_a_soft_drop() -> None:
     assert Action.DOWN in keys.held
     keys.release(pygame.K_DOWN, 0.3)
     assert Action.DOWN not in keys.held
-
-
-def test_a_hard_drop_can_be_guarded_while_a_direction_is_held() -> None:
-    keys = hands(guarded=Action.HARD_DROP)
-    keys.press(pygame.K_LEFT, 0.0)
-    keys.press(pygame.K_SPACE, 0.01)
-    assert polled(keys, 0.02) == [LEFT]
-    keys.release(pygame.K_SPACE, 0.03)
-    keys.release(pygame.K_LEFT, 0.03)
-    keys.press(pygame.K_SPACE, 0.04)
-    assert polled(keys, 0.05) == [Action.HARD_DROP]
 
 
 def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:

@@ -85,9 +85,9 @@ def test_without_an_audio_device_all_is_silent(monkeypatch: pytest.MonkeyPatch) 
     silent = Sounds()
     silent.set_volumes(Settings())
     silent.start()
-    silent.effect("drop")
+    silent.play("drop", "effects")
     silent.stop()
-    silent.effect("drop")
+    silent.play("drop", "effects")
 
 
 @pytest.fixture
@@ -104,28 +104,29 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Sounds]:
 
 def test_sounds_are_played_once_the_device_is_open(opened: Sounds) -> None:
     opened.set_volumes(Settings(effects=100))
-    opened.effect("over")
+    opened.play("over", "effects")
     assert pygame.mixer.get_busy()
 
 
 def test_a_volume_of_nothing_plays_nothing(opened: Sounds) -> None:
     opened.set_volumes(Settings(effects=0, clicks=0, tones=0))
-    opened.effect("over")
-    opened.click("move")
+    opened.play("over", "effects")
+    opened.play("menu_move", "clicks")
     assert not pygame.mixer.get_busy()
 
 
 def test_a_sound_is_played_once_a_frame(opened: Sounds) -> None:
     opened.set_volumes(Settings(effects=100))
     moved = happened.Moved(0.0, Piece("T", 3, 18), -1, 0, Action.LEFT)
-    opened.play(sounds_of([moved] * 9))
+    for sound in sounds_of([moved] * 9):
+        opened.play(*sound)
     assert sum(channel.get_busy() for channel in channels()) == 1
 
 
 def test_sounds_together_are_no_louder_than_the_loudest_number(opened: Sounds) -> None:
     opened.set_volumes(Settings(effects=100, clicks=100, tones=100))
     for name in sounds.SOUNDS:
-        opened.effect(name)
+        opened.play(name, "effects")
     peaks = [
         channel.get_volume() * opened._peaks[sound]
         for channel in channels()

@@ -8,7 +8,7 @@ import pygame
 from tetris.engine.game import Game
 from tetris.kit.keys import Code
 from tetris.kit.look import Look
-from tetris.kit.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
+from tetris.kit.menu import OF_CODE, Menu, MenuStep, Repeater, step_in
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage
 from tetris.window.game_session import BotPlayer
@@ -66,7 +66,11 @@ class AttractMode:
 
 
 class MenuScreen(Screen):
-    """Shows a menu, and moves through it by keys, buttons, commands and the mouse."""
+    """Shows a menu, and moves through it by keys, buttons, commands and the mouse.
+
+    Attributes:
+        selected: The number of the chosen item.
+    """
 
     centred = True  # whether a page that is not full stands in the middle, else at the top
 
@@ -97,7 +101,7 @@ class MenuScreen(Screen):
         self._attract, self._behind, self._logo = attract, behind, logo
         self._back = back or stage.pop
         self._quiet_s, self._open_s = quiet_s, stage.time_s + quiet_s
-        self._cursor, self._repeater = Cursor(), Repeater()
+        self.selected, self._repeater = 0, Repeater()
         self._view = MenuView(stage.look)
         self._backdrop: pygame.Surface | None = None  # what is behind a panel
         self._pictured: object = None  # what was drawn last
@@ -119,27 +123,26 @@ class MenuScreen(Screen):
         lively = self._repeater.held or (self._attract and self._attract.lively)
         return ATTRACT_HZ if lively else IDLE_HZ
 
-    @property
-    def selected(self) -> int:
-        """The number of the chosen item."""
-        return min(self._cursor.selected, len(self._menu.items) - 1)
-
     def nav(self, nav: MenuStep, time_s: float) -> None:
         """Take a step."""
         if time_s < self._open_s:
             self._open_s = time_s + self._quiet_s
             return
         if nav is MenuStep.BACK:
-            self._stage.sounds.click("back")
+            self._stage.sounds.play("menu_back", "clicks")
             self._back()
             return
-        if self._cursor.move(self._menu, nav):
-            self._stage.sounds.click("take" if nav is MenuStep.CONFIRM else "move")
+        selected = step_in(self._menu, self.selected, nav)
+        if selected is not None:
+            self.selected = selected
+            sound = "menu_take" if nav is MenuStep.CONFIRM else "menu_move"
+            self._stage.sounds.play(sound, "clicks")
         self.rebuild()
 
     def rebuild(self) -> None:
         """Show the menu as things are now."""
         self._menu = self._build()
+        self.selected = min(self.selected, len(self._menu.items) - 1)
 
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or button by its fixed meaning in menus."""
@@ -166,7 +169,7 @@ class MenuScreen(Screen):
             case pygame.MOUSEMOTION | pygame.MOUSEBUTTONDOWN:
                 for spot in self._view.spots:
                     if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):
-                        self._cursor.selected = spot.number
+                        self.selected = spot.number
                         if getattr(event, "button", 0) == 1:
                             self._click(spot, event.pos, time_s)
                         return

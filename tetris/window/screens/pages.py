@@ -113,7 +113,7 @@ class BindingScreen(MenuScreen):
         name = code if isinstance(code, str) else bindings.key_name(code)
         if isinstance(code, str) is (self._kind == "pads") and name:
             self._set(bindings.bound(self._names, self._waiting, name))
-            self._stage.sounds.click("take")
+            self._stage.sounds.play("menu_take", "clicks")
         self._stop()
 
     def nav(self, nav: MenuStep, time_s: float) -> None:

@@ -72,7 +72,6 @@ class PlayScreen(Screen):
             das_s=settings.das_ms / 1000,
             arr_s=settings.arr_ms / 1000,
             shifts=(Action.LEFT, Action.RIGHT),
-            guarded=Action.HARD_DROP if settings.drop_guard else None,
         )
         self._hint_codes = bindings.codes(bindings.HINT, settings.keys, settings.pads)
 
@@ -177,7 +176,7 @@ class PlayScreen(Screen):
         now_s = self._time_s = time_s + self._offset_s
         if self._begin_s is None:
             self._begin_s = now_s + (0.0 if self._bot else READY_S)
-            self._stage.sounds.effect("ready")
+            self._stage.sounds.play("ready", "effects")
         if self._begun and self.session.game.phase is Phase.PAUSED:
             self._update(now_s, [Action.PAUSE], self._down)  # no menu covers it any more
         due = sorted(self._keys.due(now_s) + self._given, key=itemgetter(0))
@@ -189,7 +188,8 @@ class PlayScreen(Screen):
             self.pause()
         elif self._begun:
             self._play([each for each in due if each.action not in _OURS])
-        self._stage.sounds.play(sounds_of(self._heard))  # all of a frame together
+        for sound in sounds_of(self._heard):  # all of a frame together
+            self._stage.sounds.play(*sound)
         self._heard = []
 
     def _ask_restart(self) -> None:
@@ -275,7 +275,6 @@ class PlayScreen(Screen):
         game, mode = self.session.game, self.session.mode
         figures = figures_of(game, by_time=mode.ranking == "time")
         figures.append(Figure("figures.pieces_per_s", f"{game.pieces_per_s:.2f}"))
-        over = game.phase is Phase.OVER  # a pause has a menu, which says so
         changed = self._view.draw(
             surface,
             game,
@@ -283,8 +282,6 @@ class PlayScreen(Screen):
             figures=figures,
             hint=self._hint,
             ready=self._ready(),
-            words=over,
-            veiled=over or self._stage.screen is not self,
             kept=self._stage.kept,
         )
         if self._stage.screen is self:

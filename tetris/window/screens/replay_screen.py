@@ -50,7 +50,8 @@ class ReplayScreen(MenuScreen):
             events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
             if self._game_view:
                 self._game_view.show(events)
-            self._stage.sounds.play(sounds_of(events))
+            for sound in sounds_of(events):
+                self._stage.sounds.play(*sound)
             self._playing = not player.at_end
         self.rebuild()
 

@@ -230,7 +230,7 @@ class NamePage(TeachPage):
             self._typed = self._typed[:-1]
         elif letter.isalpha() or (self._typed and letter == "_"):
             self._typed = (self._typed + letter)[:_LONGEST]
-            self._cursor.selected = 0
+            self.selected = 0
         else:
             super().press(code, time_s)
         self.rebuild()
