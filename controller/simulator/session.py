@@ -76,7 +76,7 @@ def simulate(
         pointer: The touches are a pointer's on a screen, not a hand's.
         rate_hz: Frames per second.
         model: The orb's constants.
-        inflation: Relative deviation of the apex stretch beyond 1, where no pressure is set.
+        inflation: Relative deviation of the apex stretch beyond 1.
         protocol: "free": gestures and distractors in any order; "blocks": class by class.
         gestures: Labels that are played.
         repertoire: What the hand can do; the gestures that ship if not given.

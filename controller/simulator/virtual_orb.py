@@ -243,9 +243,7 @@ class VirtualOrb:
     def _on_dome(self, x: float, y: float) -> tuple[float, float]:
         """Return the place of the dome that is nearest to (x, y), grid units."""
         model = self.model
-        radius_mm = model.mechanics.radius_mm or clamp_radius_mm(
-            model.rows, model.columns, model.pitch_mm
-        )
+        radius_mm = clamp_radius_mm(model.rows, model.columns, model.pitch_mm)
         reach = EDGE * radius_mm / model.pitch_mm
         middle_x, middle_y = (model.columns - 1) / 2, (model.rows - 1) / 2
         away = hypot(x - middle_x, y - middle_y)

@@ -21,6 +21,7 @@ from controller.simulator.dome.contact import ContactModel, FingerGroup, Fingers
 from tests.reference import paper_model
 
 from .dome import Dome
+from .material import UNIT_PA
 
 CORAL, BLUE, INK, DIM, LINE = "#ff8a5c", "#3b82d6", "#1e2535", "#8c96ae", "#dfe3ec"
 SIGNED = LinearSegmentedColormap.from_list(
@@ -122,9 +123,11 @@ def inflation(folder: Path) -> None:
     figure, (left, middle, right) = plt.subplots(
         1, 3, figsize=(10.4, 3.5), width_ratios=[1.35, 1, 1.1]
     )
-    pressures = (250, 1000, 2000, 2160, 2400, 2470)
-    for pressure in pressures:
-        dome = membrane.inflate_to(float(pressure))
+    stretches = np.r_[1.002, np.linspace(1.01, 3.2, 90)]
+    kpa = np.array([membrane.inflate(float(s)).pressure for s in stretches]) * UNIT_PA / 1000
+    holds = stretches <= 2.196
+    for pressure in (250, 1000, 2000, 2160, 2400, 2470):
+        dome = membrane.inflate(float(np.interp(pressure / 1000, kpa[holds], stretches[holds])))
         now = pressure == 2160
         shape = 38 * np.stack(
             [np.r_[-dome.radius[::-1], dome.radius], np.r_[dome.height[::-1], dome.height]]
@@ -148,14 +151,9 @@ def inflation(folder: Path) -> None:
         yticks=range(0, 60, 10),
     )
     left.set_aspect("equal", adjustable="datalim")
-    stretches = np.r_[1.002, np.linspace(1.01, 3.2, 90)]
-    unit = membrane.SHEAR_PA * membrane.THICKNESS_MM / membrane.RADIUS_MM / 1000
-    solved = [membrane.inflate(float(s)) for s in stretches]
-    kpa = np.array([d.pressure for d in solved]) * unit
-    holds = stretches <= 2.196
     middle.plot(stretches[holds], kpa[holds], color=BLUE, lw=2)
     middle.plot(stretches[~holds], kpa[~holds], color=DIM, lw=1.4, ls=":")
-    middle.plot(1.5, membrane.inflate(1.5).pressure * unit, "o", color=CORAL, ms=7)
+    middle.plot(1.5, membrane.inflate(1.5).pressure * UNIT_PA / 1000, "o", color=CORAL, ms=7)
     middle.plot(2.196, kpa.max(), "o", mfc="white", mec=BLUE, ms=6)
     middle.annotate("working point", (1.5, 2.16), (1.62, 1.75), color=CORAL)
     middle.annotate("limit point, 2.47 kPa", (2.196, 2.47), (2.0, 2.56), color=BLUE)

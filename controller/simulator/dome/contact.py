@@ -112,12 +112,11 @@ class Skin:
         pitch_mm: float,
         model: ContactModel,
         *,
-        radius_mm: float | None = None,
         nodes: int = 3,
     ) -> None:
         """Lay the taxels on the inflated membrane, with so many nodes along each one's side."""
         self.model, self.taxels = model, rows * columns
-        self.radius_mm = radius_mm or clamp_radius_mm(rows, columns, pitch_mm)
+        self.radius_mm = clamp_radius_mm(rows, columns, pitch_mm)
         # Axes of all nodes: down and across a taxel, its row, its column, time.
         pitch = pitch_mm / self.radius_mm
         side = np.linspace(-0.25, 0.25, nodes)[:, None]  # half a pitch wide: paper, figure 3

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from controller.shared.aliases import Array, Complex
 from controller.simulator.dome.contact import ContactModel, Fingers, Skin
 from controller.simulator.dome.lowpass import Lowpass
-from controller.simulator.dome.membrane import APEX_STRETCH, clamp_radius_mm, inflate, inflate_to
+from controller.simulator.dome.membrane import APEX_STRETCH, inflate
 
 _STICK_MM: Final = 4.0  # no skin is dragged farther
 _NO_RELIEF: Final = 1e-4  # of the radius; moves no taxel by more than 0.05 %
@@ -21,12 +21,10 @@ class MechanicsModel:
     """Constants of the dome's material."""
 
     apex_stretch: float = APEX_STRETCH  # stretch of the inflated apex
-    pressure_pa: float | None = None  # what the pump inflates to, in place of a stretch
     contact: ContactModel = field(default_factory=ContactModel)  # contact mechanics
     friction: tuple[float, float] = (0.4, 0.8)  # least, greatest mm of drag per mm of depth
     memory: tuple[tuple[float, float], ...] = ((0.05, 0.25), (0.04, 3.0))  # of ln C: shares, s
     bulge_s: float = 3.0  # how fast the pump's regulator takes the bulge away
-    radius_mm: float | None = None  # clamped radius; without it, as large as the grid needs
 
 
 class Mechanics:
@@ -41,18 +39,9 @@ class Mechanics:
         slots: int,
         friction: float,
     ) -> None:
-        """Inflate the dome, whose friction is so many mm of drag per mm of depth.
-
-        Raises:
-            ValueError: Nothing inflates the dome so.
-        """
+        """Inflate the dome, whose friction is so many mm of drag per mm of depth."""
         self._model, self._step_s, self._friction = model, step_s, friction
-        radius_mm = model.radius_mm or clamp_radius_mm(*grid, pitch_mm)
-        if model.pressure_pa is None:
-            membrane = inflate(model.apex_stretch)
-        else:
-            membrane = inflate_to(model.pressure_pa, radius_mm)
-        self._skin = Skin(membrane, *grid, pitch_mm, model.contact, radius_mm=radius_mm)
+        self._skin = Skin(inflate(model.apex_stretch), *grid, pitch_mm, model.contact)
         self._anchor = np.zeros(slots, dtype=np.complex128)
         self._touching = np.zeros(slots, dtype=bool)
         keep = np.exp(-step_s / model.bulge_s)

@@ -1,4 +1,4 @@
-"""The inflated dome: a clamped neo-Hookean disc, solved for its apex stretch or its pressure.
+"""The inflated dome: a clamped neo-Hookean disc, solved for its apex stretch.
 
 Source: the axisymmetric membrane equations of Yang and Feng (1970), in the reference radius. The
 paper's own, homogeneous model is `tests/reference/paper_model.py`.
@@ -17,10 +17,7 @@ from controller.shared.aliases import Array
 State = tuple[float, float, float, float]  # l1, r, z, phi
 
 RADIUS_MM: Final = 38.0  # clamped radius of the paper's dome; its 55 mm electrodes fit inside
-THICKNESS_MM: Final = 2.0  # of the whole membrane before it is inflated: paper, figure 3
-SHEAR_PA: Final = 25e3  # Ecoflex 00-30 at small strains; reports range from 17 to 34 kPa
 APEX_STRETCH: Final = 1.5  # apex height 0.8 R at 2.2 kPa, the working inflation
-_LIMIT_STRETCH: Final = 2.196  # apex stretch at the limit point, where the pressure is greatest
 _REACH_MM: Final = 22.5 * 2**0.5  # from its middle to a corner of its grid
 _STEPS: Final = 400  # along the radius; the apex height moves by < 1e-6 R from 400 to 800
 _STRIDE: Final = 0.004  # of the apex's radius of curvature: how finely the clamp is looked for
@@ -66,31 +63,6 @@ def inflate(apex_stretch: float = APEX_STRETCH) -> Membrane:
     radius, height = radius / clamp, (height - height[-1]) / clamp
     hoop = np.concatenate(([apex_stretch], radius[1:] / reference[1:]))
     return Membrane(reference, radius, height, slope, stretch, hoop, clamp)
-
-
-@lru_cache(maxsize=8)
-def inflate_to(pressure_pa: float, radius_mm: float = RADIUS_MM) -> Membrane:
-    """Solve the inflated state at a pressure, as a pump sets it.
-
-    Pressure grows with the stretch only up to a limit point; beyond it a dome runs away until
-    something that is no rubber any more stops it, so only the state before it is returned.
-
-    Raises:
-        ValueError: The pressure is not above zero, or the membrane cannot hold it.
-    """
-    unit_pa = SHEAR_PA * THICKNESS_MM / radius_mm
-    limit_pa = _clamp(_LIMIT_STRETCH) * unit_pa
-    if not 0.0 < pressure_pa <= limit_pa:
-        raise ValueError(
-            f"a pressure of {pressure_pa:g} Pa is not between 0 and {limit_pa:.0f} Pa, the most "
-            f"that a membrane {THICKNESS_MM:g} mm thick and {2 * radius_mm:g} mm wide can hold; "
-            "pump less"
-        )
-    low, high = 1.0, _LIMIT_STRETCH
-    while high - low > 1e-9:
-        middle = (low + high) / 2
-        low, high = (middle, high) if _clamp(middle) * unit_pa < pressure_pa else (low, middle)
-    return inflate(high)
 
 
 def clamp_radius_mm(rows: int, columns: int, pitch_mm: float) -> float:

@@ -50,7 +50,6 @@ class Quantity:
     """One line of [vary]; what is not given changes nothing. Applied in this order."""
 
     of: Term = 0.0  # what it starts from
-    values: Sequence[float] = ()  # in its place, one for each finger; the last for all others
     delay: float = 0.0  # in its place, the deviation of a half-normal number, drawn for each finger
     times: Term | None = None  # factor
     plus: Term | None = None  # summand
@@ -86,9 +85,6 @@ class Quantity:
     def _start(self, known: Known, fingers: int, rng: np.random.Generator) -> Value:
         if self.delay:
             return np.abs(rng.normal(0.0, self.delay, fingers))
-        if self.values:
-            last = len(self.values) - 1
-            return np.array([float(self.values[min(i, last)]) for i in range(fingers)])
         return term(self.of, known, rng, fingers if self.each else None)
 
 
@@ -250,11 +246,8 @@ def quantity(raw: Any, names: Collection[str], where: str) -> Quantity:
     """
     if not isinstance(raw, dict):
         return Quantity(parse_term(raw, names, where))
-    if len({"of", "values", "delay"} & set(raw)) > 1:
-        raise GestureError(f"{where} starts twice; give one of of, values and delay")
-    values = raw.get("values", [0])
-    if not isinstance(values, list) or not values or not all(map(_is_number, values)):
-        raise GestureError(f"{where} has values = {values!r}; write a list of numbers")
+    if len({"of", "delay"} & set(raw)) > 1:
+        raise GestureError(f"{where} starts twice; give one of of and delay")
     terms = {
         name: parse_term(raw[name], names, f"{where} ({name})") for name in _TERMS if name in raw
     }

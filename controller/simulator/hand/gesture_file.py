@@ -187,7 +187,7 @@ def _form(source: str, table: _Table) -> Gesture:
 
 
 def _each(line: Quantity | Count) -> bool:
-    return isinstance(line, Quantity) and bool(line.each or line.delay or line.values)
+    return isinstance(line, Quantity) and bool(line.each or line.delay)
 
 
 def _table(raw: Any, where: str) -> _Table:
