@@ -8,23 +8,14 @@ from controller.shared.cues import NULL_LABEL, Cue, CueSession, DiscardedExample
 
 
 @dataclass(frozen=True, slots=True)
-class Exclusion:
-    """Recorded frames with times in [from_s, to_s) that are left out of training."""
-
-    from_s: float
-    to_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class FrameLabels:
-    """Labels of one frame, and exclusions of earlier frames."""
+    """Labels of one frame, and examples of earlier frames that do not count."""
 
     button: int = UNKNOWN  # index of the label from the button, 0 up, -1 unknown
     cue: int = UNKNOWN  # index of the label of the cue, 0 hands off, -1 no cue
     asked: Cue | None = None  # the present cue; None without a plan
-    amends: tuple[Exclusion, ...] = ()  # of earlier frames
     marks: tuple[Mark, ...] = ()
-    voids: tuple[DiscardedExample, ...] = ()  # discarded examples, which are requested again
+    voids: tuple[DiscardedExample, ...] = ()  # requested again, their frames left out of training
     fresh: bool = False  # whether `asked` differs from the last one in more than the time left
 
 
@@ -45,7 +36,6 @@ class Labeller:
         self.labels = tuple(labels)
         self._button_label = button_label
         self._named: str | None = None  # label of the pressed button; None: it is up
-        self._last_s = -1.0  # of the latest frame
         self._asked: Cue | None = None
 
     @property
@@ -74,12 +64,11 @@ class Labeller:
         fresh = asked is not None and not _same(asked, self._asked)
         if asked is not None and fresh:
             marks.append(Mark(t_s, "cue", _words(asked)))
-        self._asked, last_s, self._last_s = asked, self._last_s, t_s
+        self._asked = asked
         return FrameLabels(
             button=self._button(button),
             cue=self._cue(asked),
             asked=asked,
-            amends=tuple(Exclusion(one.from_s, one.to_s) for one in voids if one.from_s <= last_s),
             marks=tuple(marks),
             voids=tuple(voids),
             fresh=fresh,

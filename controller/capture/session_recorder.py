@@ -121,8 +121,8 @@ class SessionRecorder:
             touch=step.touch,
             command=step.command,
         )
-        for amend in labels.amends:
-            recorder.amend("excluded", amend.from_s, amend.to_s, True)
+        for void in labels.voids:
+            recorder.exclude(void.from_s, void.to_s)
         for mark in labels.marks:
             recorder.mark(mark.t_s, mark.kind, mark.text)
         if rest is not None and not self._rested:

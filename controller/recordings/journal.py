@@ -38,18 +38,16 @@ from controller.recordings.recording import (
 from controller.shared import npz
 from controller.shared.aliases import State
 
-AMENDABLE: Final = (*LABELLERS, "excluded")
-
 # A journal is closed and the next begun at half of the readable size, so no frame is refused.
 # Half is 5 hours at 10 Hz, 35 minutes at 100 Hz, and fits the memory of a small computer.
 MAX_BYTES: Final = 64 << 20
-MAX_ROWS: Final = 1 << 15  # marks, commands and amendments; with the longest texts 262 MB
+MAX_ROWS: Final = 1 << 15  # marks, commands and exclusions; with the longest texts 262 MB
 MAX_HEADER: Final = 16 << 20  # bytes; a pipeline's state has some hundred frames
 _MAX_STATE: Final = MAX_HEADER // 2  # bytes; the array headers come on top
 
 _RECORD: Final = struct.Struct("<BII")  # kind, length, CRC
 _FRAME: Final = struct.Struct("<dqhhhh?dd")  # t, sequence, the label columns, excluded, touch
-_AMEND: Final = struct.Struct("<Bddh")  # column, from, to, value
+_SPAN: Final = struct.Struct("<dd")  # from, to
 _LABELS: Final = [(name, "<i2") for name in LABELLERS]
 _COLUMNS: Final = [("t", "<f8"), ("sequence", "<i8"), *_LABELS, ("excluded", "?")]
 _ILLEGIBLE: Final = (  # errors of content that somebody else wrote
@@ -71,7 +69,7 @@ class Kind(IntEnum):
     COMMAND = 3
     MARK = 4
     REST = 5
-    AMEND = 6
+    EXCLUDE = 6
 
 
 class Journal:
@@ -101,7 +99,6 @@ class Journal:
         t_s: float,
         number: int,
         labels: Sequence[int],
-        excluded: bool,
         touch: Touch | None,
     ) -> None:
         """Append a frame, (rows, columns), with its labels; RecordingError if not valid."""
@@ -111,9 +108,9 @@ class Journal:
                 f"frame {number} at {t_s} s comes after frame {self._sequence} at {self._t_s} s; "
                 "number and time must rise"
             )
-        if not all(self._known(label) for label in labels):
+        if not all(UNKNOWN <= label < len(self.origin.labels) for label in labels):
             raise RecordingError(f"frame {number} has a label that the recording does not name")
-        row = _FRAME.pack(t_s, number, *labels, excluded, *(touch or writer.NOWHERE))
+        row = _FRAME.pack(t_s, number, *labels, False, *(touch or writer.NOWHERE))
         self._append(Kind.FRAME, row + image)
         self._t_s, self._sequence = t_s, number
 
@@ -136,15 +133,9 @@ class Journal:
         """Append the untouched sensor, (rows, columns); the first one counts."""
         self._append(Kind.REST, self._image(frame, "the rest image"))
 
-    def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
-        """Append a new value for the frames so far in [from, to); RecordingError if not valid."""
-        possible = value in (0, 1) if column == "excluded" else self._known(value)
-        if column not in AMENDABLE or not possible or math.isnan(from_s) or math.isnan(to_s):
-            raise RecordingError(
-                f"{column!r} cannot become {value} from {from_s} to {to_s} s; there are "
-                f"{', '.join(AMENDABLE)}, and the labels of the recording"
-            )
-        self._append(Kind.AMEND, _AMEND.pack(AMENDABLE.index(column), from_s, to_s, value))
+    def exclude(self, from_s: float, to_s: float) -> None:
+        """Append that training leaves out the frames so far in [from, to)."""
+        self._append(Kind.EXCLUDE, _SPAN.pack(from_s, to_s))
         self._rows += 1
 
     def _image(self, frame: Frame, name: str) -> bytes:
@@ -157,9 +148,6 @@ class Journal:
                 "look at the sensor"
             )
         return image.tobytes()
-
-    def _known(self, label: int) -> bool:
-        return UNKNOWN <= label < len(self.origin.labels)
 
     def _add_row(self, kind: Kind, *row: Any) -> None:
         self._append(kind, json.dumps(row).encode())
@@ -189,20 +177,20 @@ def decode(data: bytes) -> Decoded:
     if not data:
         raise RecordingError("is empty")
     contents: dict[int, list[bytes]] = {kind: [] for kind in Kind}
-    amended: list[int] = []  # frames before each amendment
+    before: list[int] = []  # frames before each exclusion
     whole_bytes = 0
     for kind, content, end in _records(data):
         whole_bytes = end
         contents.get(kind, []).append(content)
-        if kind == Kind.AMEND:
-            amended.append(len(contents[Kind.FRAME]))
+        if kind == Kind.EXCLUDE:
+            before.append(len(contents[Kind.FRAME]))
     if not contents[Kind.HEADER]:
         raise RecordingError("has no whole header")
     try:
         arrays = npz.unpack(contents[Kind.HEADER][0], MAX_HEADER)
         origin = reader.origin_of(arrays.get("meta"))
         frame_bytes = _RECORD.size + _FRAME.size + 4 * origin.rows * origin.columns
-        recording = _recording(arrays, origin, contents, amended)
+        recording = _recording(arrays, origin, contents, before)
     except RecordingError:
         raise
     except _ILLEGIBLE:
@@ -230,15 +218,15 @@ def _crc(kind: int, content: bytes, before: int) -> int:
 
 
 def _recording(
-    header: npz.Arrays, origin: Provenance, contents: dict[int, list[bytes]], amended: list[int]
+    header: npz.Arrays, origin: Provenance, contents: dict[int, list[bytes]], before: list[int]
 ) -> Recording | None:
     """Return the recording of contents by kind, checked like one in a file; None without a frame.
 
-    `header` has the origin as "meta", and the state; `amended` the frames before each amendment.
+    `header` has the origin as "meta", and the state; `before` the frames before each exclusion.
     """
     if not contents[Kind.FRAME]:
         return None
-    if sum(len(contents[kind]) for kind in (Kind.COMMAND, Kind.MARK, Kind.AMEND)) > MAX_ROWS:
+    if sum(len(contents[kind]) for kind in (Kind.COMMAND, Kind.MARK, Kind.EXCLUDE)) > MAX_ROWS:
         raise RecordingError(f"holds more than the {MAX_ROWS} marks and commands allowed")
     shape = (origin.rows, origin.columns)
     kinds: list[Any] = [*_COLUMNS, ("touch", "<f8", (2,)), ("frames", "<f4", shape)]
@@ -252,10 +240,8 @@ def _recording(
     arrays["frames"] = table["frames"].astype(np.float32)
     for row in contents[Kind.REST][:1]:
         arrays["rest"] = np.frombuffer(row, "<f4").astype(np.float32).reshape(shape)
-    for row, count in zip(contents[Kind.AMEND], amended, strict=True):
-        column, from_s, to_s, value = _AMEND.unpack(row)
-        span = slice(*np.searchsorted(arrays["t"][:count], (from_s, to_s)))
-        arrays[AMENDABLE[column]][span] = value
+    for row, count in zip(contents[Kind.EXCLUDE], before, strict=True):
+        arrays["excluded"][slice(*np.searchsorted(arrays["t"][:count], _SPAN.unpack(row)))] = True
     marks = sorted(map(_mark, contents[Kind.MARK]), key=lambda mark: mark.t_s)
     commands = [_command(row) for row in contents[Kind.COMMAND]]
     return reader.parse(arrays | writer.tables(marks, commands))

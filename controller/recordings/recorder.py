@@ -122,16 +122,13 @@ class Recorder:
         *,
         label: int = UNKNOWN,
         button: int = UNKNOWN,
-        key: int = UNKNOWN,
         cue: int = UNKNOWN,
-        excluded: bool = False,
         touch: Touch | None = None,
         command: CommandRecord | None = None,
     ) -> None:
         """Append one frame, (rows, columns), without waiting; RecordingError if it is not valid."""
         with self._lock:
-            labels = (label, button, key, cue)
-            self._journal.add_frame(frame, t_s, number, labels, excluded, touch)
+            self._journal.add_frame(frame, t_s, number, (label, button, UNKNOWN, cue), touch)
             if command is not None:
                 self._journal.add_command(command)
 
@@ -145,10 +142,10 @@ class Recorder:
         with self._lock:
             self._journal.add_rest(frame)
 
-    def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
-        """Change a label column, or "excluded", of the frames so far with times in [from, to)."""
+    def exclude(self, from_s: float, to_s: float) -> None:
+        """Leave the frames so far with times in [from, to) out of training."""
         with self._lock:
-            self._journal.amend(column, from_s, to_s, value)
+            self._journal.exclude(from_s, to_s)
 
     @property
     def full(self) -> bool:

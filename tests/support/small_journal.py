@@ -20,7 +20,7 @@ def image(number: int) -> Any:
 
 
 def add(journal: Journal, number: int) -> None:
-    journal.add_frame(image(number), number / 10, number, UNLABELLED, False, None)
+    journal.add_frame(image(number), number / 10, number, UNLABELLED, None)
 
 
 def written(frames: int, recording_id: str = ID) -> Journal:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from controller.capture.labels import Exclusion, FrameLabels, Labeller
+from controller.capture.labels import FrameLabels, Labeller
 from controller.capture.session_recorder import cue_lines
 from controller.recordings.recording import UNKNOWN, Mark
 from controller.shared.cues import Cue, Phase
@@ -52,7 +52,7 @@ def test_nobody_learns_from_an_example_that_does_not_count() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
     said = [labeller.label(k / 10, felt=False) for k in range(35)]
     (late,) = [one for one in said if one.voids]
-    assert late.amends == (Exclusion(1.0, 3.0),)
+    assert [(void.from_s, void.to_s) for void in late.voids] == [(1.0, 3.0)]
     assert Mark(3.0, "cue", "again pinch: nothing was felt") in late.marks
 
 

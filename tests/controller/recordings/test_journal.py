@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal as journals
 from controller.recordings import reader, writer
-from controller.recordings.journal import AMENDABLE, Journal, Kind, decode
+from controller.recordings.journal import Journal, Kind, decode
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import LABELLERS, Mark, Recording, RecordingError
 from controller.shared import npz
@@ -46,11 +46,11 @@ def whole(journal: Journal) -> Recording:
 def test_all_that_was_recorded_is_read_again() -> None:
     journal = Journal(ORIGIN, {"debounce.mean": np.array([1.0, 0.0, 0.0])}, ID)
     journal.add_mark(0.0, "cue", "get ready")
-    journal.add_frame(image(1), 0.1, 1, (1, 2, 0, -1), True, (0.5, 3.0))
+    journal.add_frame(image(1), 0.1, 1, (1, 2, 0, -1), (0.5, 3.0))
     journal.add_command(COMMAND)
     journal.add_rest(image(0))
     journal.add_rest(image(9))  # the first one counts
-    journal.add_frame(image(2), 0.3, 3, UNLABELLED, False, None)
+    journal.add_frame(image(2), 0.3, 3, UNLABELLED, None)
     journal.add_mark(0.05, "key", "1")  # noted later than it was
     recording = whole(journal)
     assert recording.origin == replace(ORIGIN, id=ID)
@@ -58,7 +58,6 @@ def test_all_that_was_recorded_is_read_again() -> None:
     assert recording.t.tolist() == [0.1, 0.3]
     assert recording.sequence.tolist() == [1, 3]
     assert [getattr(recording, name)[0] for name in LABELLERS] == [1, 2, 0, -1]
-    assert recording.excluded.tolist() == [True, False]
     assert recording.touch[0].tolist() == [0.5, 3.0]
     assert np.isnan(recording.touch[1]).all()
     assert recording.commands == (COMMAND,)
@@ -68,14 +67,13 @@ def test_all_that_was_recorded_is_read_again() -> None:
     assert recording.state["debounce.mean"].tolist() == [1.0, 0.0, 0.0]
 
 
-def test_a_label_is_amended_in_the_frames_so_far() -> None:
+def test_frames_so_far_are_excluded() -> None:
     journal = written(10)
-    journal.amend("key", 0.3, 0.6, 2)  # not 0.6 itself
-    journal.amend("key", 0.5, 99.0, 1)
-    journal.amend("excluded", 0.9, 99.0, 1)
+    journal.exclude(0.3, 0.6)  # not 0.6 itself
+    journal.exclude(0.9, 99.0)
     add(journal, 11)
-    assert whole(journal).key.tolist() == [-1, -1, 2, 2, 1, 1, 1, 1, 1, 1, -1]
-    assert whole(journal).excluded.tolist() == [False] * 8 + [True, True, False]
+    excluded = np.flatnonzero(whole(journal).excluded)
+    assert whole(journal).sequence[excluded].tolist() == [3, 4, 5, 9, 10]
 
 
 texts = st.text(max_size=30)  # any, zeros and all
@@ -97,7 +95,7 @@ texts = st.text(max_size=30)  # any, zeros and all
         texts,
     ),
     st.tuples(st.floats(), texts, texts | st.just("long" * 1000)),
-    st.tuples(st.sampled_from([*AMENDABLE, "t"]), st.floats(), st.floats(), st.integers(-3, 4)),
+    st.tuples(st.floats(), st.floats()),
 )
 def test_what_a_journal_takes_can_be_sealed_and_loaded_again(
     t_s: float,
@@ -106,17 +104,17 @@ def test_what_a_journal_takes_can_be_sealed_and_loaded_again(
     taxels: list[float],
     command: CommandRecord,
     mark: tuple[float, str, str],
-    amend: tuple[str, float, float, int],
+    span: tuple[float, float],
 ) -> None:
     journal = Journal(ORIGIN, {}, ID)
     frame = np.array(taxels, dtype=np.float32).reshape(2, 3)
     add(journal, 1)
     adding: tuple[Callable[[], None], ...] = (
         lambda: journal.add_rest(frame),
-        lambda: journal.add_frame(frame, t_s, number, who, False, (t_s, t_s)),
+        lambda: journal.add_frame(frame, t_s, number, who, (t_s, t_s)),
         lambda: journal.add_command(command),
         lambda: journal.add_mark(*mark),
-        lambda: journal.amend(*amend),
+        lambda: journal.exclude(*span),
     )
     for add_it in adding:
         with suppress(RecordingError):
@@ -141,7 +139,7 @@ def test_a_frame_that_could_not_be_read_is_refused(change: dict[str, Any], compl
     journal = written(1)
     good = {"frame": image(2), "t_s": 0.2, "number": 2, "labels": UNLABELLED}
     with pytest.raises(RecordingError, match=complaint):
-        journal.add_frame(**(good | change), excluded=False, touch=None)
+        journal.add_frame(**(good | change), touch=None)
     assert numbers(decode(bytes(journal.data))) == [1]
 
 
@@ -272,9 +270,7 @@ def test_noise_is_refused(noise: bytes, start: bytes) -> None:
         (Kind.MARK, b"\xff"),
         (Kind.REST, b"abc"),
         (Kind.REST, b"\xff" * 24),
-        (Kind.AMEND, b""),
-        (Kind.AMEND, journals._AMEND.pack(200, 0.0, 9.0, 0)),
-        (Kind.AMEND, journals._AMEND.pack(0, 0.0, 9.0, 3)),
+        (Kind.EXCLUDE, b""),
     ],
 )
 def test_records_that_pass_and_make_no_sense_are_refused(row: tuple[Kind, bytes]) -> None:

@@ -57,9 +57,9 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     assert [p.name for p in tmp_path.iterdir()] == ["one.journal"]
     session.mark(0.0, "cue", "get ready")
     session.rest(image(0))
-    session.add(image(1), 0.1, 1, label=1, button=2, key=0, cue=1)
-    session.add(image(2), 0.2, 2, excluded=True, touch=(0.5, 3.0), command=COMMAND)
-    session.amend("key", 0.0, 9.0, 2)
+    session.add(image(1), 0.1, 1, label=1, button=2, cue=1)
+    session.add(image(2), 0.2, 2, touch=(0.5, 3.0), command=COMMAND)
+    session.exclude(0.15, 9.0)
     assert session.problem == ""
     assert not session.full
     assert session.close() == path
@@ -68,7 +68,7 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     loaded = reader.load(path)
     assert loaded.origin == session.origin == replace(ORIGIN, id=session.origin.id)
     assert len(session.origin.id) == 32
-    assert loaded.key.tolist() == [2, 2]
+    assert loaded.button.tolist() == [2, -1]
     assert loaded.cue.tolist() == [1, -1]
     assert loaded.excluded.tolist() == [False, True]
     assert loaded.commands == (COMMAND,)
