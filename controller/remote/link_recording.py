@@ -11,7 +11,7 @@ from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder
 from controller.recordings.recording import RecordingError
 from controller.remote.worker import Worker
-from controller.runtime import recording_session
+from controller.runtime.assemble import next_file
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
@@ -77,7 +77,7 @@ class LinkRecording(Handler):
                 raise RecordingError(f"{self._folder} is full; delete recordings there")
             runs = RunFiles(self._folder, parts.options.user, parts.options.session)
             self._recorder = device.recorder = SessionRecorder(
-                recording_session.begin(parts, runs, device.sensor),
+                next_file(parts, runs, device.sensor),
                 device.pipeline,
                 Labeller(parts.bundle.labels),
             )

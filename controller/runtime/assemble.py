@@ -9,9 +9,10 @@ from __future__ import annotations
 import logging
 import os
 import platform
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from controller import __version__
 from controller.bundles import bundle as bundles
@@ -35,6 +36,11 @@ from controller.sensors.geometry import SensorError
 from controller.shared.errors import UserError
 from controller.shared.protocol import psk
 from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+
+if TYPE_CHECKING:
+    from controller.capture.session_recorder import RunFiles, SessionRecorder
+    from controller.recordings.recorder import Recorder
+    from controller.shared.aliases import State
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 
@@ -212,11 +218,7 @@ def open_device(parts: Parts, session: int) -> Device:
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
     if sensor.source is not None:
         return Device(sensor, pipeline, link, schedule=sensor.schedule())
-    recorder = None
-    if parts.runs is not None:
-        from controller.runtime import recording_session
-
-        recorder = recording_session.recorder(parts, parts.runs, sensor, pipeline)
+    recorder = None if parts.runs is None else _recorder(parts, parts.runs, sensor, pipeline)
     latency = LatencyReporter(
         1.0 / sensor.rate_hz,
         lambda report: link.send(report, round(device.now_s * 1000)) if link.connected else None,
@@ -225,6 +227,26 @@ def open_device(parts: Parts, session: int) -> Device:
     hand = _hand(parts, sensor)
     device = Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)
     return device
+
+
+def _recorder(parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline) -> SessionRecorder:
+    """Return the recorder of a session from its first frame on."""
+    from controller.capture.labels import Labeller
+    from controller.capture.session_recorder import SessionRecorder
+
+    labeller = Labeller(parts.bundle.labels, button_label=parts.options.label)
+    return SessionRecorder(next_file(parts, runs, sensor), pipeline, labeller)
+
+
+def next_file(parts: Parts, runs: RunFiles, sensor: Sensor) -> Callable[[State], Recorder]:
+    """Return a function that begins the next file of a recording without cues."""
+    from controller.capture.session_recorder import provenance
+    from controller.recordings.recorder import Recorder
+
+    bundle, options, engine = parts.bundle, parts.options, parts.recognizer.engine
+    user, session = options.user, options.session
+    origin = provenance(sensor, bundle.labels, bundle.hash, engine, user, session, "free")
+    return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
 
 
 def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:

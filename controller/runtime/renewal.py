@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from controller.bundles.bundle import Bundle
 from controller.links import LinkError
-from controller.runtime.assemble import deployed, sensor_of, welcome_of
+from controller.runtime.assemble import deployed, next_file, sensor_of, welcome_of
 from controller.runtime.device import Device
 from controller.runtime.parts import Parts
 from controller.shared.protocol.codec import ProtocolError
@@ -61,7 +61,5 @@ def exchange(parts: Parts, device: Device) -> None:
     device.pipeline.exchange(parts.bundle.settings, parts.recognizer, parts.mapping)
     parts.link.renew(welcome_of(parts.bundle, parts.mapping, device.sensor), "")
     if device.recorder is not None and parts.runs is not None:
-        from controller.runtime import recording_session
-
-        device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
+        device.recorder.go_on(next_file(parts, parts.runs, device.sensor))
     _log.info("now running bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
