@@ -6,7 +6,7 @@ from typing import Final
 
 from controller.recognition.images.scale import SIGNS
 from controller.recordings.recording import LABELLERS, PICOFARAD, RecordingError
-from controller.shared.config import ConfigError, read_toml, settings
+from controller.shared.config import checked, settings
 
 ALONE: Final = "01"  # user and session if the description names none
 
@@ -75,8 +75,5 @@ class Description:
 
 def described(path: Path) -> Description:
     """Return the description in a file; UserError if it cannot be read, or is impossible."""
-    table = read_toml(path)
-    try:
-        return settings(Description, table)
-    except ConfigError as error:
-        raise RecordingError(f"the description {path} {error}; see docs/recording.md") from None
+    page = "docs/recording.md"
+    return checked(path, lambda table: settings(Description, table), RecordingError, page)

@@ -26,9 +26,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from controller.shared.config import MAX_BYTES, ConfigError, line_of, parse_toml, settings
-from controller.shared.errors import UserError, reason
-from controller.shared.files import read_text
+from controller.shared import config
+from controller.shared.config import ConfigError, settings
+from controller.shared.errors import UserError
 from controller.shared.keymap.key_names import ALIASES, KEYS, PAD, Chord, danger, typed
 
 DOWN_S: Final = 0.05  # a tap lasts three pictures of a game at 60 Hz
@@ -98,7 +98,6 @@ class Outputs:
     entries: tuple[str, ...]  # kinds of entries, such as "key" and "profile"
     names: Collection[str]  # keys and pad buttons
     plain: str = ""  # kind of an entry that is only a text; "" if the kind is required
-    advice: str = "name a mapping with --mapping"  # advice about an unreadable file
     docs: str = "docs/keys.md"  # documentation page of the mapping
 
 
@@ -201,25 +200,18 @@ def load(path: Path, outputs: Outputs) -> KeyMap:
 
 def read(path: Path, outputs: Outputs) -> tuple[dict[str, Any], KeyMap]:
     """Return a mapping as the table of its file, too; otherwise as `load`."""
-    text = ""
-    try:
-        if str(path) in _SHIPPED:
-            table = _shipped(_SHIPPED[str(path)], outputs)
-        else:
-            text = read_text(path, MAX_BYTES)
-            table = parse_toml(text)
+
+    def made(table: dict[str, Any]) -> tuple[dict[str, Any], KeyMap]:
         return table, parse(table, outputs)
-    except OSError as error:
-        found = f"cannot read {path}: {reason(error)}; {outputs.advice}"
-    except ConfigError as error:
-        line = line_of(text, error.table, error.key, near=True)
-        found = f"{path}{', ' if str(error).startswith('line ') else f'{line}: '}{error}"
-    raise KeyMapError(f"{found} ({outputs.docs})")
+
+    if str(path) in _SHIPPED:
+        return made(_shipped(_SHIPPED[str(path)], outputs))
+    return config.checked(path, made, KeyMapError, outputs.docs)
 
 
 def _shipped(profile: str, outputs: Outputs) -> dict[str, Any]:
     """Return a profile of default.toml, without the entries that the target lacks."""
-    table = parse_toml((resources.files(__package__) / "default.toml").read_bytes())
+    table = config.parse_toml((resources.files(__package__) / "default.toml").read_bytes())
     table["profile"] = {profile: table["profile"][profile]}
     for name in ("everywhere", "long"):
         entries = table[name].items()
@@ -231,10 +223,10 @@ def parse(table: dict[str, Any], outputs: Outputs) -> KeyMap:
     """Return the mapping in a TOML table; ConfigError if an entry cannot be understood."""
     file = settings(_File, table)
     if not file.profile:
-        raise ConfigError("it has no profile; write [profile.NAME] above the commands")
+        raise ConfigError("has no profile; write [profile.NAME] above the commands")
     for name in file.profile:
         if not name.isprintable():  # it is printed on the terminal
-            raise ConfigError(f"the name of profile {name!r} has control characters")
+            raise ConfigError(f"has a profile {name!r}, whose name has control characters")
     reader = _EntryReader(outputs, tuple(file.profile), name="allow")
     reader = replace(reader, allowed=tuple(reader.chord("key", one, KEYS) for one in file.allow))
     everywhere = reader.entries("everywhere", file.everywhere)
@@ -251,9 +243,9 @@ def parse(table: dict[str, Any], outputs: Outputs) -> KeyMap:
     )
     for name, key in (("arm_key", file.arm_key), ("profile_key", file.profile_key)):
         if key in key_map.keys:
-            raise ConfigError(f"{name} is {key!r}, which the mapping also presses", "", name)
+            raise ConfigError(f"has {name} = {key!r}, which it also presses", "", name)
     if file.arm_key == file.profile_key:
-        raise ConfigError(f"arm_key and profile_key are both {file.arm_key!r}", "", "arm_key")
+        raise ConfigError(f"has arm_key = profile_key = {file.arm_key!r}", "", "arm_key")
     return key_map
 
 
@@ -271,12 +263,12 @@ class _EntryReader:
         """Return the error of the present entry."""
         name = self.name if self.name.isprintable() else ascii(self.name)
         where = f"[{self.table}] {name}" if self.table else name
-        return ConfigError(f"{where}: {problem}", self.table, self.name)
+        return ConfigError(f"has {where}: {problem}", self.table, self.name)
 
     def entries(self, name: str, table: Any) -> dict[str, Entry]:
         """Return the entries of a table of that name, by command."""
         if not isinstance(table, dict):
-            raise ConfigError(f"[{name}] is no table", name)
+            raise ConfigError(f"has {name} = {table!r}; expected is a table [{name}]", name)
         return {
             command: replace(self, table=name, name=command).entry(value)
             for command, value in table.items()

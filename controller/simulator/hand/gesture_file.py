@@ -10,9 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.shared.config import MAX_BYTES, ConfigError, parse_toml
-from controller.shared.errors import reason
-from controller.shared.files import read_text
+from controller.shared import config
 from controller.simulator.hand.gesture import (
     Count,
     Gesture,
@@ -30,26 +28,25 @@ FINGERS: Final = 6  # at once
 DEEPEST_MM: Final = 20.0  # a finger; the contact model is linear (docs/simulator.md)
 
 Repertoire = Mapping[str, Gesture]
+_Table = dict[str, Any]
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]{0,31}")
 _TRACKS: Final = ("depth", "reach", "angle", "x", "y")
 _NUMBERS: Final = ("yaw", "radius", "fan", "line", "lead", "lag", "late", "early")
 _REHEARSALS: Final = 8
 
-_Table = dict[str, Any]
-
 
 @cache
 def shipped() -> Repertoire:
     """Return the gestures that ship, by label."""
-    return parse(_shipped_texts())
+    return parse(_shipped_tables())
 
 
-def _shipped_texts() -> dict[str, str]:
-    """Return the texts of the gestures that ship, by file name, in order."""
+def _shipped_tables() -> dict[str, _Table]:
+    """Return the gestures that ship as tables, by file name, in order."""
     folder = files("controller.simulator.hand") / "gestures"
-    found = (file for file in folder.iterdir() if file.name.endswith(".toml"))
-    return dict(sorted((file.name, file.read_text(encoding="utf-8")) for file in found))
+    found = sorted(folder.iterdir(), key=lambda file: file.name)
+    return {f.name: config.parse_toml(f.read_bytes()) for f in found if f.name.endswith(".toml")}
 
 
 def load(paths: Iterable[Path]) -> Repertoire:
@@ -58,8 +55,8 @@ def load(paths: Iterable[Path]) -> Repertoire:
     Raises:
         GestureError: A file cannot be read, or holds no gesture; one sentence.
     """
-    texts = {str(path): _read(path) for path in paths}
-    return parse({**_shipped_texts(), **texts}) if texts else shipped()
+    own = {str(path): _read(path) for path in paths}
+    return parse({**_shipped_tables(), **own}) if own else shipped()
 
 
 def label_in(path: Path) -> str:
@@ -68,25 +65,21 @@ def label_in(path: Path) -> str:
     Raises:
         GestureError: It has none.
     """
-    return _label(str(path), _toml(str(path), _read(path)))
+    return _label(str(path), _read(path))
 
 
-def _read(path: Path) -> str:
-    try:
-        return read_text(path, MAX_BYTES)
-    except OSError as error:
-        raise GestureError(f"cannot read the gesture {path}: {reason(error)}") from None
+def _read(path: Path) -> _Table:
+    return config.checked(path, dict, GestureError, "docs/gestures.md")
 
 
-def parse(texts: Mapping[str, str]) -> Repertoire:
-    """Return the gestures in TOML texts by file name, by label; errors begin with the file's name.
+def parse(given: Mapping[str, _Table]) -> Repertoire:
+    """Return the gestures in tables by file name, by label; errors begin with the file's name.
 
     Raises:
         GestureError: One of them is no gesture, or they do not fit together.
     """
     tables: dict[str, tuple[str, _Table]] = {}
-    for source, text in texts.items():
-        table = _toml(source, text)
+    for source, table in given.items():
         label = _label(source, table)
         if label in tables:
             raise GestureError(f"{source} and {tables[label][0]} are both {label!r}; rename one")
@@ -96,13 +89,6 @@ def parse(texts: Mapping[str, str]) -> Repertoire:
         _check_mirror(tables[label][0], gesture, made)
         _rehearse(tables[label][0], gesture)
     return made
-
-
-def _toml(source: str, text: str) -> _Table:
-    try:
-        return parse_toml(text)
-    except ConfigError as error:
-        raise GestureError(f"{source}, {error}") from None
 
 
 def _label(source: str, table: _Table) -> str:

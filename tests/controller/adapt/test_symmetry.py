@@ -9,6 +9,7 @@ from controller.adapt.examples import Example
 from controller.adapt.symmetry import guess
 from controller.bundles import bundle as bundles
 from controller.recognition.images.preprocess import Preprocessor
+from controller.shared.config import parse_toml
 from controller.simulator.hand.gesture_file import parse, shipped
 from controller.simulator.hand.user_style import person
 from controller.simulator.session import simulate
@@ -69,10 +70,10 @@ FREE: Mapping[str, tuple[str, bool]] = {
 
 def played(label: str, user: int, count: int = 5) -> list[Example]:
     """Return the first examples of a gesture that a person makes on a simulated orb."""
-    texts = {f"{name}.toml": f'label = "{name}"\n{text}' for name, text in OWN.items()}
+    own = {f"{name}.toml": {"label": name, **parse_toml(text)} for name, text in OWN.items()}
     session = simulate(
         np.random.SeedSequence([7, user]), 0.5, style=person(1, user), rate_hz=RATE_HZ,
-        gestures=(label,), repertoire={**shipped(), **parse(texts)},
+        gestures=(label,), repertoire={**shipped(), **parse(own)},
     )  # fmt: skip
     stage = Preprocessor(PREPROCESS, 5, 5)
     images = np.array([stage.step(frame).image for frame in session.frames], dtype=np.float32)

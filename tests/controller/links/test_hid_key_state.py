@@ -146,6 +146,6 @@ def test_a_mistake_is_one_sentence_with_the_line(text: str, said: str, tmp_path:
     file.write_text(f"[profile.a]\n{text}")
     with pytest.raises(KeyMapError) as caught:
         load(file, OUTPUTS)
-    assert str(caught.value).startswith(f"{file}, line 2: [profile.a] left: ")
+    assert str(caught.value).startswith(f"{file}, line 2 has [profile.a] left: ")
     assert said in str(caught.value)
     assert str(caught.value).endswith(" (docs/hid.md)")

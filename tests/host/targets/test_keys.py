@@ -278,7 +278,7 @@ def test_mapping_or_back_end_that_cannot_be_used_is_one_sentence(tmp_path: Path)
     keys = tmp_path / "keys.toml"
     keys.write_text('[profile.a]\nleft = "lefft"')
     for name, options, status, words in (
-        ("keyboard", TargetOptions(mapping=keys), 2, "line 2: .*there is no key 'lefft'"),
+        ("keyboard", TargetOptions(mapping=keys), 2, "line 2 .*there is no key 'lefft'"),
         ("gamepad", TargetOptions(backend="x11"), 1, "x11 has no pads"),
     ):
         with pytest.raises(UserError, match=words) as refused:

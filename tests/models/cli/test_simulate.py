@@ -140,7 +140,7 @@ def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> N
         (["--gestures", "press,wave"], "there is no gesture 'wave'; there are"),
         (["--gestures", "brush"], "there is no gesture 'brush'"),
         (["--gestures", "press,press"], "named twice"),
-        (["--gestures", "absent.toml"], "cannot read the gesture absent.toml"),
+        (["--gestures", "absent.toml"], "cannot read absent.toml"),
     ],
 )
 def test_nonsense_is_told(data: Path, options: list[str], sentence: str, capsys: Capture) -> None:

@@ -138,7 +138,6 @@ PAD_NAMES: Final = (*BUTTON_NUMBERS, *_HAT, *_STICK)
 OUTPUTS: Final = Outputs(
     ("pad", "key", "profile", "host"),
     frozenset({*KEY_USAGES, *(f"pad_{name}" for name in PAD_NAMES)}),
-    advice="name a file, or gamepad or keyboard",
     docs="docs/hid.md",
 )
 

@@ -104,6 +104,7 @@ def test_pad_has_buttons_a_hat_and_sticks(tmp_path: Path) -> None:
 
 
 GAME = "[profile.game]\n"
+BROKEN = "[profile.game\n"
 
 
 @pytest.mark.parametrize(
@@ -136,7 +137,7 @@ GAME = "[profile.game]\n"
             "every_ms must be more",
         ),
         (GAME + '"\\u001b[2J" = "a"', ", line 1", r"[profile.game] '\x1b[2J': a command is a name"),
-        ('[profile."\\u0007"]\nX = 1', "", r"profile '\x07' has control characters"),
+        ('[profile."\\u0007"]\nX = 1', "", r"profile '\x07', whose name has control characters"),
         ("long_ms = 100\n" + GAME, ", line 1", "a number from 500 to 10000"),
         (GAME + '[long]\ndrop = "a"', ", line 3", "only arm and profile can wait"),
         (GAME + '[long]\ndrop = {profile = "x"}', ", line 3", "profile is 'x'"),
@@ -146,18 +147,18 @@ GAME = "[profile.game]\n"
         (GAME + 'left = "alt+f4"', ", line 2", 'write allow = ["alt+f4"]'),
         (GAME + 'left = "super+l"', ", line 2", "meta reaches past"),
         ('arm_key = "f11"\n' + GAME, ", line 1", "f6 to f10, f12"),
-        ('arm_key = "f8"\n' + GAME, ", line 1", "are both 'f8'"),
-        ('arm_key = "a"\n' + GAME + 'left = "a"', ", line 1", "which the mapping also presses"),
+        ('arm_key = "f8"\n' + GAME, ", line 1", "arm_key = profile_key = 'f8'"),
+        ('arm_key = "a"\n' + GAME + 'left = "a"', ", line 1", "which it also presses"),
         ('allow = "alt+f4"\n' + GAME, ", line 1", "expected is a list"),
         ('allow = ["alt+f44"]\n' + GAME, ", line 1", "there is no key 'f44'"),
-        ("[profile.game\n", ", line 1", "expected"),
+        (BROKEN, ", line 1: ", "expected"),
     ],
 )
 def test_mistake_is_told_with_its_place(tmp_path: Path, text: str, line: str, said: str) -> None:
     with pytest.raises(keymap.KeyMapError) as refused:
         mapping(tmp_path, text)
     told = str(refused.value)
-    assert told.startswith(f"{tmp_path / 'keys.toml'}{line}: ")
+    assert told.startswith(f"{tmp_path / 'keys.toml'}{line}{'' if text == BROKEN else ' has '}")
     assert said in told
     assert "\n" not in told
 
