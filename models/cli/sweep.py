@@ -3,6 +3,7 @@
 import argparse
 import os
 import signal
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -48,12 +49,11 @@ def run(arguments: argparse.Namespace) -> int:
     options.require("sweeping", "torch", "sklearn", "joblib", extra="train,sweep")
     if arguments.cluster:
         options.require("a cluster", "distributed", extra="sweep")
-    return _run(_sweep(arguments))
+    return finish(_sweep(arguments))
 
 
 def _sweep(arguments: argparse.Namespace) -> "Sweep":
-    """Return the sweep of a plan file, with a hash of its recordings."""
-    from models.data import examples, load
+    """Return the sweep of a plan file."""
     from models.studies.sweep import plan
     from models.studies.sweep.run import Sweep
 
@@ -68,6 +68,13 @@ def _sweep(arguments: argparse.Namespace) -> "Sweep":
     for place, folder in zip(places, made.data["folders"], strict=True):
         if not place.exists():
             raise ValueError(f"{file}: there is no folder {folder} (looked for {place})")
+    return of_recordings(sweep, places)
+
+
+def of_recordings(sweep: "Sweep", places: Sequence[Path]) -> "Sweep":
+    """Return a sweep over the recordings at these absolute paths, with a hash of them."""
+    from models.data import examples, load
+
     recordings = examples.read_training(places)
     known = load.fingerprint(
         examples.digest(survey.path for survey in recordings.surveys),
@@ -78,7 +85,8 @@ def _sweep(arguments: argparse.Namespace) -> "Sweep":
     return replace(sweep, digest=known, places=tuple(map(str, places)))
 
 
-def _run(sweep: "Sweep") -> int:
+def finish(sweep: "Sweep") -> int:
+    """Train what is missing, print the table, and return the exit status."""
     from models.studies.sweep import report, run
 
     try:

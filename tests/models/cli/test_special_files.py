@@ -26,7 +26,7 @@ UNFIT = [kind for kind in KINDS if kind not in REPLACEABLE]
 # What is read: the option's words, with {} for the file and {data} for a folder.
 READ = [
     pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=name)
-    for torch in [("train", "sweep", "paper")]
+    for torch in [("train", "folds", "sweep", "paper")]
     for name, words in {
         "evaluate BUNDLE": "evaluate {}",
         "evaluate DATA": f"evaluate {BUNDLE} {{}}",
@@ -36,6 +36,7 @@ READ = [
         "train --with": "train {data} --task gesture --with {} --out {data}/new.orb",
         "train --auxiliary": "train {} --task gesture --auxiliary {} --out {data}/new.orb",
         "train --others": "train {} --task user --others {} --out {data}/new.orb",
+        "folds DATA": "folds {} --out {data}/new",
         "sweep FILE": "sweep {}",
         "paper BUNDLE": "paper {} --out {data}",
         "paper DATA": f"paper {BUNDLE} {{}} --out {{data}}",

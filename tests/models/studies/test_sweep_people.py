@@ -18,9 +18,11 @@ pytest.importorskip("joblib", reason="needs the [sweep] extra")
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller
 from models.__main__ import main as models
+from models.cli import sweep as cli
 from models.data import load
 from models.data.recipe import DEFAULT
 from models.studies.sweep import training
+from models.studies.sweep.run import Sweep
 
 pytestmark = pytest.mark.train
 
@@ -39,7 +41,7 @@ def people(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def swept(people: Path, name: str, steps: int) -> Any:
-    plan = (BESIDE / "folds.toml").read_text(encoding="utf-8")
+    plan = (ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8")
     for old, new in (("folds = 5", "folds = 2"), ("steps = 800", f"steps = {steps}")):
         assert old in plan
         plan = plan.replace(old, new)
@@ -60,6 +62,19 @@ def test_unseen_people_s_tasks_are_told_beside_a_baseline(people: Path, capsys: 
     right = [sum(one["frames"][0] for one in job["result"]["held"]) for job in jobs]
     assert min(np.divide(right[:2], windows[:2])) > 0.6
     assert "| trees | 2 |" in capsys.readouterr().out
+
+
+def test_folds_are_a_sweep_with_the_plan_that_ships(
+    people: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Sweep] = []
+    monkeypatch.setattr(cli, "finish", lambda sweep: made.append(sweep) or 0)
+    folder = str(people / "recordings")
+    assert models(["folds", folder, "--folds", "2", "--out", str(people / "folds")]) == 0
+    (sweep,) = made
+    jobs = [(job["at"]["model"], job["test"]["fold"]) for job in sweep.plan.jobs(sweep.digest)]
+    assert jobs == [("network", 0), ("network", 1), ("trees", 0), ("trees", 1)]
+    assert (sweep.plan.test.by, sweep.places) == ("user", (folder,))
 
 
 def test_without_a_declaration_each_fold_finds_its_own(people: Path, capsys: Capture) -> None:

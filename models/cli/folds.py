@@ -1,0 +1,48 @@
+"""`models folds`: cross-validation over people, by a sweep whose plan ships."""
+
+import argparse
+import os
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Final
+
+from models.cli import _options as options
+from models.cli import sweep
+
+SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
+DESCRIPTION: Final = (
+    "Cross-validate on recordings of any sensor: in each fold CNN-3D learns from all but some "
+    "people and is judged on those, and so are trees on the touch's trajectory. It is a sweep with "
+    "the plan models/studies/sweep/folds.toml; to change more than the number of folds, copy that "
+    "file and use models sweep. Interrupted, the same command goes on where it was."
+)
+EXAMPLE: Final = (
+    "Try it (some minutes): models simulate --out data --users 4 --sessions 1, then models folds "
+    "data --folds 4 --out folds"
+)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.set_defaults(resumes=True)
+    add = parser.add_argument
+    add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings")
+    add("--out", type=Path, required=True, metavar="DIR", help="folder for results")
+    add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Train what is missing, judge, and print the table."""
+    options.require("training in folds", "torch", "sklearn", "joblib", extra="train,sweep")
+    from controller.shared.config import parse_toml
+    from models.studies.sweep import plan
+    from models.studies.sweep.run import Sweep
+
+    table = parse_toml(files("models.studies.sweep").joinpath("folds.toml").read_text("utf-8"))
+    places = [path.absolute() for path in arguments.paths]
+    table["data"]["folders"] = list(map(str, places))
+    made = plan.parse(table, "folds")
+    made = replace(made, test=replace(made.test, folds=arguments.folds))
+    workers = os.cpu_count() or 1
+    return sweep.finish(sweep.of_recordings(Sweep(made, arguments.out, workers=workers), places))
