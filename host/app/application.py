@@ -1,7 +1,6 @@
 """The application: the game's window with the dome docked, and what passes between the two."""
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,42 +9,28 @@ from typing import Final
 
 import pygame
 
-from controller.shared.protocol.messages import (
-    Command,
-    Contact,
-    Message,
-    Report,
-    State,
-    Telemetry,
-    UploadStatus,
-)
-from controller.shared.protocol.teaching import Vocabulary
+from controller.shared.protocol.messages import Command, Message, Report, State, UploadStatus
 from host.actions import ACTIONS, HeldGestures
-from host.app.ctrl_key import CtrlKey
+from host.app.correction_keys import CorrectionKeys
 from host.app.guides import Guides
 from host.app.lab_data import LabData
-from host.app.lessons import Lessons
-from host.app.link_pause import LinkPause
 from host.app.orbs import Orbs
 from host.app.programs import Programs
-from host.app.screen import OrbScreen
+from host.app.screen import Orb, OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.orbs import OrbsScreen
 from host.app.screens.phone import PhoneScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.demo.autoplayer import shipped_gestures
-from host.targets import Target, TargetOptions
+from host.targets import TargetOptions
 from host.ui import rim
-from host.ui.layout import Dock
-from host.ui.orb_state import OrbState
-from host.ui.panel.correction_keys import CorrectionKeys
 from host.ui.panel.panel import Panel
+from host.ui.panel.panel_layout import Dock
 from tetris.engine.events import Event
 from tetris.engine.game import Action
 from tetris.files import config_folder, data_folder
 from tetris.kit.language import Words
-from tetris.kit.menu import Item
+from tetris.kit.menu import Item, MenuStep
 from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, HostWindow, Start
 from tetris.window.screens.play_screen import PlayScreen
@@ -59,13 +44,12 @@ _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are
 _IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
 
 
-class OrbApp(Target):
+class OrbApp(Orb):
     """The game's screens, and the orb that plays in them.
 
     Attributes:
         game: The window of the game, which is a part of this one.
         dock: Where the game and the panel are.
-        ghost, zones, note, lessons: As in `host.app.screen.Orb`.
     """
 
     size = SIZE
@@ -84,9 +68,6 @@ class OrbApp(Target):
         With the seed of a demo it is a game that the virtual orb's own hand plays.
         """
         super().__init__()
-        self.ghost: tuple[Contact, ...] = ()
-        self.zones, self.note = False, ""
-        self.lessons = Lessons(first=int(time.time()))  # no example before had this number
         self.orbs: Orbs | None = None  # set by a program that can change the orb
         self.programs, self.lab = Programs(), LabData()
         self._behind = False  # whether another window has the focus
@@ -104,13 +85,10 @@ class OrbApp(Target):
         )
         self.panel = Panel()
         self.stage.watch = self._happened
-        self.correcting = CorrectionKeys()
+        self._correcting = CorrectionKeys(self.send)
         self._gestures = HeldGestures(self.stage.settings)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
-        self._due: list[Message] = []  # for the orb
-        self._pause, self._ctrl = LinkPause(), CtrlKey()
-        self._now_s = 0.0
-        self._deaf_until_s = 0.0  # no command is taken before
+        self._pause: Screen | None = None  # the menu of a pause that the link made
         self._long_s = math.inf  # when a held pinch leaves the page
         self._taken = False  # whether the page took the last gesture for itself
         self._surface: pygame.Surface | None = None
@@ -126,11 +104,6 @@ class OrbApp(Target):
         return self.game.stage
 
     @property
-    def state(self) -> OrbState:
-        """The orb as it is drawn."""
-        return self.orb
-
-    @property
     def words(self) -> Words:
         """The language of the window."""
         return self.stage.look.words
@@ -144,20 +117,12 @@ class OrbApp(Target):
     def fullscreen(self, wanted: bool) -> None:
         self.stage.change(replace(self.stage.settings, fullscreen=wanted))
 
-    def send(self, message: Message) -> None:
-        """Send a message to the orb with the next ones."""
-        self._due.append(message)
-
-    def ignore(self, seconds: float) -> None:
-        """Take no command for so long."""
-        self._deaf_until_s = self._now_s + seconds
-
     def _items(self, stage: Stage) -> Sequence[Item]:
         words, items = stage.look.words, self._guides.items(stage)
         if self.orbs is not None:
             show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
-            item = Item(words("orbs.title"), lambda: stage.push(show()), hint=words("orbs.hint"))
-            items.append(item)
+            do = lambda: stage.push(show())  # noqa: E731
+            items.append(Item(words("orbs.title"), do, hint=words("orbs.hint")))
         return items
 
     def _show_lab(self) -> None:
@@ -194,8 +159,9 @@ class OrbApp(Target):
         self._now_s = now_s
         for item in received:
             self._take(item, now_s)
+        self._upload([*received])
         if self.orbs is not None:
-            self.orbs.tick(now_s, received)
+            self.orbs.tick()
         self.programs.tick(now_s, received, behind=self._behind)
         if now_s >= self._long_s:
             self._long_s = math.inf
@@ -211,62 +177,63 @@ class OrbApp(Target):
         self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
-                for gesture in shipped_gestures():  # until it describes its own
-                    self.orb.described(gesture)
                 self.lessons.connected()
-                self.correcting.labels = welcome.labels
                 self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
-                self._pause.end(self.stage, now_s)
+                self._go_on(now_s)
             case Stale() | Lost() | Refused():
                 self._gestures.hold((), now_s)
-                self._pause.begin(self.stage, silent=isinstance(item, Stale))
+                self._wait("orb.silent" if isinstance(item, Stale) else "orb.lost")
             case Delivered(message=message):
-                self._pause.end(self.stage, now_s)
-                self._deliver(message, now_s)
+                self._go_on(now_s)
+                self.lessons.take(message)
+                self.lab.take(message, now_s)
+                self._play(message, now_s)
+                self._report(message, now_s)
 
-    def _deliver(self, message: Message, now_s: float) -> None:
+    def _wait(self, reason: str) -> None:
+        """Pause a game that is played by hand."""
         screen = self.stage.screen
-        self.lessons.take(message)
-        elsewhere = self.programs.on and self._behind
-        match message:
-            case Command() | State() if elsewhere:
-                pass
-            case Telemetry():
-                self.lab.step(message, now_s)
-            case Vocabulary(labels=labels):
-                self.lab.relabel(labels)
-                self.correcting.labels = labels
-            case Command() if now_s >= self._deaf_until_s:
-                self._taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
-                if not self._taken and (action := ACTIONS.get(message.name)):
-                    self.game.act(action)
-            case State():
-                self._gestures.hold(message.pressed, now_s)
-                leaves = "drop" in message.pressed and (
-                    self._taken or isinstance(screen, PlayScreen)
-                )
-                self._long_s = now_s + _LONG_S if leaves else math.inf
-            case UploadStatus():
-                self.correcting.answer(message, now_s)
+        if self._pause is None and isinstance(screen, PlayScreen) and screen.by_hand:
+            screen.pause(self.words(reason))
+            if self.stage.screen is not screen:
+                self._pause = self.stage.screen
+
+    def _go_on(self, now_s: float) -> None:
+        """End the pause that the link made; one that the player made stays."""
+        pause, self._pause = self._pause, None
+        if pause is not None and self.stage.screen is pause:
+            pause.nav(MenuStep.BACK, now_s)
+
+    def _play(self, message: Message, now_s: float) -> None:
+        """Let commands, and gestures that are held, act in the game or on the page."""
+        if self.programs.on and self._behind:
+            return
+        screen = self.stage.screen
+        if isinstance(message, Command) and now_s >= self._deaf_until_s:
+            self._taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
+            if not self._taken and (action := ACTIONS.get(message.name)):
+                self.game.act(action)
+        elif isinstance(message, State):
+            self._gestures.hold(message.pressed, now_s)
+            leaves = "drop" in message.pressed and (self._taken or isinstance(screen, PlayScreen))
+            self._long_s = now_s + _LONG_S if leaves else math.inf
+
+    def _report(self, message: Message, now_s: float) -> None:
+        """Let the page have a report."""
+        if isinstance(message, UploadStatus):
+            self._correcting.answer(message, now_s)
+        screen = self.stage.screen
         if isinstance(screen, OrbScreen) and isinstance(message, Report):
             screen.report(message, now_s)
-
-    def outgoing(self, now_s: float) -> list[Message]:
-        """Return the messages for the device: wishes, corrections, contacts on a virtual orb."""
-        due, self._due = self._due, []
-        due += [*self.lessons.outgoing(), *self.correcting.outgoing()]
-        return [*due, *super().outgoing(now_s)]
 
     # -- the window ----------------------------------------------------------------------
 
     def handle(self, event: pygame.event.Event, now_s: float) -> None:
         """Process an event of the window: a key, the mouse, a finger, the focus."""
         match event.type:
-            case pygame.KEYDOWN if self.correcting.key(event.key, getattr(event, "mod", 0), now_s):
-                self._ctrl.forget()
-            case pygame.KEYDOWN if self._ctrl.waits(
-                event.key, self.correcting, self.stage.settings
+            case pygame.KEYDOWN if self._correcting.key(
+                event.key, getattr(event, "mod", 0), self.orb.labels, self.stage.settings, now_s
             ):
                 pass
             case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
@@ -276,9 +243,9 @@ class OrbApp(Target):
             case pygame.KEYDOWN if self.programs.hot_key(pygame.key.name(event.key)):
                 pass
             case pygame.KEYDOWN:
-                self._events += [*self._ctrl.act(), event]
+                self._events += [*self._correcting.ctrl(), event]
             case pygame.KEYUP:
-                self._events += [*self._ctrl.act(event.key), event]
+                self._events += [*self._correcting.ctrl(event.key), event]
             case kind if kind in _MOUSE:
                 self._mouse(event, now_s)
             case kind if kind in _FINGERS:
@@ -289,7 +256,7 @@ class OrbApp(Target):
                 if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
                     self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
-                    self._ctrl.forget()
+                    self._correcting.forget()
                     self.touch.lift_all()
                 self._events.append(event)
 
@@ -315,7 +282,7 @@ class OrbApp(Target):
         self.game.draw(self._now_s)
         surface.fill(self.stage.look.palette.background, self.dock.side(self._size))
         look, settings = self.stage.look, self.stage.settings
-        self.orb.note = self.note or self.correcting.told(self._now_s, look.words)
+        self.orb.note = self.note or self._correcting.told(self._now_s, look.words)
         self.orb.hint, self.orb.ghost = self._hint(), self.ghost
         self.orb.badge = "" if not self.programs.on else _ARMED[self.programs.armed]
         playing = isinstance(self.stage.screen, PlayScreen)

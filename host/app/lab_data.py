@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.shared.protocol.codec import image_from_bytes
-from controller.shared.protocol.messages import Telemetry, Welcome
+from controller.shared.protocol.messages import Message, Telemetry, Welcome
+from controller.shared.protocol.teaching import Vocabulary
 from controller.shared.taxel_measures import noise, noisy
 
 Array = NDArray[np.float32]
@@ -41,11 +42,13 @@ class LabData:
         """Begin anew with an orb."""
         self._begin(welcome.rows, welcome.columns, welcome.labels)
 
-    def relabel(self, labels: tuple[str, ...]) -> None:
-        """Take other gestures; their probabilities begin anew."""
-        if labels != self.labels:
-            self.labels = labels
-            self._shares = np.zeros((FRAMES, len(labels)), np.float32)
+    def take(self, message: Message, now_s: float) -> None:
+        """Take a frame, or other gestures, whose probabilities begin anew."""
+        if isinstance(message, Telemetry):
+            self.step(message, now_s)
+        elif isinstance(message, Vocabulary) and message.labels != self.labels:
+            self.labels = message.labels
+            self._shares = np.zeros((FRAMES, len(self.labels)), np.float32)
 
     @property
     def shape(self) -> tuple[int, int]:

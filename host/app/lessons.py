@@ -1,15 +1,15 @@
 """Teaching of gestures to the orb: what it reported, and the requests to send. No clock, no port.
 
-    lessons = Lessons(first=number)
+    lessons = Lessons(receiver.send, first=number)
     lessons.take(message)                     # every message of the orb
     number = lessons.begin_example("swipe")   # the player begins; `end_example` when done
-    lessons.learn("swipe", "hold")
-    for request in lessons.outgoing(): receiver.send(request)
+    lessons.change(Learn("swipe", "hold"))
 
 `Trial` judges the player's attempts at one gesture.
 """
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -24,11 +24,7 @@ from controller.shared.protocol.teaching import (
     ExampleStart,
     ExampleTaken,
     Forget,
-    Learn,
     LearnStatus,
-    SaveAs,
-    SetCommand,
-    Undo,
     UserInfo,
     Vocabulary,
 )
@@ -51,13 +47,13 @@ class Lessons:
         kept: For each label, the share of its touches still recognised at the last change.
     """
 
+    send: Callable[[Request], object]
     first: int = 1  # number of the first example: unused before, such as a time in seconds
     vocabulary: Vocabulary | None = None
     users: dict[str, UserInfo] = field(default_factory=dict)
     examples: dict[int, ExampleTaken] = field(default_factory=dict)
     open: int | None = None
     status: LearnStatus | None = None
-    _due: list[Request] = field(default_factory=list)
     _next: int = 0
 
     def begin(self) -> None:
@@ -105,12 +101,7 @@ class Lessons:
         """Begin with a new session: ask for the gestures; what was under way is over."""
         self.vocabulary, self.open, self.status = None, None, None
         self.examples = {}
-        self._due = [Describe()]
-
-    def outgoing(self) -> list[Request]:
-        """Return the requests to send, each once."""
-        due, self._due = self._due, []
-        return due
+        self.send(Describe())
 
     # --- wishes -----------------------------------------------------------------------------------
 
@@ -121,60 +112,31 @@ class Lessons:
         self._next = max(self._next, self.first, max(self.examples, default=0) + 1)
         number, self._next = self._next, self._next + 1
         self.open = number
-        self._due.append(ExampleStart(number, label))
+        self.send(ExampleStart(number, label))
         return number
 
     def end_example(self, *, keep: bool = True) -> None:
         """End the example under way; one that is not kept leaves nothing."""
         if self.open is None:
             return
-        self._due.append(ExampleEnd(self.open, keep))
+        self.send(ExampleEnd(self.open, keep))
         self.open = None
 
     def drop(self, number: int) -> None:
         """Throw an example away."""
         taken = self.examples.pop(number, None)
         if taken is None or taken.felt:
-            self._due.append(ExampleDrop(number))
+            self.send(ExampleDrop(number))
 
-    def learn(
-        self,
-        label: str,
-        command: str = "",
-        *,
-        rotations: str = "none",
-        mirrored: bool = False,
-        user: str = "",
-    ) -> None:
-        """Learn a gesture from its examples."""
-        self._change(Learn(label, command, rotations, mirrored, user))
-
-    def forget(self, label: str) -> None:
-        """Remove a taught gesture, and its examples."""
-        self.examples = {k: one for k, one in self.examples.items() if one.label != label}
-        self._change(Forget(label))
-
-    def undo(self) -> None:
-        """Take the last change back."""
-        self._change(Undo())
-
-    def save_as(self, name: str) -> None:
-        """Keep a copy of the bundle in use."""
-        self._change(SaveAs(name))
-
-    def set_command(self, label: str, command: str, user: str = "") -> None:
-        """Set the command of a gesture, "" nothing; `SetCommand` has the meaning of the user."""
-        self._change(SetCommand(label, command, user))
-
-    def delete_examples(self) -> None:
-        """Delete all examples and recordings."""
-        self.examples = {}
-        self._change(DeleteExamples())
-
-    def _change(self, request: Request) -> None:
-        """Send a change, and wait for its outcome."""
+    def change(self, request: Request) -> None:
+        """Send a request for a change of the bundle, and wait for its outcome."""
+        match request:
+            case Forget(label=label):
+                self.examples = {k: one for k, one in self.examples.items() if one.label != label}
+            case DeleteExamples():
+                self.examples = {}
         self.status = LearnStatus(LEARNING, 0.0, "")
-        self._due.append(request)
+        self.send(request)
 
 
 @dataclass

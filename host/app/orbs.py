@@ -3,23 +3,22 @@
 Scans and pairings run on threads of their own; `tick` takes their results on the window's thread.
 """
 
+import asyncio
 import queue
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
+from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.protocol import psk
-from controller.shared.protocol.link_events import Connected, Lost, Received
-from controller.shared.protocol.messages import Message, Welcome
-from host.app.pairing_run import PairingRun
-from host.connection import discovery
-from host.connection.bundle_upload import BundleUpload
+from host.connection import discovery, pairing
 from host.connection.device_store import DeviceStore
 from host.connection.discovery import Answer, DevicePort, Port
-from host.connection.transport import Transport
+from host.connection.pairing import Confirm, Tell
+from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 
 
@@ -37,34 +36,80 @@ class OrbEntry:
 
 
 OWN: Final = OrbEntry("", virtual=True, here=True)
+CANCELLED: Final = "cancelled"
+_TURN_S: Final = 0.05  # in which an answer, or the end, of a pairing is noticed
+
+Pair = Callable[[Tell, Confirm], Awaitable[str]]
 
 
-class Link(Protocol):
-    """The part of a `Receiver` that `Orbs` needs."""
+class PairingRun:
+    """A pairing with a Bluetooth orb on a thread of its own, with its messages and questions.
 
-    def reopen(
-        self, open_transport: Callable[[], Transport], *, token: str = "", key: bytes = b""
-    ) -> None:
-        """Leave the device, and connect to another one."""
+    Attributes:
+        lines: What it has said, oldest first.
+        question: Name and six digits of an orb that wait for `answer`; None: no question.
+        url: Of the orb, once it is paired; "" before.
+        over: Whether it has ended.
+    """
 
-    def send(self, message: Message) -> object:
-        """Send without waiting."""
+    def __init__(self, pair: Pair = pairing.pair) -> None:
+        self.lines: list[str] = []
+        self.question: tuple[str, str] | None = None
+        self.url, self.over = "", False
+        self._pair, self._same, self._cancelled = pair, False, False
+
+    def start(self) -> None:
+        """Begin on a thread."""
+        threading.Thread(target=self.run, name="pairing", daemon=True).start()
+
+    def run(self) -> None:
+        """Pair, until it is done, fails or is cancelled."""
+        if problem := pairing.lack():
+            self.lines += problem.splitlines()
+        else:
+            try:
+                self.url = asyncio.run(self._main())
+            except asyncio.CancelledError:
+                self.lines.append(CANCELLED)
+            except (BluetoothError, OSError) as error:
+                self.lines.append(str(error))
+        self.over, self.question = True, None
+
+    async def _main(self) -> str:
+        task = asyncio.ensure_future(self._pair(self.lines.append, self._confirm))
+        while not task.done():
+            if self._cancelled:
+                task.cancel()
+            await asyncio.wait([task], timeout=_TURN_S)
+        return task.result()
+
+    async def _confirm(self, orb: str, digits: str) -> bool:
+        self.question = orb, digits
+        while self.question is not None:
+            await asyncio.sleep(_TURN_S)
+        return self._same
+
+    def answer(self, same: bool) -> None:
+        """Answer the question whether the digits are the same."""
+        self._same, self.question = same, None
+
+    def cancel(self) -> None:
+        """End it; nothing once it is over."""
+        self._cancelled = True
 
 
 class Orbs:
-    """The list of orbs, the present one, and what is under way: a scan, a pairing, an upload.
+    """The list of orbs, the present one, and what is under way: a scan, a pairing.
 
     Attributes:
         notice: What the last choice or scan came to, a sentence; "": nothing to say.
         scanning: Whether a scan is under way.
         pairing: The pairing under way, or the last one; None before the first.
-        upload: The upload under way, or the last one; None before the first.
-        welcome: Of the orb that is connected; None while none is.
     """
 
     def __init__(
         self,
-        link: Link,
+        link: Receiver,
         memory: DeviceStore,
         make_own: Callable[[], VirtualOrbProcess],
         *,
@@ -84,8 +129,6 @@ class Orbs:
         """
         self.notice, self.scanning = "", False
         self.pairing: PairingRun | None = None
-        self.upload: BundleUpload | None = None
-        self.welcome: Welcome | None = None
         self._link, self._memory, self._make_own = link, memory, make_own
         self._own, self._where, self._moved = own, where, moved
         self._answers: list[Answer] = []
@@ -112,14 +155,15 @@ class Orbs:
         ]
         return [OWN, *here.values(), *remembered]
 
-    def present(self, entry: OrbEntry) -> bool:
-        """Return whether an orb of the list is the chosen one."""
+    def present(self, entry: OrbEntry, connected: str) -> bool:
+        """Return whether an orb of the list is the chosen one; `connected` is the identity there.
+
+        It is "" while there is no connection.
+        """
         port = self._where()
         if not (port and entry.device_id):
             return not port and not entry.device_id
-        if self.welcome is not None:
-            return entry.device_id == self.welcome.device_id
-        return entry.port == port
+        return entry.device_id == connected if connected else entry.port == port
 
     def scan(self) -> None:
         """Look for orbs, on a thread; `entries` has each as soon as it has answered."""
@@ -157,10 +201,6 @@ class Orbs:
         self._moved(port, entry.key)
         self._link.reopen(port.open, key=key)
 
-    def forget(self, entry: OrbEntry) -> None:
-        """Forget a remembered orb."""
-        self._memory.forget(entry.device_id)
-
     # -- what is under way -----------------------------------------------------------------
 
     def pair(self) -> None:
@@ -169,21 +209,8 @@ class Orbs:
             self.pairing = PairingRun()
             self.pairing.start()
 
-    def install(self, upload: BundleUpload, now_s: float) -> None:
-        """Send the orb that is connected a bundle."""
-        self.upload = upload
-        if self.welcome is not None:
-            upload.turn([Connected(self.welcome)], now_s, self._link.send)
-
-    def tick(self, now_s: float, received: Sequence[Received]) -> None:
-        """Take what came over the link, and the results of the threads."""
-        for item in received:
-            if isinstance(item, Connected):
-                self.welcome = item.welcome
-            elif isinstance(item, Lost):
-                self.welcome = None
-        if self.upload is not None and not self.upload.over:
-            self.upload.turn(received, now_s, self._link.send)
+    def tick(self) -> None:
+        """Take the results of the threads."""
         while not self._results.empty():
             answer = self._results.get()
             if answer is None:

@@ -1,45 +1,81 @@
-"""Base class of the screens about the orb."""
+"""The window's orb as its screens know it, and the base class of the screens about it."""
 
-from __future__ import annotations
-
+import time
+from collections.abc import Callable
+from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Any, Final
 
+from controller.shared.errors import UserError
+from controller.shared.protocol.link_events import Connected, Received
 from controller.shared.protocol.messages import Command, Contact, Message, Report
 from host.app.lessons import Lessons
+from host.connection import bundle_upload
+from host.connection.bundle_upload import BundleUpload
+from host.targets import Target
+from host.ui.naming import said
 from host.ui.orb_state import OrbState
-from tetris.kit.menu import Menu, Row
-from tetris.kit.stage import Stage
+from tetris.kit.language import Words
+from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.stage import Screen, Stage
 from tetris.window.screens.menu_screen import MenuScreen
-
-if TYPE_CHECKING:
-    from host.phone.server import PhoneServer
 
 _LETTERS: Final = 44  # of a sentence in a line of a table
 
 
-class Orb(Protocol):
-    """What screens know of the window's orb, and ask it for."""
+class Orb(Target):
+    """The orb of the window: its state, and what screens ask of it.
 
-    ghost: tuple[Contact, ...]  # fingers drawn on the dome that show a gesture; grid units
-    zones: bool  # whether the dome shows which command a press gives where
-    note: str  # a sentence under the dome; "": the usual ones
-    lessons: Lessons  # what it reported about teaching, and the requests about that
-    phone: PhoneServer | None  # of the phone that touches a virtual orb
+    Attributes:
+        ghost: Fingers drawn on the dome that show a gesture; grid units.
+        zones: Whether the dome shows which command a press gives where.
+        note: A sentence under the dome; "": the usual ones.
+        lessons: What it reported about teaching, and the requests about that.
+        upload: The installation of a bundle under way, or the last one; None before.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ghost: tuple[Contact, ...] = ()
+        self.zones, self.note = False, ""
+        self.lessons = Lessons(self.send, first=int(time.time()))  # no example had this number
+        self.upload: BundleUpload | None = None
+        self._due: list[Message] = []  # for the orb
+        self._now_s = self._deaf_until_s = 0.0  # no command is taken before
 
     @property
     def state(self) -> OrbState:
         """The orb as it is drawn: link, image, labels, history."""
-
-    @property
-    def virtual(self) -> bool:
-        """Whether the orb is connected, and a virtual one, which a mouse can touch."""
+        return self.orb
 
     def send(self, message: Message) -> None:
-        """Send a message to the orb."""
+        """Send a message to the orb with the next ones."""
+        self._due.append(message)
 
     def ignore(self, seconds: float) -> None:
         """Take no command for so long: a gesture of the orb's own hand may still be recognised."""
+        self._deaf_until_s = self._now_s + seconds
+
+    def install(self, path: Path) -> str:
+        """Send the orb a bundle unless one is under way; return why the file cannot be sent."""
+        if self.upload is None or self.upload.over:
+            try:
+                self.upload = bundle_upload.load(path)
+            except UserError as error:
+                return str(error)
+            if self.orb.link == "live" and self.orb.welcome:
+                self._upload([Connected(self.orb.welcome)])
+        return ""
+
+    def _upload(self, received: list[Received]) -> None:
+        """Let an installation go on with what was received."""
+        if self.upload is not None and not self.upload.over:
+            self.upload.turn(received, self._now_s, self.send)
+
+    def outgoing(self, now_s: float) -> list[Message]:
+        """Return the messages for the device: wishes, and contacts on a virtual orb."""
+        due, self._due = self._due, []
+        return [*due, *super().outgoing(now_s)]
 
 
 def rows(sentence: str, *, marked: bool = False) -> list[Row]:
@@ -54,9 +90,43 @@ class OrbScreen(MenuScreen):
         self.orb = orb
         super().__init__(stage, self.page, back=self.leave)
 
+    @property
+    def words(self) -> Words:
+        """The texts in the present language."""
+        return self._stage.look.words
+
     def page(self) -> Menu:
         """Return the menu as things are now."""
         raise NotImplementedError
+
+    def item(
+        self, key: str, do: Callable[[], None] | None = None, value: str = "", **how: Any
+    ) -> Item:
+        """Return an item with the words of a key; its hint is KEY_hint unless another is given.
+
+        Of a page's title, TABLE.title, it is TABLE.hint. `how` is as in `Item`.
+        """
+        table, _, name = key.rpartition(".")
+        hint = f"{table}.hint" if name == "title" else f"{key}_hint"
+        text = self.words(hint)
+        return Item(self.words(key), do, value, **{"hint": "" if text == hint else text, **how})
+
+    def back_item(self, **how: Any) -> Item:
+        """Return the item that leaves the page."""
+        return self.item("menu.back", self.leave, **how)
+
+    def opening(self, page: Callable[..., Screen], *rest: Any) -> Callable[[], None]:
+        """Return what shows a page about the orb on top of this one; `rest` as it needs."""
+        return lambda: self._stage.push(page(self._stage, self.orb, *rest))
+
+    def installation(self) -> tuple[str, float | None]:
+        """Return what became of the last installation, or its stage and share; "" without one."""
+        upload = self.orb.upload
+        if upload is None:
+            return "", None
+        if upload.over:
+            return said(self.words, bundle_upload.outcome(upload)), None
+        return self.words(f"install.{upload.stage}"), upload.offset / upload.size
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Take a recognised gesture; return whether it is no step in the menu."""

@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from functools import partial
 
 from controller.shared.arguments import Parser
-from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
-from controller.shared.errors import TROUBLE, complain, how_to_install
+from controller.shared.errors import TROUBLE, complain
 from host.connection import rfcomm
-from host.connection.pairing import BY_SYSTEM, pair
+from host.connection.pairing import BY_SYSTEM, lack, pair
 
 
 def main(argv: Sequence[str]) -> int:
@@ -24,9 +23,8 @@ def main(argv: Sequence[str]) -> int:
     if sys.platform in BY_SYSTEM:
         print(BY_SYSTEM[sys.platform])
         return 0
-    if not bluez.available():
-        lack = f"pairing needs dbus-fast; {how_to_install('bluetooth')}"
-        return complain("host", lack, TROUBLE)
+    if problem := lack():
+        return complain("host", problem, TROUBLE)
     try:
         url = asyncio.run(_pair(options))
     except BluetoothError as error:

@@ -9,7 +9,6 @@ from typing import Final
 
 from controller.bundles import vocabulary
 from controller.shared.protocol.messages import Perform, Welcome
-from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.actions import ACTIONS
 from tetris.bots.greedy import Plan, plan, plan_piece
 from tetris.engine.game import Action, Game, Phase
@@ -42,23 +41,6 @@ def _manual() -> Manual:
 
 
 MANUAL: Final = _manual()
-
-
-def shipped_gestures() -> tuple[GestureInfo, ...]:
-    """Return the shipped gestures with their commands, for an orb that does not describe its own.
-
-    Their images are unknown.
-    """
-    book = vocabulary.shipped()
-    found = []
-    for entry in book.entries:
-        rules = book.mapping.rules.get(entry.label, ())
-        copies = (
-            CommandRule(one.command, one.left_of, one.right_of, one.below, one.above)
-            for one in rules
-        )
-        found.append(GestureInfo(entry.label, entry.say, False, 0, b"", tuple(copies)))
-    return tuple(found)
 
 
 class Autoplayer:

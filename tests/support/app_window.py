@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pygame
 
+from controller.bundles import vocabulary
 from controller.shared.protocol.messages import COMMANDS, Command, Contacts, Telemetry, Welcome
+from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.app.application import SIZE, OrbApp
 from host.connection.receiver import Connected, Delivered, Received
 from tetris.engine.game import Game, Phase
@@ -22,6 +24,20 @@ def said(name: str) -> Delivered:
     return Delivered(Command(name, "press", 0.99, None, 1), 0)
 
 
+def shipped_gestures() -> tuple[GestureInfo, ...]:
+    """Return the shipped gestures as an orb describes them; their images are unknown."""
+    book = vocabulary.shipped()
+    found = []
+    for entry in book.entries:
+        rules = book.mapping.rules.get(entry.label, ())
+        copies = (
+            CommandRule(one.command, one.left_of, one.right_of, one.below, one.above)
+            for one in rules
+        )
+        found.append(GestureInfo(entry.label, entry.say, False, 0, b"", tuple(copies)))
+    return tuple(found)
+
+
 class Window:
     """The application in a window of its own, and a clock."""
 
@@ -34,7 +50,9 @@ class Window:
         self.app = OrbApp(start, config=config, sound=False)
         self.surface = pygame.Surface(SIZE)
         self.now_s = 0.0
-        self.pass_s(0.0, *([Connected(welcome)] if welcome else []))
+        described = [Delivered(gesture, 0) for gesture in shipped_gestures()]
+        begun: list[Received] = [Connected(welcome), *described] if welcome else []
+        self.pass_s(0.0, *begun)
 
     def pass_s(self, seconds: float, *received: Received) -> None:
         """Let time pass, with a picture every 60th of a second."""

@@ -26,8 +26,7 @@ from controller.shared.protocol.messages import Contact, Contacts
 from controller.shared.protocol.teaching import Describe, GestureInfo, Vocabulary
 from host import window_loop
 from host.app.application import OrbApp
-from host.app.orbs import Orbs
-from host.app.pairing_run import PairingRun
+from host.app.orbs import Orbs, PairingRun
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess

@@ -36,18 +36,17 @@ class CheckScreen(OrbScreen):
 
     def page(self) -> Menu:
         """Return what is to be done, or a line for each check, the worst first."""
-        words, step = self._stage.look.words, self._step
-        back = Item(words("menu.back"), self.leave)
+        words, step = self.words, self._step
         if step.step != "over":
             done = Row((words("check.done"), f"{step.progress:.0%}"))
             task = rows(words(f"check.{step.step}", row=step.row, column=step.column), marked=True)
-            return Menu(words("check.title"), [back], table=[*task, done])
+            return Menu(words("check.title"), [self.back_item()], table=[*task, done])
         items = [self._line(row) for row in self._found]
-        again = Item(words("check.again"), self._again)
-        return Menu(words("check.title"), [*items, again, back], notice=self._problem)
+        items += [self.item("check.again", self._again), self.back_item()]
+        return Menu(words("check.title"), items, notice=self._problem)
 
     def _line(self, row: CheckRow) -> Item:
-        words = self._stage.look.words
+        words = self.words
         hint = f"{said(words, row.found)}. {said(words, row.advice)}".strip()
         key = row.verdict.lower().replace(" ", "_")
         name = said(words, place(words, row.name))
@@ -68,7 +67,7 @@ class CheckScreen(OrbScreen):
                 self.orb.ghost = self._ghost()
                 self.rebuild()
             case LearnStatus(state=state, text=text) if state == FAILED:
-                self._problem = said(self._stage.look.words, text)
+                self._problem = said(self.words, text)
                 self._step = replace(self._step, step="over")
                 self.rebuild()
 

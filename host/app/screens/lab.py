@@ -1,6 +1,7 @@
 """The lab: traces of all taxels, their quality, probabilities, latency, recording, faults."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Final
 
 import pygame
@@ -45,28 +46,22 @@ class LabScreen(OrbScreen):
 
     def page(self) -> Menu:
         """Return the menu below the traces."""
-        words = self._stage.look.words
-        on = self._recording.on
-        items = [
-            Item(
-                words("lab.stop" if on else "lab.record"),
-                lambda: self.orb.send(Record(not on)),
-                hint=naming.said(words, self._recording.text) or words("lab.record_hint"),
-            )
-        ]
+        words, on = self.words, self._recording.on
+        record = partial(self.orb.send, Record(not on))
+        hint = naming.said(words, self._recording.text) or words("lab.record_hint")
+        items = [self.item("lab.stop" if on else "lab.record", record, hint=hint)]
         if self.orb.virtual:
             items += self._faults(words)
-        items.append(Item(words("menu.back"), self.leave, hint=words("lab.back_hint")))
-        return Menu("", items)
+        return Menu("", [*items, self.back_item(hint=words("lab.back_hint"))])
 
     def _faults(self, words: Words) -> list[Item]:
-        kind = _KINDS[self._kind]
-        hint = words("lab.fault_hint")
-        items = [Item(words("lab.fault"), value=words(f"fault.{kind or 'none'}"), step=self._turn)]
+        kind, hint = _KINDS[self._kind], words("lab.fault_hint")
+        value = words(f"fault.{kind or 'none'}")
+        items = [self.item("lab.fault", value=value, step=self._turn, hint="")]
         if place := FAULTS.get(kind):
             row, column = divmod(self._taxel, self.data.shape[1])
             value = {"taxel": f"{row}/{column}", "row": f"{row}", "column": f"{column}"}[place]
-            items.append(Item(words(f"lab.{place}"), value=value, step=self._move, hint=hint))
+            items.append(self.item(f"lab.{place}", value=value, step=self._move, hint=hint))
         return items
 
     def _turn(self, step: int) -> None:
@@ -114,12 +109,12 @@ class LabScreen(OrbScreen):
         grid.width = round(area.width * 0.66)
         shares = pygame.Rect(grid.right, area.top, area.width - grid.width, area.height)
         recent = self.data.recent(time_s)
-        lab_view.taxels(pen, grid, recent, self.data.quality(), time_s, stage.look.words)
-        names = [naming.gesture(stage.look.words, label) for label in self.data.labels]
+        lab_view.taxels(pen, grid, recent, self.data.quality(), time_s, self.words)
+        names = [naming.gesture(self.words, label) for label in self.data.labels]
         lab_view.probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
 
     def _sentences(self) -> list[str]:
-        words, state = self._stage.look.words, self.orb.state
+        words, state = self.words, self.orb.state
         if state.link != "live":
             return [words("lab.no_orb")]
         lines = []

@@ -53,15 +53,14 @@ class LearnScreen(GamePage):
 
     def page(self) -> Menu:
         """Return the items of the question, of a step or of the end."""
-        words = self._stage.look.words
         if self.number < 0:
-            items = [Item(words("learn.begin"), self._next), Item(words("learn.later"), self.leave)]
+            items = [self.item("learn.begin", self._next), self.item("learn.later", self.leave)]
         elif self.step or not self.steps:
-            items = [Item(words("learn.next"), self._next)] if self.steps else []
-            items.append(Item(words("learn.skip"), self.leave))
+            items = [self.item("learn.next", self._next)] if self.steps else []
+            items.append(self.item("learn.skip", self.leave))
         else:
-            items = [*self._exits(), Item(words("learn.menu"), self.leave)]
-        return Menu(words("learn.title"), items)
+            items = [*self._exits(), self.item("learn.menu", self.leave)]
+        return Menu(self.words("learn.title"), items)
 
     @property
     def frames_hz(self) -> int:
@@ -87,7 +86,7 @@ class LearnScreen(GamePage):
 
     def _instead(self, command: Command, step: Step) -> str:
         """Return what was understood in place of a step's gesture."""
-        words = self._stage.look.words
+        words = self.words
         does = naming.command(words, command.name)
         if command.label == step.label:
             side = words(f"learn.side.{step.side(self.orb.state.pad)}")
@@ -139,7 +138,7 @@ class LearnScreen(GamePage):
 
     def lines(self, time_s: float) -> list[Line]:
         """Return what to do, and how it went."""
-        words, palette, step = self._stage.look.words, self._stage.look.palette, self.step
+        words, palette, step = self.words, self._stage.look.palette, self.step
         if step is not None:
             return [
                 Line(self._dots(), 22, palette.accent, after=8),
@@ -167,7 +166,7 @@ class LearnScreen(GamePage):
         return "screen" if self._screen_touched else "mouse"
 
     def _how(self, step: Step) -> str:
-        words = self._stage.look.words
+        words = self.words
         if step.label not in ghost.STROKES:
             return words("learn.own", name=step.say)
         side = words(f"learn.side.{step.side(self.orb.state.pad)}")
@@ -175,7 +174,7 @@ class LearnScreen(GamePage):
 
     def _outcome(self, step: Step, time_s: float) -> Line:
         """Return what came of the last gesture, or how to make one."""
-        words, palette = self._stage.look.words, self._stage.look.palette
+        words, palette = self.words, self._stage.look.palette
         if self.orb.state.link != "live":
             return Line(words("orb.lost"), 25, palette.warn)
         if self._right_s is not None:

@@ -20,14 +20,13 @@ class PhoneScreen(OrbScreen):
 
     def page(self) -> Menu:
         """Return the addresses to choose from, or the state of the phone."""
-        words, phone = self._stage.look.words, self.orb.phone
-        items = [Item(words("menu.back"), self.leave)]
+        words, phone, items = self.words, self.orb.phone, [self.back_item()]
         if phone is None:
             items[:0] = [Item(name, partial(self._start, name)) for name in own_addresses()]
             said = "choose" if items[1:] else "none"
         else:
             said = "connected" if phone.phone else "scan"
-            items.append(Item(words("phone.stop"), self._stop))
+            items.append(self.item("phone.stop", self._stop))
         table = rows(words(f"phone.{said}"))
         if phone and phone.refused:
             table += rows(words("phone.refused"), marked=True)

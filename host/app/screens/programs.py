@@ -34,23 +34,22 @@ class ProgramsScreen(OrbScreen):
 
     def page(self) -> Menu:
         """Return what is chosen, and whether it is on."""
-        words, on = self._stage.look.words, self._control.on
-        edit = lambda: self._stage.push(KeysScreen(self._stage, self.orb, self))  # noqa: E731
+        words, on, mapping = self.words, self._control.on, self.mapping
+        hint = words("programs.start_hint", arm_key=mapping.key_map.arm_key.upper())
+        key, switch = (
+            ("programs.stop", self._control.stop) if on else ("programs.start", self._start)
+        )
         items = [
-            Item(
-                words("programs.stop" if on else "programs.start"),
-                self._control.stop if on else self._start,
-                hint=words("programs.start_hint", arm_key=self.mapping.key_map.arm_key.upper()),
-            ),
-            Item(words("programs.mapping"), value=self.mapping.path.stem, step=self._turn),
-            Item(words("programs.profile"), value=self.profile, step=self._turn_profile),
-            Item(words("programs.edit"), edit, hint=words("programs.edit_hint")),
-            Item(words("menu.back"), self.leave),
+            self.item(key, switch, hint=hint),
+            self.item("programs.mapping", value=mapping.path.stem, step=self._turn),
+            self.item("programs.profile", value=self.profile, step=self._turn_profile),
+            self.item("programs.edit", self.opening(KeysScreen, self)),
+            self.back_item(),
         ]
         return Menu(words("programs.title"), items, table=self._state())
 
     def _state(self) -> list[Row]:
-        words, control = self._stage.look.words, self._control
+        words, control = self.words, self._control
         state = "armed" if control.armed else "disarmed" if control.on else "off"
         mouse = self.orb.virtual and not self.orb.phone
         names = {"orbs": words("orbs.title"), "phone": words("phone.title")}
@@ -92,19 +91,18 @@ class KeysScreen(OrbScreen):
 
     def page(self) -> Menu:
         """Return a line for each command."""
-        words, profile = self._stage.look.words, self._page.profile
         names = [*COMMANDS, *(set(self._commands()) - set(COMMANDS))]
         items = [self._item(name) for name in names]
-        items.append(Item(words("programs.save"), self._save))
-        items.append(Item(words("menu.back"), self.leave))
-        return Menu(f"{self._mapping.path.stem}: {profile}", items, notice=self._problem)
+        items += [self.item("programs.save", self._save), self.back_item()]
+        title = f"{self._mapping.path.stem}: {self._page.profile}"
+        return Menu(title, items, notice=self._problem)
 
     def _commands(self) -> list[str]:
         return sorted(self._page.orb.state.welcome.commands) if self._page.orb.state.welcome else []
 
     def _item(self, command: str) -> Item:
         key = self._mapping.key(self._page.profile, command)
-        name = naming.command(self._stage.look.words, command)
+        name = naming.command(self.words, command)
         return Item(name, value=key, step=partial(self._turn, command))
 
     def _turn(self, command: str, step: int) -> None:

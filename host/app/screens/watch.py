@@ -20,7 +20,7 @@ from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES
 from tetris.history.replay import Recorder
 from tetris.kit import theme
-from tetris.kit.menu import Item, Menu
+from tetris.kit.menu import Menu
 from tetris.kit.stage import Stage
 from tetris.window.game_session import Session
 from tetris.window.view import Figure, figures_of
@@ -69,12 +69,8 @@ class WatchScreen(GamePage):
 
     def page(self) -> Menu:
         """Return the ways out."""
-        words = self._stage.look.words
-        items = (
-            Item(words("watch.take_over"), self._hand_over),
-            Item(words("menu.back"), self.leave),
-        )
-        return Menu(words("watch.title"), items)
+        take_over = self.item("watch.take_over", self._hand_over, hint="")
+        return Menu(self.words("watch.title"), [take_over, self.back_item()])
 
     # -- what the orb says ---------------------------------------------------------------
 
@@ -114,7 +110,7 @@ class WatchScreen(GamePage):
     def tick(self, time_s: float) -> None:
         """Let the game's time pass, and the hand decide; a touch of the player takes over."""
         passed_s, self._seen_s = time_s - self._seen_s, time_s
-        self.orb.note = self._stage.look.words("watch.label")
+        self.orb.note = self.words("watch.label")
         super().tick(time_s)
         if self.orb.state.contacts:  # a pinch that opened this page may still be held
             if self._free:
@@ -170,7 +166,7 @@ class WatchScreen(GamePage):
 
     def lines(self, time_s: float) -> list[Line]:
         """Return what the hand means, what was understood, and how often the two agreed."""
-        words, palette, score = self._stage.look.words, self._stage.look.palette, self.score
+        words, palette, score = self.words, self._stage.look.palette, self.score
         lines = [Line(words("watch.label"), 30, palette.accent, after=20)]
         if self._away:
             return [*lines, Line(words("watch.away"), 25, palette.warn)]
@@ -194,7 +190,7 @@ class WatchScreen(GamePage):
         return self.record.meant[self._last.number] if self._last else ""
 
     def _intention(self) -> Line:
-        words, palette = self._stage.look.words, self._stage.look.palette
+        words, palette = self.words, self._stage.look.palette
         if self._last is None:
             return Line(words("watch.waiting"), 32, palette.dim, after=16)
         if command := self._command:
@@ -202,11 +198,7 @@ class WatchScreen(GamePage):
         return Line(words("watch.stray_touch"), 32, palette.dim, "null", after=16)
 
     def _answer(self) -> Line:
-        words, palette, understood = (
-            self._stage.look.words,
-            self._stage.look.palette,
-            self._understood,
-        )
+        words, palette, understood = self.words, self._stage.look.palette, self._understood
         if understood:
             colour = palette.good if understood == self._command else palette.bad
             return Line(naming.command(words, understood), 32, colour, understood, after=20)

@@ -1,4 +1,4 @@
-"""Layout of the orb's panel: header, dome, caption and card in a rectangle of any shape."""
+"""Layout of a window of any size: the game, and the panel with header, dome, caption and card."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -15,6 +15,40 @@ _DOME: Final = 160  # pixels: the dome's least diameter where there is room for 
 _SIDE: Final = 0.56  # of a wide panel's width, that the dome takes at most
 _LINE: Final = 16  # pixels that a line of the smallest text takes
 _COLUMNS: Final = 2  # of rows on a card that is too low for one column
+_BESIDE: Final = 350 / 600  # width of the panel beside the game, as a share of its height
+_WIDEST: Final = 0.36  # of the window's width that it takes
+_UPRIGHT: Final = 1.05  # height of a window, as a share of its width, with the panel below the game
+_BELOW: Final = 0.42  # of the window's height that it takes there
+_GAP: Final = 0.012  # round the panel, as a share of the window's shorter side
+
+
+@dataclass(frozen=True, slots=True)
+class Dock:
+    """Rectangles of the game and of the orb's panel, pixels."""
+
+    game: pygame.Rect
+    panel: pygame.Rect
+
+    @classmethod
+    def of(cls, size: tuple[int, int]) -> "Dock":
+        """Return the rectangles in a window of (width, height) pixels."""
+        width, height = size
+        gap = max(2, round(_GAP * min(size)))
+        if height >= _UPRIGHT * width:
+            top = round(height * (1 - _BELOW))
+            panel = pygame.Rect(gap, top, max(1, width - 2 * gap), max(1, height - top - gap))
+            return cls(pygame.Rect(0, 0, width, top), panel)
+        wide = round(min(_WIDEST * width, _BESIDE * (height - 2 * gap)))
+        panel = pygame.Rect(gap, gap, max(1, wide), max(1, height - 2 * gap))
+        left = min(panel.right + gap, width - 1)
+        return cls(pygame.Rect(left, 0, max(1, width - left), height), panel)
+
+    def side(self, size: tuple[int, int]) -> pygame.Rect:
+        """Return the part of a window of `size` that is not the game's."""
+        left, bottom = self.game.left, self.game.bottom
+        if left:
+            return pygame.Rect(0, 0, left, size[1])
+        return pygame.Rect(0, bottom, size[0], size[1] - bottom)
 
 
 @dataclass(frozen=True, slots=True)

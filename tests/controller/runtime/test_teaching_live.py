@@ -9,7 +9,15 @@ import pytest
 
 from controller.cli import install
 from controller.shared.protocol.messages import Telemetry
-from controller.shared.protocol.teaching import DONE, GestureInfo, UserInfo, Vocabulary
+from controller.shared.protocol.teaching import (
+    DONE,
+    GestureInfo,
+    Learn,
+    SetCommand,
+    Undo,
+    UserInfo,
+    Vocabulary,
+)
 from host.app.lessons import Lessons, Trial
 from host.connection.receiver import Connected, Delivered, Lost, Receiver, Stale
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -19,6 +27,7 @@ from tests.support import user_bundles
 PATIENCE_S = 120.0
 AFTER_S = 1.0  # between two swipes
 RATE_HZ = 10.0
+SWIPE = Learn("swipe", "hold", "none", False, "")
 
 
 class Player:
@@ -27,7 +36,7 @@ class Player:
     def __init__(self) -> None:
         self.orb = VirtualOrbProcess(3, ("--rate", f"{RATE_HZ:g}"))
         self.receiver = Receiver(self.orb.open, token=self.orb.token)
-        self.lessons, self.pointer = Lessons(first=100), PointerInput()
+        self.lessons, self.pointer = Lessons(self.receiver.send, first=100), PointerInput()
         self.trial = Trial("swipe")
         self.interrupted: list[Lost | Stale] = []
         self.labels: tuple[str, ...] = ()
@@ -39,8 +48,8 @@ class Player:
     def turn(self) -> None:
         now_s = time.monotonic()
         contacts = self.pointer.update(now_s)
-        for request in [*([contacts] if contacts else []), *self.lessons.outgoing()]:
-            self.receiver.send(request)
+        if contacts:
+            self.receiver.send(contacts)
         self.receiver.wait(0.01)
         for item in self.receiver.poll():
             if isinstance(item, Connected):
@@ -113,7 +122,7 @@ def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Player]:
 def test_a_swipe_is_taught_understood_and_undone(player: Player) -> None:
     for _ in range(5):
         player.example()
-    player.lessons.learn("swipe", "hold")
+    player.lessons.change(SWIPE)
     assert player.outcome() == DONE
     assert player.labels[-1] == "swipe"
     assert min(player.lessons.kept.values()) > 0.9
@@ -123,7 +132,7 @@ def test_a_swipe_is_taught_understood_and_undone(player: Player) -> None:
         player.rest(AFTER_S)
     assert len(player.trial.heard) == 5
     assert player.trial.understood >= 4
-    player.lessons.undo()
+    player.lessons.change(Undo())
     assert player.outcome() == DONE
     assert "swipe" not in player.labels
     assert player.interrupted == []
@@ -133,14 +142,14 @@ def test_a_swipe_is_taught_understood_and_undone(player: Player) -> None:
 def test_a_killed_orb_has_all_examples_and_the_old_bundle_or_the_new_one(player: Player) -> None:
     for _ in range(2):
         player.example()
-    player.lessons.learn("swipe", "hold")
+    player.lessons.change(SWIPE)
     player.turn()
     assert player.orb.process is not None
     player.orb.process.kill()
     player.wait(lambda: player.interrupted)
     player.wait(lambda: player.lessons.vocabulary is None)
     player.wait(lambda: len(player.lessons.of("swipe")) == 2)  # it has started again
-    player.lessons.learn("swipe", "hold")
+    player.lessons.change(SWIPE)
     assert player.outcome() == DONE
     player.orb.process.kill()
     player.wait(lambda: player.lessons.vocabulary is None)
@@ -159,13 +168,13 @@ def test_a_users_command_is_set_and_undone_without_losing_the_link(
     try:
         player.wait(lambda: player.ready and set(player.lessons.users) == {"ann", "bob"})
         assert player.lessons.users["bob"] == UserInfo("bob", ("pinch",), ("hold",))
-        player.lessons.set_command("press", "", "ann")
+        player.lessons.change(SetCommand("press", "", "ann"))
         assert player.outcome() == DONE
         assert player.lessons.users["ann"] == UserInfo("ann", ("press",), ("none",))
-        player.lessons.set_command("", "", "bob")
+        player.lessons.change(SetCommand("", "", "bob"))
         assert player.outcome() == DONE
         assert player.lessons.users["bob"] == UserInfo("bob", (), ())
-        player.lessons.undo()
+        player.lessons.change(Undo())
         assert player.outcome() == DONE
         assert player.lessons.users["bob"] == UserInfo("bob", ("pinch",), ("hold",))
         assert player.interrupted == []

@@ -9,7 +9,7 @@ import pytest
 from controller.shared.protocol.messages import Contacts, State
 from host.app.application import SIZE
 from host.connection.receiver import Connected, Delivered, Lost
-from host.ui.layout import Dock
+from host.ui.panel.panel_layout import Dock
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
 from tetris.engine.game import Phase
 from tetris.window.app import Start

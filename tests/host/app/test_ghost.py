@@ -10,8 +10,8 @@ from controller.recognition.pipeline import Pipeline
 from controller.simulator.virtual_orb import VirtualOrb
 from host.app import ghost, lesson
 from host.app.lesson import Step
-from host.demo.autoplayer import shipped_gestures
 from host.ui.pointer_input import DomeArea
+from tests.support.app_window import shipped_gestures
 
 RATE_HZ = 40.0  # of the virtual orb that the application starts
 SHIPPED = bundle.read(bundle.default_path(RATE_HZ))

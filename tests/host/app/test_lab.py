@@ -11,7 +11,7 @@ import pytest
 
 from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import COMMANDS, Message, Telemetry, Welcome
-from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus
+from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus, Vocabulary
 from controller.simulator.dome.faults import KINDS
 from host.app.application import SIZE, OrbApp
 from host.app.lab_data import FRAMES, SECONDS, LabData, Quality
@@ -60,7 +60,7 @@ def test_buffer_that_is_full_forgets_the_oldest() -> None:
 def test_probabilities_begin_anew_with_other_gestures() -> None:
     data = buffer()
     data.step(frame(press=0.5), 0.0)
-    data.relabel(("null", "press", "wave"))
+    data.take(Vocabulary(("null", "press", "wave"), (), "", False, 0, ""), 0.0)
     data.step(Telemetry(1, bytes([128] * 25), (0.2, 0.0, 0.8), None, "", True, 40.0), 0.1)
     assert data.recent(0.1)[2].tolist() == [[0.0, 0.0, 0.0], pytest.approx([0.2, 0.0, 0.8])]
 

@@ -14,9 +14,8 @@ from host.app import lesson
 from host.app.lesson import Step
 from host.app.screens.learn import LearnScreen
 from host.connection.receiver import Delivered, Lost
-from host.demo.autoplayer import shipped_gestures
 from host.ui.pointer_input import DomeArea
-from tests.support.app_window import FELT, LABELS, Window
+from tests.support.app_window import FELT, LABELS, Window, shipped_gestures
 
 PAD = DomeArea()
 FREE = (math.inf, -math.inf, math.inf, -math.inf)  # no bound: left_of, right_of, below, above

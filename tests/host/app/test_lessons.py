@@ -1,6 +1,6 @@
 """The host's side of teaching: what the orb said, what is to be sent, and how a trial went."""
 
-from controller.shared.protocol.messages import Command, Telemetry
+from controller.shared.protocol.messages import Command, Request, Telemetry
 from controller.shared.protocol.teaching import (
     DONE,
     LEARNING,
@@ -12,6 +12,7 @@ from controller.shared.protocol.teaching import (
     Forget,
     Learn,
     LearnStatus,
+    Undo,
     Vocabulary,
 )
 from host.app.lessons import Lessons, Trial
@@ -24,35 +25,46 @@ def taken(number: int, label: str = "swipe", *, felt: bool = True) -> ExampleTak
     return ExampleTaken(number, label, felt, "" if felt else "nothing touched the orb", 0.4, b"")
 
 
+def taught(first: int = 1) -> tuple[list[Request], Lessons]:
+    sent: list[Request] = []
+    return sent, Lessons(sent.append, first)
+
+
+def flushed(sent: list[Request]) -> list[Request]:
+    found = sent[:]
+    sent.clear()
+    return found
+
+
 def held(label: str) -> Telemetry:
     return Telemetry(1, b"", (), None, label, True, 40.0)
 
 
 def test_a_gesture_is_taught_and_forgotten() -> None:
-    lessons = Lessons(first=7)
+    sent, lessons = taught(first=7)
     lessons.connected()
-    assert lessons.outgoing() == [Describe()]
+    assert flushed(sent) == [Describe()]
     lessons.take(BEFORE)
     assert lessons.begin_example("swipe") == 7
     lessons.end_example()
-    assert lessons.outgoing() == [ExampleStart(7, "swipe"), ExampleEnd(7, True)]
+    assert flushed(sent) == [ExampleStart(7, "swipe"), ExampleEnd(7, True)]
     lessons.take(taken(7))
     assert [one.number for one in lessons.of("swipe")] == [7]
-    lessons.learn("swipe", "hold")
-    assert lessons.outgoing() == [Learn("swipe", "hold", "none", False, "")]
+    lessons.change(Learn("swipe", "hold", "none", False, ""))
+    assert flushed(sent) == [Learn("swipe", "hold", "none", False, "")]
     assert lessons.busy
     lessons.take(AFTER)
     lessons.take(LearnStatus(DONE, 1.0, "learned", (1.0, 0.9, 1.0)))
     assert not lessons.busy
     assert lessons.kept == {"press": 0.9, "swipe": 1.0}
-    lessons.forget("swipe")
+    lessons.change(Forget("swipe"))
     lessons.take(BEFORE)
-    assert lessons.outgoing() == [Forget("swipe")]
+    assert flushed(sent) == [Forget("swipe")]
     assert lessons.of("swipe") == []
 
 
 def test_examples_that_wait_on_the_orb_come_again_and_numbers_go_on_after_them() -> None:
-    lessons = Lessons()
+    _, lessons = taught()
     lessons.take(taken(30))
     lessons.take(taken(31, felt=False))
     assert [one.number for one in lessons.of("swipe")] == [30]
@@ -60,32 +72,32 @@ def test_examples_that_wait_on_the_orb_come_again_and_numbers_go_on_after_them()
 
 
 def test_an_example_is_thrown_away_before_its_end_or_after() -> None:
-    lessons = Lessons()
+    sent, lessons = taught()
     lessons.begin_example("swipe")
     lessons.begin_example("swipe")  # the first one was a mistake
-    assert lessons.outgoing() == [
+    assert flushed(sent) == [
         ExampleStart(1, "swipe"), ExampleEnd(1, False), ExampleStart(2, "swipe")
     ]  # fmt: skip
     lessons.end_example()
     lessons.take(taken(2))
     lessons.drop(2)
-    assert lessons.outgoing() == [ExampleEnd(2, True), ExampleDrop(2)]
+    assert flushed(sent) == [ExampleEnd(2, True), ExampleDrop(2)]
     assert lessons.of("swipe") == []
 
 
 def test_an_example_that_the_orb_ended_is_not_open_any_more() -> None:
-    lessons = Lessons()
+    sent, lessons = taught()
     number = lessons.begin_example("swipe")
     lessons.take(taken(number, felt=False))
     assert lessons.open is None
-    lessons.outgoing()
+    sent.clear()
     lessons.end_example()
-    assert lessons.outgoing() == []
+    assert sent == []
 
 
 def test_progress_is_not_an_outcome() -> None:
-    lessons = Lessons()
-    lessons.undo()
+    _, lessons = taught()
+    lessons.change(Undo())
     lessons.take(LearnStatus(LEARNING, 0.5, "learning"))
     assert lessons.busy
     assert lessons.kept == {}

@@ -8,40 +8,30 @@ from typing import Any
 
 import pytest
 
-from controller.shared.protocol.messages import COMMANDS, Message, UploadOffer, Welcome
-from host.app import pairing_run
-from host.app.orbs import OWN, OrbEntry, Orbs
-from host.app.pairing_run import CANCELLED, PairingRun
-from host.connection import discovery
-from host.connection.bundle_upload import BundleUpload
+from host.app.orbs import CANCELLED, OWN, OrbEntry, Orbs, PairingRun
+from host.connection import discovery, pairing
 from host.connection.device_store import DeviceStore
 from host.connection.discovery import Answer, DevicePort, Port
-from host.connection.receiver import Connected, Lost
+from host.connection.receiver import Receiver
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
 
 PATIENCE_S = 20.0
-LABELS = ("null", "press")
 BLUE = Answer("/dev/ttyACM1", "orb", "", "orb-2", "Blue", False)
-WELCOME = Welcome(1, 7, "orb-2", "Blue", False, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
 
 
-class Link:
+class Link(Receiver):
     """Keeps what it is asked for."""
 
     def __init__(self) -> None:
         self.opened: list[Callable[[], Transport]] = []
         self.tokens: list[str] = []
-        self.sent: list[Message] = []
 
     def reopen(
         self, open_transport: Callable[[], Transport], *, token: str = "", key: bytes = b""
     ) -> None:
         self.opened.append(open_transport)
         self.tokens.append(token)
-
-    def send(self, message: Message) -> None:
-        self.sent.append(message)
 
 
 @pytest.fixture
@@ -76,11 +66,11 @@ def test_list_has_our_own_orb_the_found_ones_and_the_remembered_ones(
 
     monkeypatch.setattr(discovery, "ask", ask)
     orbs.scan()
-    orbs.tick(0.0, ())  # does not wait for the answer
+    orbs.tick()  # does not wait for the answer
     assert orbs.scanning
     go_on.set()
     while orbs.scanning:
-        orbs.tick(0.0, ())
+        orbs.tick()
     assert [(entry.device_id, entry.here) for entry in orbs.entries()] == [
         ("", True), ("orb-2", True), ("orb-1", False),
     ]  # fmt: skip
@@ -101,7 +91,7 @@ def test_port_that_is_open_is_not_opened_a_second_time(
     orbs = Orbs(link, memory, lambda: VirtualOrbProcess(1), where=lambda: "/dev/ttyACM0")
     orbs.scan()
     while orbs.scanning:
-        orbs.tick(0.0, ())
+        orbs.tick()
     assert asked == [BLUE.url]
 
 
@@ -115,10 +105,10 @@ def test_chosen_orb_is_connected_by_its_port_and_ours_is_started_again(
 
     orbs = Orbs(link, memory, lambda: VirtualOrbProcess(1, command=("true",)), moved=note)
     red = orbs.entries()[1]
-    assert orbs.present(OWN)
+    assert orbs.present(OWN, "")
     orbs.choose(red)
-    assert orbs.present(red)
-    assert not orbs.present(OWN)
+    assert orbs.present(red, "")
+    assert not orbs.present(OWN, "")
     orbs.choose(OWN)
     assert moved == [("/dev/ttyACM0", ""), ("own", "")]
     assert [bool(token) for token in link.tokens] == [False, True]
@@ -131,18 +121,9 @@ def test_key_that_cannot_be_read_changes_nothing_and_is_said(orbs: Orbs, link: L
     assert link.opened == []
 
 
-def test_upload_begins_over_the_link_that_is_there(orbs: Orbs, link: Link) -> None:
-    orbs.tick(0.0, [Connected(WELCOME)])
-    orbs.install(BundleUpload("new.orb", b"bundle"), 0.0)
-    assert isinstance(link.sent[0], UploadOffer)
-    orbs.tick(0.1, [Lost("gone")])
-    assert orbs.upload is not None
-    assert orbs.upload.stage == "waiting"
-
-
 @pytest.fixture
 def bluetooth(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pairing_run, "lack", lambda: "")
+    monkeypatch.setattr(pairing, "lack", lambda: "")
 
 
 def started(run: PairingRun) -> threading.Thread:
@@ -189,7 +170,7 @@ def test_pairing_can_be_cancelled() -> None:
 
 
 def test_without_bluetooth_one_sentence_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pairing_run, "lack", lambda: "pairing needs dbus-fast")
+    monkeypatch.setattr(pairing, "lack", lambda: "pairing needs dbus-fast")
     run = PairingRun()
     run.run()
     assert (run.over, run.lines) == (True, ["pairing needs dbus-fast"])

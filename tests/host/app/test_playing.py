@@ -153,7 +153,7 @@ def test_a_correction_with_control_turns_nothing() -> None:
         window.pass_s(0.1)
         assert window.game.piece.turn == 0
     sent = [one for one in window.app.outgoing(window.now_s) if isinstance(one, Correction)]
-    assert sent == [Correction("")]  # the newest counts
+    assert sent == [Correction("press"), Correction("null"), Correction("")]
 
 
 def test_control_turns_before_the_key_that_follows_it_acts() -> None:

@@ -9,12 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.shared.protocol.messages import Command
-from host.demo.autoplayer import shipped_gestures
 from host.phone import page
 from host.phone.server import MAX_BYTES
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import FINGER_RADIUS_MM, DomeArea, PointerInput
-from tests.support.app_window import WELCOME
+from tests.support.app_window import WELCOME, shipped_gestures
 from tetris.kit import language
 
 PAD = DomeArea()  # 5×5 taxels, so the middle is at (2, 2) and the radius 3.8

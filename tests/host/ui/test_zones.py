@@ -10,9 +10,9 @@ import pygame
 from controller.bundles import vocabulary
 from controller.recognition import mapping
 from controller.shared.protocol.teaching import CommandRule, GestureInfo
-from host.demo.autoplayer import shipped_gestures
 from host.ui import zones
 from host.ui.pointer_input import DomeArea
+from tests.support.app_window import shipped_gestures
 
 EDGES = mapping.parse(
     {

@@ -7,13 +7,13 @@ from typing import Final
 import pygame
 
 from controller.shared.protocol.messages import Command, Report
-from controller.shared.protocol.teaching import DONE, FAILED, ExampleTaken
-from host.app.screens.teach.new_gesture import DetailsPage, Plan
+from controller.shared.protocol.teaching import DONE, FAILED, ExampleTaken, Learn
+from host.app.screens.teach.new_gesture import DetailsPage
 from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.touch_watch import TouchEvent
 from host.app.screens.teach.trial import TryPage
 from host.ui import naming
-from tetris.kit.menu import Item, Menu, MenuStep
+from tetris.kit.menu import Menu, MenuStep
 
 LEAST: Final = 3  # examples from which a gesture can be learned
 _ENOUGH: Final = 5  # examples after which the next page comes by itself, after
@@ -28,7 +28,7 @@ _SHOWN: Final = 8  # thumbnails, the newest
 class ExamplesPage(TeachPage):
     """Takes each touch of the dome as an example, and shows the examples so far."""
 
-    def __init__(self, course: Course, plan: Plan) -> None:
+    def __init__(self, course: Course, plan: Learn) -> None:
         """Take examples of a plan's gesture."""
         self.plan = plan
         self._armed_s = course.stage.time_s  # of the last touch; examples are taken for a while
@@ -55,21 +55,16 @@ class ExamplesPage(TeachPage):
         if left_s is not None:
             value = words("teach.in_s", seconds=f"{left_s:.0f}")
         hint = words("teach.learn_hint" if enough else "teach.learn_least", least=LEAST)
-        items = [Item(words("teach.next"), self._ask if enough else None, value, hint=hint)]
+        items = [self.item("teach.next", self._ask if enough else None, value, hint=hint)]
         if left_s is not None:
-            items.append(Item(words("teach.not_yet"), self._wait))
+            items.append(self.item("teach.not_yet", self._wait))
         elif not self._armed:
-            items.append(Item(words("teach.go_on"), self._arm))
+            items.append(self.item("teach.go_on", self._arm))
         if count:
             self._chosen = min(self._chosen, count - 1)
-            drop = Item(
-                words("teach.throw_away"),
-                lambda: self.lessons.drop(self.examples[self._chosen].number),
-                value=f"{self._chosen + 1}",
-                step=self._choose,
-                hint=words("teach.throw_away_hint"),
-            )
-            items.append(drop)
+            drop = lambda: self.lessons.drop(self.examples[self._chosen].number)  # noqa: E731
+            chosen = f"{self._chosen + 1}"
+            items.append(self.item("teach.throw_away", drop, chosen, step=self._choose))
         title = naming.gesture(words, self.plan.label)
         return Menu(title, [*items, self.back_item()], notice=self.notice())
 
@@ -200,13 +195,11 @@ class ExamplesPage(TeachPage):
 class LearningPage(TeachPage):
     """Shows how far the orb is with a gesture, and leads to the trial of it."""
 
-    def __init__(self, course: Course, plan: Plan) -> None:
+    def __init__(self, course: Course, plan: Learn) -> None:
         """Let the orb learn the plan's gesture from its pending examples."""
         self.plan, self._begun_s = plan, course.stage.time_s
         self._heard_s = self._begun_s  # when the orb was learning, or away
-        course.orb.lessons.learn(
-            plan.label, plan.command, rotations=plan.rotations, mirrored=plan.mirrored
-        )
+        course.orb.lessons.change(plan)
         super().__init__(course)
 
     def page(self) -> Menu:
@@ -215,7 +208,7 @@ class LearningPage(TeachPage):
         share = status.progress if status else 0.0
         seconds = self._stage.time_s - self._begun_s
         value = words("teach.seconds", seconds=f"{seconds:.0f}")
-        item = Item(words("teach.learning"), value=value, share=share)
+        item = self.item("teach.learning", value=value, share=share)
         text = naming.said(words, status.text) if status else ""
         title = naming.gesture(words, self.plan.label)
         return Menu(title, [item, self.back_item()], notice=self.notice() or text)

@@ -1,43 +1,37 @@
 """Details of a gesture before it is learned: its command, and which turns are the same."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import pygame
 
 from controller.shared.protocol.messages import COMMANDS
-from controller.shared.protocol.teaching import GestureInfo
+from controller.shared.protocol.teaching import GestureInfo, Learn
 from host.app.screens.teach.page import Course, TeachPage, command_name
 from host.ui import naming
 from host.ui.thumbnails import ROTATIONS, Base, arrows, hooks
-from tetris.kit.menu import Item, Menu
+from tetris.kit.menu import Menu
 
 NAMES: Final = ("swipe", "double_tap", "squeeze", "circle", "knock")  # proposed
 _COMMANDS: Final = (*COMMANDS, "")
 _RADIUS: Final = 52  # of a picture, design units
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """A gesture to teach; the fields are those of `Learn`."""
-
-    label: str
-    command: str
-    rotations: str = "none"
-    mirrored: bool = False
-
-
-def plan_of(gesture: GestureInfo) -> Plan:
+def plan_of(gesture: GestureInfo) -> Learn:
     """Return the plan to teach a gesture anew with its command."""
-    return Plan(gesture.label, gesture.rules[0].command if gesture.rules else "")
+    return _plan(gesture.label, gesture.rules[0].command if gesture.rules else "")
 
 
-def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Plan:
+def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Learn:
     """Return the plan of a new gesture, for a command that none of the others has."""
     reachable = {rule.command for one in gestures for rule in one.rules}
     free = [name for name in ("hold", *COMMANDS) if name not in reachable]
-    return Plan(label, free[0] if free else "hold")
+    return _plan(label, free[0] if free else "hold")
+
+
+def _plan(label: str, command: str) -> Learn:
+    return Learn(label, command, "none", False, "")
 
 
 class DetailsPage(TeachPage):
@@ -46,9 +40,9 @@ class DetailsPage(TeachPage):
     def __init__(
         self,
         course: Course,
-        plan: Plan,
-        learn: Callable[[Plan], TeachPage],
-        more: Callable[[Plan], TeachPage],
+        plan: Learn,
+        learn: Callable[[Learn], TeachPage],
+        more: Callable[[Learn], TeachPage],
     ) -> None:
         """Ask about a plan; `learn` and `more` return the pages of learning and of examples."""
         self.plan, self._learn, self._more = plan, learn, more
@@ -58,32 +52,16 @@ class DetailsPage(TeachPage):
     def page(self) -> Menu:
         """Return the questions."""
         words, plan = self.words, self.plan
+        learn = lambda: self.become(self._learn(self.plan))  # noqa: E731
+        command, turned = command_name(words, plan.command), words(f"teach.turned_{plan.rotations}")
         mirrored = words("teach.same" if plan.mirrored else "teach.other")
+        hint = words("teach.turned_hint")
         items = [
-            Item(
-                words("teach.learn"),
-                lambda: self.become(self._learn(self.plan)),
-                hint=words("teach.guessed"),
-            ),
-            Item(
-                words("teach.command"),
-                value=command_name(words, plan.command),
-                step=self._turn_command,
-                hint=words("teach.command_hint"),
-            ),
-            Item(
-                words("teach.turned"),
-                value=words(f"teach.turned_{plan.rotations}"),
-                step=self._turn_rotations,
-                hint=words("teach.turned_hint"),
-            ),
-            Item(
-                words("teach.mirror"),
-                value=mirrored,
-                step=lambda _: self._mirror(),
-                hint=words("teach.turned_hint"),
-            ),
-            Item(words("teach.go_on"), lambda: self.become(self._more(self.plan))),
+            self.item("teach.learn", learn, hint=words("teach.guessed")),
+            self.item("teach.command", value=command, step=self._turn_command),
+            self.item("teach.turned", value=turned, step=self._turn_rotations),
+            self.item("teach.mirror", value=mirrored, step=lambda _: self._mirror(), hint=hint),
+            self.item("teach.go_on", lambda: self.become(self._more(self.plan))),
             self.back_item(),
         ]
         return Menu(naming.gesture(words, plan.label), items, notice=self.notice())

@@ -8,7 +8,7 @@ from typing import Final
 import pygame
 
 from controller.shared.protocol.messages import COMMANDS, Command, Report, Telemetry
-from controller.shared.protocol.teaching import RecordingStatus
+from controller.shared.protocol.teaching import RecordingStatus, SetCommand
 from host.app.lessons import failed
 from host.app.screen import Orb, OrbScreen
 from host.app.screens.teach.touch_watch import TouchEvent, TouchWatch
@@ -53,15 +53,6 @@ class TeachPage(OrbScreen):
         self.course, self.lessons = course, course.orb.lessons
         self._shown_s = course.stage.time_s
         super().__init__(course.stage, course.orb)
-
-    @property
-    def words(self) -> Words:
-        """The texts in the present language."""
-        return self._stage.look.words
-
-    def back_item(self) -> Item:
-        """Return the item that leaves the page."""
-        return Item(self.words("menu.back"), self.leave)
 
     def show(self, page: "TeachPage") -> None:
         """Show a page on top of this one."""
@@ -189,7 +180,7 @@ def command_page(course: Course, title: str, label: str, user: str = "") -> Choi
     """Return the page that sets the command of a gesture, of one user or of all ("")."""
     words, lessons = course.stage.look.words, course.orb.lessons
     choices = [
-        (command_name(words, each), partial(lessons.set_command, label, each, user))
+        (command_name(words, each), partial(lessons.change, SetCommand(label, each, user)))
         for each in (*COMMANDS, "")
     ]
     return ChoicePage(course, title, choices)
@@ -208,13 +199,8 @@ class NamePage(TeachPage):
 
     def page(self) -> Menu:
         """Return the names."""
-        words = self.words
-        typed = Item(
-            words("teach.typed"),
-            self._taking(self._typed) if self._typed else None,
-            value=f"{self._typed}_",
-            hint=words("teach.typed_hint"),
-        )
+        words, take = self.words, self._taking(self._typed) if self._typed else None
+        typed = self.item("teach.typed", take, f"{self._typed}_")
         proposed = [Item(naming.gesture(words, name), self._taking(name)) for name in self._names]
         items = [typed, *proposed] if self._typed else [*proposed, typed]
         return Menu(words(self._title), [*items, self.back_item()], notice=self.notice())

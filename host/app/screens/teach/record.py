@@ -14,7 +14,7 @@ from host.app import ghost
 from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.touch_watch import TouchEvent
 from host.ui import naming, sprites
-from tetris.kit.menu import Item, Menu
+from tetris.kit.menu import Menu
 
 TIMING: Final = CueTiming(get_ready_s=1.0, go_s=1.2, rest_s=0.6, jitter_s=0.8)
 EXAMPLE_S: Final = TIMING.get_ready_s + TIMING.go_s + TIMING.rest_s + TIMING.jitter_s / 2
@@ -61,11 +61,10 @@ class RecordPage(TeachPage):
         """Return the ways to wait and to end."""
         words, status = self.words, self.course.recording
         where = words("train.where", folder=homely(Path(status.text).parent)) if status else ""
-        go_on = words("train.go_on" if self.paused else "train.pause")
-        pause = Item(go_on, self._pause, hint=where)
-        stop = Item(words("train.stop"), self.leave, hint=words("train.stop_hint"))
+        go_on = "train.go_on" if self.paused else "train.pause"
+        items = [self.item(go_on, self._pause, hint=where), self.item("train.stop", self.leave)]
         problem = self.notice() or (words("train.untouched") if self.paused else "")
-        return Menu("", [pause, stop], notice=problem)
+        return Menu("", items, notice=problem)
 
     def _pause(self) -> None:
         self.paused = not self.paused

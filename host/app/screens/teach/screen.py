@@ -6,9 +6,16 @@ from typing import Final
 import pygame
 
 from controller.shared.protocol.messages import Correction, Report, UploadStatus
-from controller.shared.protocol.teaching import GestureInfo, LearnStatus
+from controller.shared.protocol.teaching import (
+    DeleteExamples,
+    Forget,
+    GestureInfo,
+    Learn,
+    LearnStatus,
+    Undo,
+)
 from host.app.screens.teach.examples import ExamplesPage
-from host.app.screens.teach.new_gesture import NAMES, Plan, new_plan, plan_of
+from host.app.screens.teach.new_gesture import NAMES, new_plan, plan_of
 from host.app.screens.teach.page import (
     ChoicePage,
     Course,
@@ -43,17 +50,16 @@ class TeachScreen(TeachPage):
         """Return the gestures in use, with their commands."""
         words = self.words
         self._listed = list(self.orb.state.gestures.values())
+        users = (lambda: self.show(UsersPage(self.course))) if self.lessons.users else None
+        hint = words("teach.users_hint" if users else "teach.no_users")
+        train = lambda: self.show(TrainPage(self.course))  # noqa: E731
         items = [
-            Item(words("teach.new"), self._new, hint=words("teach.new_hint")),
+            self.item("teach.new", self._new),
             *(self._item(one) for one in self._listed),
-            Item(
-                words("teach.users"),
-                self._users if self.lessons.users else None,
-                hint=words("teach.users_hint" if self.lessons.users else "teach.no_users"),
-            ),
-            Item(words("train.item"), self._train, hint=words("train.hint")),
-            Item(words("teach.that_was"), self._correct, hint=words("teach.that_was_hint")),
-            Item(words("teach.files"), self._files, hint=words("teach.files_hint")),
+            self.item("teach.users", users, hint=hint),
+            self.item("train.item", train, hint=words("train.hint")),
+            self.item("teach.that_was", self._correct),
+            self.item("teach.files", self._files),
             self.back_item(),
         ]
         return Menu(words("teach.title"), items, notice=self.notice() or self._said)
@@ -62,12 +68,9 @@ class TeachScreen(TeachPage):
         words = self.words
         commands = dict.fromkeys(rule.command for rule in one.rules) or ("",)
         value = " / ".join(command_name(words, command) for command in commands)
-        if not one.taught:
-            return Item(naming.gesture(words, one.label), value=value, hint=one.say)
-        hint = words("teach.taught_hint", count=one.examples)
-        return Item(
-            naming.gesture(words, one.label), lambda: self._change(one), value=value, hint=hint
-        )
+        hint = words("teach.taught_hint", count=one.examples) if one.taught else one.say
+        change = partial(self._change, one) if one.taught else None
+        return Item(naming.gesture(words, one.label), change, value, hint=hint)
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; the answer to a request stands below the list."""
@@ -91,11 +94,11 @@ class TeachScreen(TeachPage):
         else:
             self._teach(new_plan(label, self.orb.state.gestures.values()))
 
-    def _teach(self, plan: Plan) -> None:
+    def _teach(self, plan: Learn) -> None:
         self.show(ExamplesPage(self.course, plan))
 
     def _change(self, one: GestureInfo) -> None:
-        words, forget = self.words, partial(self.lessons.forget, one.label)
+        words, forget = self.words, partial(self.lessons.change, Forget(one.label))
         choices: list[tuple[str, Do]] = [
             (words("teach.relearn"), lambda: self._teach(plan_of(one))),
             (words("teach.change_command"), lambda: self._set_command(one.label)),
@@ -105,12 +108,6 @@ class TeachScreen(TeachPage):
 
     def _set_command(self, label: str) -> None:
         self.show(command_page(self.course, self.words("teach.change_command"), label))
-
-    def _users(self) -> None:
-        self.show(UsersPage(self.course))
-
-    def _train(self) -> None:
-        self.show(TrainPage(self.course))
 
     def _correct(self) -> None:
         words, labels = self.words, (*self.orb.state.gestures, _NULL)
@@ -123,11 +120,14 @@ class TeachScreen(TeachPage):
 
     def _files(self) -> None:
         words, vocabulary = self.words, self.lessons.vocabulary
-        delete = self.lessons.delete_examples
+        change = self.lessons.change
         choices: list[tuple[str, Do]] = [
-            (words("teach.undo"), self.lessons.undo),
+            (words("teach.undo"), partial(change, Undo())),
             (words("teach.save_as"), partial(save_as, self.course)),
-            (words("teach.delete"), partial(self.ask, "teach.sure", delete)),
+            (
+                words("teach.delete"),
+                partial(self.ask, "teach.sure", partial(change, DeleteExamples())),
+            ),
         ]
         folder = vocabulary.folder if vocabulary else ""
         hint = words("teach.folder", folder=folder) if folder else ""

@@ -8,17 +8,14 @@ from random import Random
 from typing import Final
 
 from controller.shared.cues import NULL_LABEL, ExampleRequest
-from controller.shared.errors import UserError, how_to_install, reason
+from controller.shared.errors import how_to_install, reason
 from controller.shared.files import atomic_write, data_folder
-from controller.shared.protocol.link_events import Connected, Delivered
-from controller.shared.protocol.messages import Report
+from controller.shared.protocol.teaching import Undo
 from host.app.screen import rows
 from host.app.screens.teach import trainer
 from host.app.screens.teach.page import Course, TeachPage
 from host.app.screens.teach.record import EXAMPLE_S, RecordPage, homely
 from host.app.screens.teach.trainer import GestureResult, TrainingRun
-from host.connection import bundle_upload
-from host.connection.bundle_upload import BundleUpload
 from host.ui import naming
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import DomeArea
@@ -50,29 +47,20 @@ class TrainPage(TeachPage):
         words, sessions, recording = self.words, self.sessions, self.course.recording
         labels = len(self.orb.state.gestures) + 1
         minutes = f"{labels * self._repetitions * EXAMPLE_S / 60:.0f}"
-        items = [
-            Item(
-                words("train.record"),
-                self._record if self._ready else None,
-                value=f"{self._repetitions} ×",
-                step=self._turn,
-                hint=words("train.record_hint", minutes=minutes),
-            )
-        ]
+        record, value = self._record if self._ready else None, f"{self._repetitions} ×"
+        hint = words("train.record_hint", minutes=minutes)
+        items = [self.item("train.record", record, value, step=self._turn, hint=hint)]
         if self.orb.virtual:
             value = words("teach.yes" if self._by_hand else "teach.no")
             step = lambda _: self._toggle()  # noqa: E731
-            hint = words("train.hand_hint")
-            items.append(Item(words("train.hand"), self._toggle, value, step=step, hint=hint))
+            items.append(self.item("train.hand", self._toggle, value, step=step))
         obstacle = self._obstacle(sessions)
-        items.append(
-            Item(
-                words("train.begin"),
-                None if obstacle else self._train,
-                value=words("train.sessions", count=len(sessions)),
-                hint=obstacle or words("train.train_hint"),
-            )
+        train, value = (
+            None if obstacle else self._train,
+            words("train.sessions", count=len(sessions)),
         )
+        hint = obstacle or words("train.train_hint")
+        items.append(self.item("train.begin", train, value, hint=hint))
         said = homely(naming.said(words, recording.text)) if recording else ""
         title, notice = words("train.title"), self.notice() or self._problem
         return Menu(title, [*items, self.back_item()], rows(said)[:3], notice=notice)
@@ -191,10 +179,10 @@ class TrainingPage(TeachPage):
             return Menu(words("train.failed"), [self.back_item()], table=lines)
         left_s = run.progress.left_s(self._stage.time_s - self._begun_s)
         minutes = "" if left_s is None else words("train.left", minutes=f"{left_s / 60 + 0.5:.0f}")
-        name, hint = words(f"train.{run.step or 'evaluate'}"), words("train.training_hint")
+        step, hint = f"train.{run.step or 'evaluate'}", words("train.training_hint")
         items = [
-            Item(name, share=run.progress.share, hint=hint),
-            Item(words("train.stop"), self.leave, value=minutes, hint=hint),
+            self.item(step, share=run.progress.share, hint=hint),
+            self.item("train.stop", self.leave, minutes, hint=hint),
         ]
         return Menu(words("train.training"), items)
 
@@ -228,15 +216,12 @@ class TrainingPage(TeachPage):
 
 
 class ResultPage(TeachPage):
-    """Shows how often each gesture of the spared session was understood, and installs the bundle.
-
-    Attributes:
-        upload: The installation under way, or the last one; None before.
-    """
+    """Shows how often gestures of the spared session were understood, and installs the bundle."""
 
     def __init__(self, course: Course, found: list[GestureResult], bundle: Path) -> None:
         self._found, self._bundle, self._problem = found, bundle, ""
-        self.upload: BundleUpload | None = None
+        if course.orb.upload is not None and course.orb.upload.over:
+            course.orb.upload = None  # of another bundle
         super().__init__(course)
 
     def page(self) -> Menu:
@@ -245,26 +230,20 @@ class ResultPage(TeachPage):
         events = sum(one.of for one in found)
         share = sum(one.understood for one in found) / events if events else 0.0
         undo = self._undo if vocabulary and vocabulary.undo else None
+        said, sent = self.installation()
         items = [
-            self._use(),
-            Item(words("teach.undo"), undo, hint=words("teach.undo_hint")),
+            self._use() if sent is None else Item(said, share=sent),
+            self.item("teach.undo", undo),
             *(self._item(one) for one in found),
             self.back_item(),
         ]
         title = words("train.result", percent=f"{100 * share:.0f}")
-        over = self.upload is not None and self.upload.over
-        outcome = bundle_upload.outcome(self.upload) if self.upload and over else ""
-        said = naming.said(words, outcome)
         status = naming.said(words, self.lessons.status.text) if self.lessons.status else ""
-        return Menu(title, items, notice=self._problem or said or self.notice() or status)
+        outcome = said if sent is None else ""
+        return Menu(title, items, notice=self._problem or outcome or self.notice() or status)
 
     def _use(self) -> Item:
-        words, upload = self.words, self.upload
-        if upload is None or upload.over:
-            use = self._install if self.orb.state.link == "live" else None
-            return Item(words("train.use"), use, hint=words("train.use_hint"))
-        share = upload.offset / upload.size
-        return Item(words(f"install.{upload.stage}"), share=share)
+        return self.item("train.use", self._install if self.orb.state.link == "live" else None)
 
     def _item(self, one: GestureResult) -> Item:
         words = self.words
@@ -273,32 +252,8 @@ class ResultPage(TeachPage):
         return Item(naming.gesture(words, one.label), value=value, hint=hint)
 
     def _undo(self) -> None:
-        self.upload = None
-        self.lessons.undo()
+        self.orb.upload = None
+        self.lessons.change(Undo())
 
     def _install(self) -> None:
-        try:
-            self.upload = bundle_upload.load(self._bundle)
-        except UserError as error:
-            self._problem = str(error)
-            return
-        if self.orb.state.welcome is not None:
-            begun = [Connected(self.orb.state.welcome)]
-            self.upload.turn(begun, self._stage.time_s, self.orb.send)
-
-    def report(self, message: Report, time_s: float) -> None:
-        """Take a report; the installation goes on with it."""
-        super().report(message, time_s)
-        if self.upload is not None and not self.upload.over:
-            self.upload.turn([Delivered(message, 0)], time_s, self.orb.send)
-
-    def tick(self, time_s: float) -> None:
-        """Let time pass: what the orb did not answer is sent again."""
-        super().tick(time_s)
-        if self.upload is not None and not self.upload.over:
-            self.upload.turn([], time_s, self.orb.send)
-
-    def link_lost(self) -> None:
-        """Give up the installation; it can be begun again."""
-        super().link_lost()
-        self.upload = None
+        self._problem = self.orb.install(self._bundle)

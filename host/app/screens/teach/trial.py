@@ -1,15 +1,17 @@
 """Page on which a gesture just learned is tried, with what the others have lost by it."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Final
 
 from controller.shared.protocol.messages import Command, Report
+from controller.shared.protocol.teaching import SaveAs, Undo
 from host.app.lessons import Trial
 from host.app.screens.teach.page import Course, NamePage, TeachPage, gesture_name
 from host.app.screens.teach.touch_watch import PAUSE_S, TouchEvent
 from host.ui import naming
 from tetris.kit.language import Words
-from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.menu import Menu, Row
 
 _WANTED: Final = 5  # tries
 _KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved vocabularies
@@ -33,11 +35,11 @@ class TryPage(TeachPage):
         """Return the count so far, and what can be done next."""
         words, trial = self.words, self.trial
         items = [
-            Item(words("teach.play"), self.course.play, hint=words("teach.play_hint")),
-            Item(words("teach.more"), self._again, hint=words("teach.more_hint")),
-            Item(words("teach.undo"), self._undo, hint=words("teach.undo_hint")),
-            Item(words("teach.save_as"), lambda: save_as(self.course)),
-            Item(words("teach.menu"), self.leave),
+            self.item("teach.play", self.course.play),
+            self.item("teach.more", self.leaving(self._more)),
+            self.item("teach.undo", self.leaving(partial(self.lessons.change, Undo()))),
+            self.item("teach.save_as", lambda: save_as(self.course)),
+            self.item("teach.menu", self.leave),
         ]
         name = naming.gesture(words, trial.label)
         title = words("teach.tried" if self.over else "teach.try", name=name, count=_WANTED)
@@ -56,14 +58,6 @@ class TryPage(TeachPage):
             Row((words("teach.taken_for"), taken or "–")),
             *kept_rows(words, self._kept, trial.label),
         ]
-
-    def _again(self) -> None:
-        self.leave()
-        self._more()
-
-    def _undo(self) -> None:
-        self.leave()
-        self.lessons.undo()
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Return True during the trial: its gestures are no steps."""
@@ -84,8 +78,8 @@ class TryPage(TeachPage):
 
 def save_as(course: Course) -> None:
     """Show the page that asks for the name of a copy."""
-    page = NamePage(course, "teach.save_as", _KEPT_FILES, course.orb.lessons.save_as)
-    course.stage.push(page)
+    save = lambda name: course.orb.lessons.change(SaveAs(name))  # noqa: E731
+    course.stage.push(NamePage(course, "teach.save_as", _KEPT_FILES, save))
 
 
 def kept_rows(words: Words, kept: Mapping[str, float], label: str) -> list[Row]:

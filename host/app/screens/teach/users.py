@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from controller.shared.protocol.teaching import SetCommand
 from host.app.screens.teach.page import Course, TeachPage, command_name, command_page
 from host.ui import naming
 from tetris.kit.menu import Item, Menu
@@ -17,7 +18,7 @@ class UsersPage(TeachPage):
             Item(
                 name,
                 partial(self._open, name),
-                value=words("teach.own" if info.labels else "teach.as_all"),
+                words("teach.own" if info.labels else "teach.as_all"),
             )
             for name, info in self.lessons.users.items()
         ]
@@ -48,8 +49,8 @@ class UserPage(TeachPage):
             )
             for label, commands in {**self._common(), **own}.items()
         ]
-        back = partial(self.lessons.set_command, "", "", self.user)
-        items.append(Item(words("teach.like_all"), back if own else None))
+        back = partial(self.lessons.change, SetCommand("", "", self.user))
+        items.append(self.item("teach.like_all", back if own else None))
         return Menu(self.user, [*items, self.back_item()], notice=self.notice())
 
     def _common(self) -> dict[str, list[str]]:

@@ -17,10 +17,9 @@ from controller.shared.protocol.teaching import GestureInfo, Vocabulary
 from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.ui import naming, orb_state, sprites
-from host.ui.layout import Dock
 from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel, Projection
-from host.ui.panel.panel_layout import HEIGHT, WIDTH
+from host.ui.panel.panel_layout import HEIGHT, WIDTH, Dock
 from host.ui.pointer_input import DomeArea
 from tetris.kit import language, theme
 from tetris.kit.look import Look

@@ -5,8 +5,7 @@ import itertools
 import pygame
 import pytest
 
-from host.ui.layout import Dock
-from host.ui.panel.panel_layout import PanelLayout
+from host.ui.panel.panel_layout import Dock, PanelLayout
 
 SIZES = [
     (640, 360), (800, 600), (960, 720), (1024, 768), (1280, 720), (1920, 1080), (2560, 1080),
