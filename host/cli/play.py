@@ -3,6 +3,7 @@
 import argparse
 import logging
 import secrets
+import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -13,11 +14,11 @@ from controller.shared import arguments
 from controller.shared.protocol import psk
 from controller.shared.protocol.link_events import Connected
 from controller.shared.shutdown import Shutdown, signals
-from host import taps, targets
+from host import phone, taps, targets
 from host import window_loop as loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
-from host.cli import VERBS, _phone, add_option, warn
+from host.cli import VERBS, add_option, warn
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
@@ -83,7 +84,9 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
         for worker in workers:
             receiver.subscribe(worker.hear)
         target, surface = _open(options, wish)
-        _phone.begin(options.phone, target, stack)
+        stack.callback(_end_phone, target)  # the window may start one, too
+        if options.phone is not None:
+            _begin_phone(options.phone, target)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
         noted = remembering.DeviceDefaults(memory, options, target, seeker)
         stack.callback(noted.close)
@@ -135,6 +138,20 @@ def _open(
     target = targets.load(options.target, wish)
     unseen = options.headless and options.target in _UNSEEN
     return target, None if unseen else loop.window(headless=options.headless, size=target.size)
+
+
+def _begin_phone(words: str, target: targets.Target) -> None:
+    """Serve the phone's page, and show its code in the window or the terminal."""
+    target.phone = phone.open_phone(words)
+    if isinstance(target, OrbApp):
+        target.show_phone()
+    else:
+        phone.code(target.phone.url).print_ascii(out=sys.stderr, invert=True)
+
+
+def _end_phone(target: targets.Target) -> None:
+    if target.phone:
+        target.phone.close()
 
 
 def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
@@ -248,7 +265,11 @@ def _add_targets(add: Callable[..., None]) -> None:
         action="append",
         default=[],
     )
-    add("--phone ADDRESS", _phone.HELP, nargs="?", const="")
+    serves = (
+        "serve a page on this address of this machine, ADDRESS or ADDRESS:PORT, with which a phone "
+        f"touches the virtual orb (docs/play.md; default port: {phone.PORT})"
+    )
+    add("--phone ADDRESS", serves, nargs="?", const="")
     seed = "which game, and which virtual orb; the same again (default: new ones)"
     add("--seed N", seed, type=arguments.whole(0, 2**31 - 1))
     mapping = "what commands press, for the targets keyboard and gamepad (docs/keys.md)"

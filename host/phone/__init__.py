@@ -12,6 +12,8 @@ from urllib.parse import urlsplit
 from controller.shared.errors import UserError, how_to_install, reason
 
 if TYPE_CHECKING:
+    from qrcode.main import QRCode
+
     from host.phone.server import PhoneServer
 
 PORT: Final = 4025
@@ -35,7 +37,8 @@ def open_phone(words: str) -> PhoneServer:
         found = f"{words} is not one ADDRESS or ADDRESS:PORT" if words else "no address was given"
         raise _elsewhere(found) from None
     try:
-        from host.phone import qr  # noqa: F401 - what is missing shows before anything is served
+        import qrcode.main  # noqa: F401 - what is missing shows before anything is served
+
         from host.phone.server import PhoneServer
     except ModuleNotFoundError as error:
         raise PhoneError(f"a phone needs {error.name}; {how_to_install('phone')}") from None
@@ -47,6 +50,16 @@ def open_phone(words: str) -> PhoneServer:
         if error.errno == errno.EADDRNOTAVAIL:
             raise _elsewhere(f"{address} is not an address of this machine") from None
         raise PhoneError(f"--phone: {reason(error)}; name another port: ADDRESS:PORT") from error
+
+
+def code(text: str) -> QRCode:
+    """Return the QR code of a text, with the border of four light modules that readers need."""
+    from qrcode.constants import ERROR_CORRECT_M  # in here: an optional extra
+    from qrcode.main import QRCode
+
+    made = QRCode(error_correction=ERROR_CORRECT_M, border=4)
+    made.add_data(text)
+    return made
 
 
 def own_addresses() -> list[str]:

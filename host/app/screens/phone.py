@@ -6,7 +6,7 @@ import pygame
 
 from controller.shared.errors import UserError
 from host.app.screen import Orb, OrbScreen, rows
-from host.phone import open_phone, own_addresses
+from host.phone import code, open_phone, own_addresses
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import Stage
 
@@ -48,18 +48,16 @@ class PhoneScreen(OrbScreen):
         """Draw the menu, and below it the code while it can be used."""
         super().draw(surface, time_s)
         if self.orb.phone and not self.orb.phone.phone:
-            code, area = _picture(self.orb.phone.url), self._stage.area
+            picture, area = _picture(self.orb.phone.url), self._stage.area
             room = area.height - max(spot.place.bottom for spot in self.spots)
             # A whole number of pixels a module: cameras read sharp edges.
-            times = max(1, min(room, area.width) // code.get_width())
-            code = pygame.transform.scale_by(code, times)
-            surface.blit(code, code.get_rect(center=(area.centerx, area.bottom - room // 2)))
+            times = max(1, min(room, area.width) // picture.get_width())
+            picture = pygame.transform.scale_by(picture, times)
+            surface.blit(picture, picture.get_rect(center=(area.centerx, area.bottom - room // 2)))
 
 
 @lru_cache(maxsize=1)
 def _picture(url: str) -> pygame.Surface:
-    from host.phone import qr  # in here: an optional extra
-
-    modules = qr.code(url).get_matrix()
+    modules = code(url).get_matrix()
     grey = bytes(0 if dark else 255 for row in modules for dark in row for _ in "rgb")
     return pygame.image.frombytes(grey, (len(modules), len(modules)), "RGB")

@@ -8,15 +8,15 @@ from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.pipeline import Pipeline
 from controller.simulator.virtual_orb import VirtualOrb
-from host.app import ghost, lesson
-from host.app.lesson import Step
+from host.app.screens.learn import Step, steps
+from host.ui import ghost
 from host.ui.pointer_input import DomeArea
 from tests.support.app_window import shipped_gestures
 
 RATE_HZ = 40.0  # of the virtual orb that the application starts
 SHIPPED = bundle.read(bundle.default_path(RATE_HZ))
 PAD = DomeArea()
-STEPS = lesson.steps(shipped_gestures(), PAD)
+STEPS = steps(shipped_gestures(), PAD)
 REST_S = 2.0  # in which the rest image is taken
 ROUNDS = 3
 

@@ -10,9 +10,7 @@ import pygame
 
 from controller.shared.protocol.messages import Command
 from controller.shared.protocol.teaching import CommandRule, GestureInfo, Vocabulary
-from host.app import lesson
-from host.app.lesson import Step
-from host.app.screens.learn import LearnScreen
+from host.app.screens.learn import LearnScreen, Step, steps
 from host.connection.receiver import Delivered, Lost
 from host.ui.pointer_input import DomeArea
 from tests.support.app_window import FELT, LABELS, Window, shipped_gestures
@@ -31,16 +29,16 @@ def made(label: str, command: str) -> Delivered:
 
 
 def test_the_steps_of_the_shipped_mapping_press_three_places_pinch_and_twist() -> None:
-    steps = lesson.steps(shipped_gestures(), PAD)
-    assert [(step.label, step.command) for step in steps] == [
+    found = steps(shipped_gestures(), PAD)
+    assert [(step.label, step.command) for step in found] == [
         ("press", "left"),
         ("press", "right"),
         ("press", "down"),
         ("pinch", "drop"),
         ("twist_cw", "rotate_cw"),
     ]
-    assert [step.side(PAD) for step in steps] == ["left", "right", "low", "middle", "middle"]
-    assert [step.located for step in steps] == [True, True, True, False, False]
+    assert [step.side(PAD) for step in found] == ["left", "right", "low", "middle", "middle"]
+    assert [step.located for step in found] == [True, True, True, False, False]
 
 
 def test_the_steps_of_a_described_orb_are_its_gestures_at_places_of_its_mapping() -> None:
@@ -51,8 +49,8 @@ def test_the_steps_of_a_described_orb_are_its_gestures_at_places_of_its_mapping(
         info("pinch", CommandRule("pause", *FREE)),  # which a piece cannot show
         info("wave"),
     ]
-    steps = lesson.steps(infos, PAD)
-    assert [(s.label, s.command, s.side(PAD), s.say) for s in steps] == [
+    found = steps(infos, PAD)
+    assert [(s.label, s.command, s.side(PAD), s.say) for s in found] == [
         ("press", "down", "high", "press"),
         ("press", "rotate_cw", "low", "press"),
         ("knock", "hold", "middle", "knock on it"),
@@ -62,8 +60,8 @@ def test_the_steps_of_a_described_orb_are_its_gestures_at_places_of_its_mapping(
 def test_a_rule_that_others_leave_no_room_is_no_step() -> None:
     left = CommandRule("left", 3.0, *FREE[1:])
     hidden = CommandRule("right", 2.0, *FREE[1:])
-    steps = lesson.steps([info("press", left, hidden)], PAD)
-    assert [step.command for step in steps] == ["left"]
+    found = steps([info("press", left, hidden)], PAD)
+    assert [step.command for step in found] == ["left"]
 
 
 class Pupil(Window):

@@ -340,7 +340,5 @@ def test_without_the_libraries_one_sentence_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "qrcode.main", None)
-    monkeypatch.delitem(sys.modules, "host.phone.qr", raising=False)
-    monkeypatch.delattr("host.phone.qr", raising=False)
     with pytest.raises(PhoneError, match=r"pip install 'orbtouch\[phone\]'"):
         open_phone("127.0.0.1:0")
