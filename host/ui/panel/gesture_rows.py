@@ -9,7 +9,6 @@ from host.ui.orb_state import OrbState
 from host.ui.thumbnails import Base, thumbnail
 from host.ui.zones import NONE
 from tetris.kit.language import Words
-from tetris.kit.theme import Colour
 
 FADE_S: Final = 2.5  # in which the row of a recognised gesture fades
 _STEPS: Final = 16
@@ -19,7 +18,7 @@ _TEXT: Final = 18
 
 
 class GestureRows:
-    """The rows of one panel; what it draws is in the window's coordinates less an offset."""
+    """The rows of one panel."""
 
     def __init__(
         self, rows: tuple[pygame.Rect, ...], unit: sprites.SpriteScale, words: Words, view: OrbState
@@ -28,8 +27,9 @@ class GestureRows:
         self._unit, self._words, self._view = unit, words, view
         self._rows = list(zip((k for k in range(len(view.labels)) if k), rows, strict=False))
 
-    def fresh(self, view: OrbState, now_s: float) -> tuple[int, int]:
+    def fresh(self, now_s: float) -> tuple[int, int]:
         """Return the class of the newest recognised gesture, and how fresh it is, 0 to _STEPS."""
+        view = self._view
         last = view.history[-1] if view.history else None
         if view.gesture in view.labels:
             return view.labels.index(view.gesture), _STEPS
@@ -38,40 +38,29 @@ class GestureRows:
         share = 1.0 - max(0.0, now_s - last.time_s) / FADE_S
         return view.labels.index(last.label), round(share * _STEPS)
 
-    def bars(self, view: OrbState) -> tuple[int, ...]:
+    def bars(self) -> tuple[int, ...]:
         """Return the lengths of the filled bars, pixels."""
+        shares = self._view.probabilities
         return tuple(
-            round(self._track(row).width * min(1.0, max(0.0, float(view.probabilities[k]))))
+            round(self._track(row).width * min(1.0, max(0.0, float(shares[k]))))
             for k, row in self._rows
         )
 
-    def draw_still(self, surface: pygame.Surface, offset: tuple[int, int]) -> None:
-        """Draw all rows as they are while nothing is recognised."""
-        for k, row in self._rows:
-            self._draw(surface, row.move(-offset[0], -offset[1]), k, self._unit.palette.text)
-
-    def draw_moving(
-        self,
-        surface: pygame.Surface,
-        offset: tuple[int, int],
-        view: OrbState,
-        fresh: tuple[int, int],
-    ) -> None:
-        """Draw the bars, and the highlighted row."""
+    def draw(self, surface: pygame.Surface, now_s: float) -> None:
+        """Draw all rows, that of a recognised gesture highlighted."""
         palette = self._unit.palette
-        newest, level = fresh
-        for (k, row), filled in zip(self._rows, self.bars(view), strict=True):
-            place = row.move(-offset[0], -offset[1])
-            if k == newest and level:
-                share = level / _STEPS
-                fill = sprites.mix(palette.surface, palette.raised, share)
-                edge = sprites.mix(palette.surface, palette.accent, share)
+        newest, level = self.fresh(now_s)
+        for (k, row), filled in zip(self._rows, self.bars(), strict=True):
+            fresh = k == newest and level > 0
+            if fresh:
+                fill = sprites.mix(palette.surface, palette.raised, level / _STEPS)
+                edge = sprites.mix(palette.surface, palette.accent, level / _STEPS)
                 plate = sprites.card(row.size, min(8, row.height // 3), fill, edge)
-                surface.blit(plate, place)
-                self._draw(surface, place, k, palette.text)
-            track = self._track(place)
+                surface.blit(plate, row)
+            self._draw(surface, row, k)
+            track = self._track(row)
             if filled >= track.height:
-                tint = palette.accent if k == newest and level else palette.dim
+                tint = palette.accent if fresh else palette.dim
                 bar = sprites.card((filled, track.height), track.height // 2, tint)
                 surface.blit(bar, track)
 
@@ -92,7 +81,7 @@ class GestureRows:
             track.bottom = row.bottom - max(1, row.height // 10)
         return track
 
-    def _draw(self, surface: pygame.Surface, row: pygame.Rect, k: int, colour: Colour) -> None:
+    def _draw(self, surface: pygame.Surface, row: pygame.Rect, k: int) -> None:
         label, icon, palette = self._view.labels[k], self._icon(row), self._unit.palette
         mark = self._mark(label, icon)
         surface.blit(mark, mark.get_rect(midleft=(row.left + 4, row.centery)))
@@ -107,7 +96,7 @@ class GestureRows:
             right -= icon + 2
         if not narrow:
             room = max(0, right - track.left)
-            name = self._unit.text(naming.gesture(self._words, label), _TEXT, colour, room)
+            name = self._unit.text(naming.gesture(self._words, label), _TEXT, palette.text, room)
             middle = (row.top + track.top) // 2
             surface.blit(name, name.get_rect(midleft=(track.left, middle)))
 

@@ -1,7 +1,6 @@
 """Panel of the orb: its image, its recognition and its link, drawn from telemetry only.
 
-All that stands still is drawn once into a picture; that picture is drawn anew only when something
-on it has changed visibly, and copied otherwise.
+It is drawn into a picture when something on it has changed visibly, and copied otherwise.
 """
 
 from dataclasses import dataclass
@@ -64,8 +63,8 @@ class Panel:
 
     Attributes:
         rect: The rectangle, pixels.
-        layout: Its parts.
-        projection: Grid units to pixels.
+        layout: Its parts, from its corner.
+        projection: Grid units to pixels of the window.
     """
 
     def __init__(self) -> None:
@@ -73,10 +72,8 @@ class Panel:
         self._heat: pygame.Surface | None = None  # as drawn last, of `_felt`
         self._felt: Deviation | None = None
         self._heats = 0  # heat maps drawn
-        # What stands still, and all; the keys are what they show.
-        self._still, self._picture = pygame.Surface((1, 1)), pygame.Surface((1, 1))
-        self._still_key: tuple[Any, ...] = ()
-        self._picture_key: tuple[Any, ...] = ()
+        self._picture = pygame.Surface((1, 1))
+        self._picture_key: tuple[Any, ...] = ()  # what it shows
         self._look = Look()
         self._asked: tuple[Any, ...] = ()  # of `place`
         self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
@@ -92,8 +89,13 @@ class Panel:
         if asked == self._asked:
             return
         self.rect, self._asked = rect.copy(), asked
-        self.layout = layout = PanelLayout.of(rect, gestures or _USUAL, scale)
-        self.projection = Projection(pad, layout.dome.center, layout.radius / pad.radius)
+        self._picture, self._picture_key = pygame.Surface(rect.size), ()
+        inside = self._picture.get_rect()
+        self.layout = layout = PanelLayout.of(inside, gestures or _USUAL, scale)
+        x, y = layout.dome.center
+        self._inner = Projection(pad, (x, y), layout.radius / pad.radius)
+        middle = x + rect.left, y + rect.top
+        self.projection = Projection(pad, middle, layout.radius / pad.radius)
 
     def draw(self, surface: pygame.Surface, view: OrbState, now_s: float, look: Look) -> None:
         """Draw the orb in a theme and a language; `view` has been advanced to `now_s`."""
@@ -101,68 +103,23 @@ class Panel:
             return
         self._look = look
         self._unit = sprites.SpriteScale(self.layout.factor, look.palette)
-        self._rows = GestureRows(self.layout.rows, self._unit, look.words, view)
-        self._keep_still(view)
+        rows = GestureRows(self.layout.rows, self._unit, look.words, view)
         self._keep_heat(view)
         caption, colour = self._caption(view, now_s)
-        fresh = self._rows.fresh(view, now_s)
+        pulse = sprites.in_steps(255 * view.rim.level(now_s))
         key: tuple[Any, ...] = (
-            self._still_key,
-            self._heats,
-            caption,
-            colour,
-            fresh,
-            self._rows.bars(view),
-            view.contacts,
-            view.ghost,
-            self._lit(view),
-            self._mark(view, now_s),
-            sprites.in_steps(255 * view.rim.level(now_s)),
-            view.ready,
+            *(look.palette, look.words.name, self._heats, caption, colour),
+            *(rows.fresh(now_s), rows.bars(), view.contacts, view.ghost),
+            *(self._lit(view), self._mark(view, now_s), pulse, view.ready),
+            *(view.link, view.reason, view.welcome, view.shape, view.badge),
+            *(view.user, round(view.sure, 2), tuple(view.gestures.values())),
         )
         if key != self._picture_key:
             self._picture_key = key
-            self._compose(view, now_s, caption, colour, fresh)
+            self._compose(view, now_s, rows)
         surface.blit(self._picture, self.rect)
 
     # -- what is drawn when ----------------------------------------------------------------
-
-    def _keep_still(self, view: OrbState) -> None:
-        welcome = view.welcome
-        key: tuple[Any, ...] = (
-            self.rect.topleft,
-            self.rect.size,
-            self.layout,
-            self.projection,
-            self._look.palette,
-            self._look.words.name,
-            view.link,
-            view.reason,
-            welcome,
-            view.shape,
-            view.user,
-            round(view.sure, 2),
-            view.labels,
-            tuple(view.gestures.values()),
-            view.badge,
-        )
-        if key == self._still_key:
-            return
-        self._still_key = key
-        if self._still.get_size() != self.rect.size:
-            self._still = pygame.Surface(self.rect.size)
-            self._picture = pygame.Surface(self.rect.size)
-        self._still.fill(self._look.palette.background)
-        still = _Shifted(self._still, self.rect)
-        self._header(still, view)
-        self._dome(still, view)
-        reason = view.reason or _REASONS.get(view.link, "")
-        if view.link == "live" or reason:
-            self._unit.card(still.part, still.moved(self.layout.card))
-        if view.link == "live":
-            self._rows.draw_still(still.part, still.offset)
-        else:
-            self._reason(still, self._look.words(reason))
 
     def _keep_heat(self, view: OrbState) -> None:
         """Draw the heat map anew if it differs visibly."""
@@ -179,23 +136,31 @@ class Panel:
             self._heats += 1
             self._heat = self._field.draw(view.shown, self.projection.pad.radius, side)
 
-    def _compose(
-        self, view: OrbState, now_s: float, caption: str, colour: Colour, fresh: tuple[int, int]
-    ) -> None:
-        self._picture.blit(self._still, (0, 0))
-        picture = _Shifted(self._picture, self.rect)
-        self._light(picture, view, now_s)
-        self._fingers(picture, view)
-        if view.link != "live":
-            veil = sprites.ring(self.layout.radius, 0, self._look.palette.background, 0, 168)
-            picture.blit(veil, self.projection.centre)
-            key = {"connecting": "connecting", "stale": "no_word", "lost": "lost"}[view.link]
-            self._banner(picture, f"dome.{key}", self._tint(view.link))
+    def _compose(self, view: OrbState, now_s: float, rows: GestureRows) -> None:
+        words, palette = self._look.words, self._look.palette
+        self._picture.fill(palette.background)
+        self._header(view)
+        self._dome(view)
+        self._light(view, now_s)
+        self._fingers(view)
+        if view.link == "live":
+            self._unit.card(self._picture, self.layout.card)
+            rows.draw(self._picture, now_s)
+            if not view.ready:
+                self._banner("dome.calibrating", palette.warn)
+            self._say(*self._caption(view, now_s))
             return
-        if not view.ready:
-            self._banner(picture, "dome.calibrating", self._look.palette.warn)
-        self._rows.draw_moving(picture.part, picture.offset, view, fresh)
-        self._say(picture, caption, colour)
+        veil = sprites.ring(self.layout.radius, 0, palette.background, 0, 168)
+        self._blit(veil, center=self._inner.centre)
+        key = {"connecting": "connecting", "stale": "no_word", "lost": "lost"}[view.link]
+        self._banner(f"dome.{key}", self._tint(view.link))
+        if reason := view.reason or _REASONS.get(view.link, ""):
+            self._unit.card(self._picture, self.layout.card)
+            self._reason(words(reason))
+
+    def _blit(self, image: pygame.Surface, **place: Any) -> None:
+        """Copy an image, a point of its rectangle at a place."""
+        self._picture.blit(image, image.get_rect(**place))
 
     # -- the parts -------------------------------------------------------------------------
 
@@ -203,7 +168,7 @@ class Panel:
         colour: Colour = getattr(self._look.palette, _COLOURS[link])
         return colour
 
-    def _header(self, still: "_Shifted", view: OrbState) -> None:
+    def _header(self, view: OrbState) -> None:
         words, unit, box = self._look.words, self._unit, self.layout.header
         pad, tint = unit.px(6), self._tint(view.link)
         said = [words(f"dome.{view.link}")] if view.link != "live" else []
@@ -213,53 +178,55 @@ class Panel:
             said.append(words("dome.virtual"))
         colour = self._look.palette.dim if view.link == "live" else tint
         label = unit.text(" · ".join(said), _TEXT, colour, round(0.55 * box.width))
-        still.blit(label, midright=(box.right - pad, box.centery))
+        self._blit(label, midright=(box.right - pad, box.centery))
         lamp = max(4, unit.px(5))
         at = box.right - 2 * pad - label.get_width() - 2 * lamp, box.centery
-        still.blit(sprites.ring(2 * lamp, 0, tint, 0, 50), at)
-        still.blit(sprites.ring(lamp, 0, tint, 0, 255), at)
+        self._blit(sprites.ring(2 * lamp, 0, tint, 0, 50), center=at)
+        self._blit(sprites.ring(lamp, 0, tint, 0, 255), center=at)
         room = max(0, at[0] - 2 * lamp - 2 * pad - box.left)
         at = box.left + pad, box.centery
         if view.badge:
             word = words(f"dome.{view.badge}")
             colour = self._look.palette.warn if view.badge == "armed" else self._look.palette.dim
             badge = unit.badge(word, _TEXT, colour, room // 2)
-            still.blit(badge, midleft=at)
+            self._blit(badge, midleft=at)
             at, room = (at[0] + badge.get_width() + 2 * pad, at[1]), room - badge.get_width()
         name = unit.text(view.welcome.name if view.welcome else "OrbTouch", 24, None, room)
-        still.blit(name, midleft=at)
+        self._blit(name, midleft=at)
 
-    def _dome(self, still: "_Shifted", view: OrbState) -> None:
-        palette, place, radius = self._look.palette, self.projection, self.layout.radius
-        still.blit(dome.balloon(radius, palette.raised, palette.line), place.centre)
-        still.blit(sprites.taxels(*view.shape, place.pixels_per_unit), place.centre)
+    def _dome(self, view: OrbState) -> None:
+        palette, place, radius = self._look.palette, self._inner, self.layout.radius
+        self._blit(dome.balloon(radius, palette.raised, palette.line), center=place.centre)
+        self._blit(sprites.taxels(*view.shape, place.pixels_per_unit), center=place.centre)
         if view.welcome and view.welcome.virtual and view.link == "live":
-            still.blit(sprites.rim_arrows(round(radius * 0.90), _LIGHT, 120), place.centre)
+            self._blit(sprites.rim_arrows(round(radius * 0.90), _LIGHT, 120), center=place.centre)
 
-    def _reason(self, still: "_Shifted", reason: str) -> None:
+    def _reason(self, reason: str) -> None:
         """Draw why there is no link, where the gestures would be."""
         box = self.layout.card.inflate(-2 * self._unit.px(12), -12)
         step = round(self._unit.size(_TEXT) * 1.1)
         most = max(1, box.height // step)
         for number, line in enumerate(self._unit.lines(reason, _TEXT, box.width, most)):
             label = self._unit.text(line, _TEXT, None, box.width)
-            still.blit(label, midtop=(box.centerx, box.top + number * step))
+            self._blit(label, midtop=(box.centerx, box.top + number * step))
 
-    def _light(self, picture: "_Shifted", view: OrbState, now_s: float) -> None:
+    def _light(self, view: OrbState, now_s: float) -> None:
         """Draw the heat map, the pulse round the dome, the zones and the last touch."""
-        place, palette = self.projection, self._look.palette
+        place, palette = self._inner, self._look.palette
         if level := sprites.in_steps(255 * view.rim.level(now_s)):
             light = dome.rim(self.layout.radius, palette.accent)
             light.set_alpha(level)
-            picture.blit(light, place.centre)
+            self._blit(light, center=place.centre)
         assert self._heat
-        picture.blit(self._heat, place.centre)
+        self._blit(self._heat, center=place.centre)
         if shown := self._lit(view):
             rules, lit = shown
-            picture.blit(zones.picture(rules, place.pad, self.layout.radius, lit), place.centre)
+            self._blit(
+                zones.picture(rules, place.pad, self.layout.radius, lit), center=place.centre
+            )
         if mark := self._mark(view, now_s):
             at, wide, alpha = mark
-            picture.blit(sprites.ring(wide, 2.2 * self._line, _LIGHT, alpha), at)
+            self._blit(sprites.ring(wide, 2.2 * self._line, _LIGHT, alpha), center=at)
 
     @property
     def _line(self) -> float:
@@ -276,30 +243,26 @@ class Panel:
     def _mark(self, view: OrbState, now_s: float) -> tuple[tuple[float, float], int, int] | None:
         """Return place, radius and opacity of the ring round the last recognised touch."""
         mark = view.mark(now_s)
-        if not mark or not self.projection.pad.on_dome(*mark[:2]):
+        if not mark or not self._inner.pad.on_dome(*mark[:2]):
             return None
         x, y, fresh = mark
         wide = round(self.layout.radius * (0.09 + 0.11 * (1 - fresh)))
-        return self.projection.to_screen(x, y), wide, sprites.in_steps(255 * fresh)
+        return self._inner.to_screen(x, y), wide, sprites.in_steps(255 * fresh)
 
-    def _fingers(self, picture: "_Shifted", view: OrbState) -> None:
-        place = self.projection
-        shown = []
-        for one in view.ghost:
-            x, y = place.to_screen(one.x, one.y)
-            at = x - picture.offset[0], y - picture.offset[1]
-            shown.append((one, at, self._finger_px(one)))
-        ghost.draw(picture.part, shown, _LIGHT)
+    def _fingers(self, view: OrbState) -> None:
+        place = self._inner
+        shown = [(one, place.to_screen(one.x, one.y), self._finger_px(one)) for one in view.ghost]
+        ghost.draw(self._picture, shown, _LIGHT)
         for contact in view.contacts:
             wide = round(self._finger_px(contact))
             tip = sprites.ring(wide, 2.0 * self._line, _LIGHT, 230, 38)
-            picture.blit(tip, place.to_screen(contact.x, contact.y))
+            self._blit(tip, center=place.to_screen(contact.x, contact.y))
 
     def _finger_px(self, contact: Contact) -> float:
-        place = self.projection
+        place = self._inner
         return contact.radius_mm / place.pad.pitch_mm * place.pixels_per_unit
 
-    def _banner(self, picture: "_Shifted", key: str, colour: Colour) -> None:
+    def _banner(self, key: str, colour: Colour) -> None:
         unit, room = self._unit, round(1.9 * self.layout.radius)
         lines = unit.lines(self._look.words(key), _TEXT, room - unit.px(28), 2)
         labels = [unit.text(line, _TEXT, colour, room - unit.px(28)) for line in lines]
@@ -309,11 +272,11 @@ class Panel:
         plate = sprites.card(
             box.size, min(box.height // 2, 2 * high), self._look.palette.background
         )
-        middle = self.projection.centre
-        picture.blit(plate, middle)
+        middle = self._inner.centre
+        self._blit(plate, center=middle)
         top = middle[1] - high * (len(labels) - 1) / 2
         for number, label in enumerate(labels):
-            picture.blit(label, (middle[0], top + number * high))
+            self._blit(label, center=(middle[0], top + number * high))
 
     def _caption(self, view: OrbState, now_s: float) -> tuple[str, Colour]:
         """Return what matters most, a sentence, and its colour."""
@@ -335,32 +298,14 @@ class Panel:
             return naming.said(words, view.health[0]), palette.warn
         return view.hint, palette.dim
 
-    def _say(self, picture: "_Shifted", caption: str, colour: Colour) -> None:
+    def _say(self, caption: str, colour: Colour) -> None:
         box, unit = self.layout.caption, self._unit
         lines = unit.lines(caption, _TEXT, box.width - 8, _LINES)
         step = box.height // 2
         if len(lines) > 2:  # a long sentence covers the first gestures
             box = pygame.Rect(box.left, box.top, box.width, len(lines) * step + 8)
-            unit.card(picture.part, picture.moved(box))
+            unit.card(self._picture, box)
         for number, line in enumerate(lines):
             label = unit.text(line, _TEXT, colour, box.width - 8)
             middle = box.centery + (number - (len(lines) - 1) / 2) * step
-            picture.blit(label, (box.centerx, middle))
-
-
-class _Shifted:
-    """A part of the window as a surface of its own, drawn on in the window's coordinates."""
-
-    def __init__(self, part: pygame.Surface, rect: pygame.Rect) -> None:
-        self.part, self.offset = part, rect.topleft
-
-    def moved(self, rect: pygame.Rect) -> pygame.Rect:
-        """Return a rectangle of the window in coordinates of the part."""
-        return rect.move(-self.offset[0], -self.offset[1])
-
-    def blit(
-        self, picture: pygame.Surface, centre: tuple[float, float] | None = None, **place: Any
-    ) -> None:
-        """Copy a picture, its centre or another point of its rectangle at a place."""
-        rect = picture.get_rect(**(place or {"center": centre}))
-        self.part.blit(picture, self.moved(rect))
+            self._blit(label, center=(box.centerx, middle))

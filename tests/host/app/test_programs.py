@@ -123,7 +123,9 @@ def test_every_page_shows_whether_gestures_press_keys() -> None:
 
 def header(window: Window) -> bytes:
     """Return the picture of the line above the dome."""
-    return pygame.image.tobytes(window.surface.subsurface(window.app.panel.layout.header), "RGB")
+    panel = window.app.panel
+    place = panel.layout.header.move(panel.rect.topleft)
+    return pygame.image.tobytes(window.surface.subsurface(place), "RGB")
 
 
 def test_the_page_says_that_a_mouse_cannot_touch_the_dome_while_it_is_elsewhere() -> None:
