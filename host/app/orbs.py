@@ -7,7 +7,6 @@ import asyncio
 import queue
 import threading
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -15,27 +14,13 @@ from typing import Final
 from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.protocol import psk
 from host.connection import discovery, pairing
-from host.connection.device_store import DeviceStore
+from host.connection.device_store import DeviceStore, KnownDevice
 from host.connection.discovery import Answer, DevicePort, Port
 from host.connection.pairing import Confirm, Tell
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 
-
-@dataclass(frozen=True, slots=True)
-class OrbEntry:
-    """An orb of the list."""
-
-    device_id: str  # "": the program's own virtual orb
-    name: str = ""
-    virtual: bool = False
-    port: str = ""
-    key: str = ""  # path of its key; "": none
-    seen: str = ""  # when it was here last, in UTC, as ISO 8601; "" for found ones
-    here: bool = False  # whether the last scan found it
-
-
-OWN: Final = OrbEntry("", virtual=True, here=True)
+OWN: Final = KnownDevice("", virtual=True, seen=discovery.NOW)  # the program's own virtual orb
 CANCELLED: Final = "cancelled"
 _TURN_S: Final = 0.05  # in which an answer, or the end, of a pairing is noticed
 
@@ -136,26 +121,12 @@ class Orbs:
 
     # -- the list --------------------------------------------------------------------------
 
-    def entries(self) -> list[OrbEntry]:
+    def entries(self) -> list[KnownDevice]:
         """Return our own orb, the found ones and then the remembered ones, latest first."""
-        known = {device.device_id: device for device in self._memory.devices}
-        here = {
-            answer.device_id: OrbEntry(
-                *(answer.device_id, answer.name, answer.virtual, answer.url),
-                key=known[answer.device_id].key if answer.device_id in known else "",
-                here=True,
-            )
-            for answer in self._answers
-            if answer.outcome == "orb"
-        }
-        remembered = [
-            OrbEntry(d.device_id, d.name, d.virtual, d.port, d.key, d.seen)
-            for d in known.values()
-            if d.device_id not in here and d.port
-        ]
-        return [OWN, *here.values(), *remembered]
+        listed = discovery.listing(self._answers, self._memory.devices)
+        return [OWN, *(device for device in listed if device.port)]
 
-    def present(self, entry: OrbEntry, connected: str) -> bool:
+    def present(self, entry: KnownDevice, connected: str) -> bool:
         """Return whether an orb of the list is the chosen one; `connected` is the identity there.
 
         It is "" while there is no connection.
@@ -181,7 +152,7 @@ class Orbs:
 
     # -- choosing --------------------------------------------------------------------------
 
-    def choose(self, entry: OrbEntry) -> None:
+    def choose(self, entry: KnownDevice) -> None:
         """Connect to an orb of the list, or say in `notice` why that cannot be."""
         try:
             key = psk.read(Path(entry.key)) if entry.key else b""

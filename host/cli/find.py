@@ -15,9 +15,8 @@ from controller.shared.protocol import psk
 from host.cli import add_option, warn
 from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
-from host.connection.discovery import Answer, Port
+from host.connection.discovery import Port
 
-NOW: Final = "now"
 _TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of the list
 
 
@@ -25,8 +24,6 @@ def main(argv: list[str]) -> int:
     """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
     options = _parser().parse_args(argv)
     memory = DeviceStore(warn=warn)
-    if options.forget is not None:
-        return _forget(memory, options.forget)
     ports = discovery.candidates(memory, everything=options.all)
     if options.ports:
         known = {port.url: port for port in ports}
@@ -39,7 +36,7 @@ def main(argv: list[str]) -> int:
         ports = [replace(port, key=options.key) for port in ports]
     answers = discovery.ask_all(ports, deadline_s=discovery.DEADLINE_S)
     discovery.note(memory, answers)
-    found = rows(answers, memory.devices)
+    found = [_row(device) for device in discovery.listing(answers, memory.devices)]
     if options.json:
         told = [asdict(answer) for answer in answers]
         print(json.dumps({"devices": found, "answers": told}))
@@ -49,32 +46,13 @@ def main(argv: list[str]) -> int:
         warn(line)
     if not ports:
         warn(_NOTHING)
-    return 0 if any(row["seen"] == NOW for row in found) else 1
+    return 0 if any(row["seen"] == discovery.NOW for row in found) else 1
 
 
-def rows(answers: list[Answer], known: list[KnownDevice]) -> list[dict[str, str]]:
-    """Return the devices that are here, and then those that are only remembered, by `_TITLES`."""
-    here = [answer for answer in answers if answer.outcome == "orb"]
-    present = {answer.device_id for answer in here}
-    devices = [(a.device_id, a.name, a.virtual, a.url, NOW) for a in here]
-    devices += [
-        (k.device_id, k.name, k.virtual, k.port, k.seen)
-        for k in known
-        if k.device_id not in present
-    ]
-    return [
-        dict(zip(_TITLES, (device, name, "virtual" if virtual else "orb", port, seen), strict=True))
-        for device, name, virtual, port, seen in devices
-    ]
-
-
-def _forget(memory: DeviceStore, words: str) -> int:
-    found = memory.named(words)
-    if len(found) != 1:
-        many = "several devices are" if found else "no device is"
-        return complain("host", f"{many} called {words!r}; name one by its identity", 2)
-    memory.forget(found[0].device_id)
-    return 0
+def _row(device: KnownDevice) -> dict[str, str]:
+    kind = "virtual" if device.virtual else "orb"
+    cells = device.device_id, device.name, kind, device.port, device.seen
+    return dict(zip(_TITLES, cells, strict=True))
 
 
 def _print(found: list[dict[str, str]]) -> None:
@@ -105,6 +83,5 @@ def _parser() -> argparse.ArgumentParser:
     add("ports PORT", "ask these ports or URLs, and no others", nargs="*")
     add("--all", "open every serial port; each is sent our Hello")
     add("--key FILE", "the key that the orbs ask for (default: the remembered one)")
-    add("--forget DEVICE", "forget what is remembered of a device")
     add("--json", "print one line of JSON")
     return parser

@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import sys
 import time
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -14,8 +13,6 @@ from controller.shared import errors
 from controller.shared.arguments import Parser
 from controller.shared.errors import TROUBLE
 from controller.shared.protocol import psk
-from controller.shared.protocol.link_events import Received
-from controller.shared.protocol.messages import Message
 from host.cli import warn
 from host.connection.bundle_upload import BundleUpload, load, outcome
 from host.connection.device_store import DeviceStore
@@ -51,29 +48,14 @@ def _install(options: argparse.Namespace) -> int:
 
 def _deliver(upload: BundleUpload, link: MessageLink) -> None:
     """Run the link until the upload is over; LinkError if the first connection failed."""
-    connected, take = False, delivery(upload, link.send)
+    connected, shown = False, ""
     while not upload.over:
         link.wait(TURN_S)
         received = link.poll()
         connected = ever_connected(received, connected)
-        take(received)
-
-
-def delivery(
-    upload: BundleUpload, send: Callable[[Message], object]
-) -> Callable[[Sequence[Received]], None]:
-    """Return what delivers an upload by what a link receives, and prints its state."""
-    shown = ""
-
-    def take(received: Sequence[Received]) -> None:
-        nonlocal shown
-        if upload.over:
-            return
-        upload.turn(received, time.monotonic(), send)
+        upload.turn(received, time.monotonic(), link.send)
         with contextlib.suppress(OSError, ValueError):  # standard error may be closed
             shown = _show(upload, shown)
-
-    return take
 
 
 def _show(upload: BundleUpload, before: str) -> str:

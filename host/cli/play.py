@@ -67,7 +67,6 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
             not options.headless,
             options.mapping,
             options.backend,
-            options.dry_run,
             options.profile or "",
             seed if options.demo else None,
         )
@@ -194,10 +193,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         options.target = _USUAL
     acts = options.target in (None, *_UNSEEN)  # None: what the device played last
     chosen = options.backend != backends.AUTO
-    if not acts and (options.mapping or options.profile or options.dry_run or chosen):
-        parser.error(
-            "--mapping, --profile, --backend and --dry-run need --target keyboard or gamepad"
-        )
+    if not acts and (options.mapping or options.profile or chosen):
+        parser.error("--mapping, --profile and --backend need --target keyboard or gamepad")
     if options.headless and not (options.demo or acts) and options.seconds is None:
         parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
     if options.seconds == 0.0:
@@ -277,8 +274,8 @@ def _add_targets(add: Callable[..., None]) -> None:
     add("--profile NAME", "the mapping's profile to begin with (default: its first)")
     add(
         "--backend NAME",
-        f"what presses them: {', '.join(backends.NAMES)} (default: the best there is)",
-        choices=(backends.AUTO, *backends.NAMES),
+        f"what presses them: {', '.join(backends.NAMES)} (default: the best there is); print: "
+        "print what would be pressed, and press nothing",
+        choices=(backends.AUTO, *backends.NAMES, backends.PRINT),
         default=backends.AUTO,
     )
-    add("--dry-run", "print what would be pressed, and press nothing")

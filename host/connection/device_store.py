@@ -74,12 +74,6 @@ class DeviceStore:
         self._known = {**self._read(), device_id: known}
         self._write()
 
-    def forget(self, device_id: str) -> None:
-        """Forget a device."""
-        self._known = self._read()
-        self._known.pop(device_id, None)
-        self._write()
-
     def _write(self) -> None:
         self._known = {device.device_id: device for device in self.devices[:MOST]}
         try:

@@ -38,12 +38,13 @@ from controller.shared.protocol.auth import NONCE
 from controller.shared.protocol.host_session import HostSession
 from controller.shared.protocol.link_events import Connected, Received, Refused
 from controller.shared.protocol.messages import SILENCE_MS
-from host.connection.device_store import DeviceStore
+from host.connection.device_store import DeviceStore, KnownDevice
 from host.connection.transport import LinkError, Transport, open_transport
 
 DEADLINE_S: Final = 8.0  # for ports to open, and 2 s
 LIST_S: Final = 5.0  # for the list; then there is none
 BLUEZ_S: Final = 2.0  # for BlueZ to answer
+NOW: Final = "now"  # when a device was seen that has just answered
 PRODUCT: Final = "orbtouch"  # in a USB descriptor of ours, in any case
 # A Raspberry Pi's own USB port, when it is set up as a serial device: as one, or among others.
 USB: Final = ((0x0525, 0xA4A7), (0x1D6B, 0x0104))
@@ -227,6 +228,18 @@ def note(memory: DeviceStore, answers: list[Answer]) -> None:
         if answer.outcome == "orb" and len(claiming(answers, answer.device_id)) == 1:
             told = {"name": answer.name, "virtual": answer.virtual, "port": answer.url}
             memory.remember(answer.device_id, **told, seen=now())
+
+
+def listing(answers: list[Answer], known: list[KnownDevice]) -> list[KnownDevice]:
+    """Return the devices that have answered, seen `NOW`, and then those only remembered."""
+    keys = {device.device_id: device.key for device in known}
+    here = [
+        KnownDevice(a.device_id, a.name, a.virtual, a.url, NOW, key=keys.get(a.device_id, ""))
+        for a in answers
+        if a.outcome == "orb"
+    ]
+    present = {device.device_id for device in here}
+    return here + [device for device in known if device.device_id not in present]
 
 
 def now() -> str:

@@ -17,7 +17,7 @@ from typing import IO, Final
 
 from controller.shared.keymap.key_state import Stroke
 from controller.shared.keymap.keymap import Kind
-from host.injection.backends import Backend, BackendError, ends_with_process, open_backend
+from host.injection.backends import PRINT, Backend, BackendError, ends_with_process, open_backend
 from host.injection.watchdog import HANG_MS, now_ms
 
 BEAT_MS: Final = 50  # between two heartbeats
@@ -272,12 +272,12 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
     answers.put(None)
 
 
-class DryRunInjector(Sender):
-    """Printer of strokes, for --dry-run."""
+class PrintingSender(Sender):
+    """Printer of strokes, for --backend print."""
 
     def __init__(self, print_line: Callable[[str], None]) -> None:
         self._print_line = print_line
-        self._name = "dry run"
+        self._name = PRINT
 
     def start(self) -> str:
         """Return the name once; there is nothing to start."""

@@ -43,8 +43,7 @@ class TargetOptions:
     seed: int | None = None  # of a game that begins at once; None: a menu comes first
     sound: bool = True  # whether the game makes sounds
     mapping: Path | None = None  # file of the key mapping; None: the target's own
-    backend: str = "auto"  # of key injection; "auto": the best available
-    dry_run: bool = False  # print strokes instead of pressing keys
+    backend: str = "auto"  # of key injection; "auto": the best available; "print": none
     profile: str = ""  # the mapping's initial one; "": its first
     demo: int | None = None  # seed of a game that the orb's own hand plays at once; None: none
 

@@ -18,8 +18,8 @@ from controller.shared.keymap.key_state import KeyState
 from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
 from controller.shared.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.injection.backends import BackendError
-from host.injection.injector import DryRunInjector, Injector, Sender
+from host.injection.backends import PRINT, BackendError
+from host.injection.injector import Injector, PrintingSender, Sender
 from host.injection.terminal import Poll, keyboard
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
@@ -254,8 +254,8 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     path = options.mapping or Path(kind)
     key_map = keymap.load(path, _OUTPUTS[kind]).beginning(options.profile)
     sender: Sender = Injector(options.backend, kind, key_map.keys)
-    if options.dry_run:
-        sender = DryRunInjector(partial(print, flush=True))
+    if options.backend == PRINT:
+        sender = PrintingSender(partial(print, flush=True))
     presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
     target.read_terminal()

@@ -30,20 +30,19 @@ def rules_in_use(gestures: Iterable[GestureInfo]) -> Rules:
 
 def zone_at(rules: Sequence[CommandRule], point: tuple[float, float]) -> int | None:
     """Return the number of the rule for a touch at a point, grid units; None if none fits."""
-    x, y = point
-    for number, rule in enumerate(rules):
-        if rule.right_of <= x < rule.left_of and rule.above <= y < rule.below:
-            return number
-    return None
+    return next((number for number, rule in enumerate(rules) if fits(rule, *point)), None)
+
+
+def fits(rule: CommandRule, x: Any, y: Any) -> Any:
+    """Return whether a rule is for a point, or an array of points, grid units."""
+    return (rule.right_of <= x) & (x < rule.left_of) & (rule.above <= y) & (y < rule.below)
 
 
 def _numbers(rules: Rules, x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.int8]:
     """Return the number of the rule at each point, as `zone_at`; _OUTSIDE where none fits."""
     found = np.full(np.broadcast(x, y).shape, _OUTSIDE, np.int8)
     for number in reversed(range(len(rules))):
-        rule = rules[number]
-        inside = (rule.right_of <= x) & (x < rule.left_of) & (rule.above <= y) & (y < rule.below)
-        found[inside] = number
+        found[fits(rules[number], x, y)] = number
     return found
 
 

@@ -12,6 +12,7 @@ from host.app.screen import Orb
 from host.app.screens.game_page import GamePage, Line
 from host.ui import ghost, naming
 from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
+from host.ui.zones import fits
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Stage
@@ -237,7 +238,7 @@ def _place(before: Sequence[CommandRule], rule: CommandRule, pad: DomeArea) -> P
         for row in range(round((pad.rows - 1) / _GRID) + 1)
         for column in range(round((pad.columns - 1) / _GRID) + 1)
     ]
-    inside = [p for p in points if _fits(rule, p) and not any(_fits(one, p) for one in before)]
+    inside = [p for p in points if fits(rule, *p) and not any(fits(one, *p) for one in before)]
     if not inside:
         return None
     middle = tuple(math.fsum(values) / len(inside) for values in zip(*inside, strict=True))
@@ -246,8 +247,3 @@ def _place(before: Sequence[CommandRule], rule: CommandRule, pad: DomeArea) -> P
 
 def _everywhere(rule: CommandRule) -> bool:
     return all(map(math.isinf, (rule.left_of, rule.right_of, rule.below, rule.above)))
-
-
-def _fits(rule: CommandRule, point: Point) -> bool:
-    x, y = point
-    return rule.right_of <= x < rule.left_of and rule.above <= y < rule.below

@@ -8,12 +8,14 @@ from typing import Final
 
 from controller.shared.files import data_folder
 from controller.shared.protocol.teaching import Recalibrate, Vocabulary
-from host.app.orbs import OrbEntry, Orbs
+from host.app.orbs import Orbs
 from host.app.programs import Programs, folder
 from host.app.screen import Orb, OrbScreen, rows
 from host.app.screens.check import CheckScreen
 from host.app.screens.phone import PhoneScreen
 from host.app.screens.programs import ProgramsScreen
+from host.connection.device_store import KnownDevice
+from host.connection.discovery import NOW
 from host.ui.naming import said
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.stage import Stage
@@ -54,7 +56,7 @@ class OrbsScreen(OrbScreen):
         ]
         return Menu(words("orbs.title"), items, table=self._state(), notice=orbs.notice)
 
-    def _choice(self, entry: OrbEntry) -> Item:
+    def _choice(self, entry: KnownDevice) -> Item:
         words = self.words
         name = (entry.name or entry.device_id) if entry.device_id else words("orbs.virtual")
         state = self.orb.state
@@ -62,7 +64,7 @@ class OrbsScreen(OrbScreen):
         if self.orbs.present(entry, linked.device_id if linked else ""):
             value = words(f"orbs.link_{state.link}")
         else:
-            value = words("orbs.here") if entry.here else entry.seen[:10]
+            value = words("orbs.here") if entry.seen == NOW else entry.seen[:10]
         hint = words("orbs.own_hint") if not entry.device_id else f"{entry.device_id}, {entry.port}"
         return Item(name, partial(self.orbs.choose, entry), value, hint=hint)
 

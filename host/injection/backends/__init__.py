@@ -15,6 +15,7 @@ from controller.shared.errors import TroubleError
 from controller.shared.keymap.keymap import Kind
 
 AUTO: Final = "auto"
+PRINT: Final = "print"  # in place of a back end: strokes are printed
 NAMES: Final = ("uinput", "x11", "windows", "macos")
 _BY_SYSTEM: Final = {"win32": "windows", "darwin": "macos"}
 

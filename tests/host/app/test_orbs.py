@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from host.app.orbs import CANCELLED, OWN, OrbEntry, Orbs, PairingRun
+from host.app.orbs import CANCELLED, OWN, Orbs, PairingRun
 from host.connection import discovery, pairing
-from host.connection.device_store import DeviceStore
-from host.connection.discovery import Answer, DevicePort, Port
+from host.connection.device_store import DeviceStore, KnownDevice
+from host.connection.discovery import NOW, Answer, DevicePort, Port
 from host.connection.receiver import Receiver
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -71,7 +71,7 @@ def test_list_has_our_own_orb_the_found_ones_and_the_remembered_ones(
     go_on.set()
     while orbs.scanning:
         orbs.tick()
-    assert [(entry.device_id, entry.here) for entry in orbs.entries()] == [
+    assert [(entry.device_id, entry.seen == NOW) for entry in orbs.entries()] == [
         ("", True), ("orb-2", True), ("orb-1", False),
     ]  # fmt: skip
 
@@ -116,7 +116,7 @@ def test_chosen_orb_is_connected_by_its_port_and_ours_is_started_again(
 
 
 def test_key_that_cannot_be_read_changes_nothing_and_is_said(orbs: Orbs, link: Link) -> None:
-    orbs.choose(OrbEntry("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
+    orbs.choose(KnownDevice("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
     assert "/nowhere/key" in orbs.notice
     assert link.opened == []
 

@@ -220,7 +220,7 @@ def test_port_that_vanished_is_looked_for_when_reopened(desk: Desk, memory: Devi
 def test_double_identity_is_not_chosen(desk: Desk, memory: DeviceStore, monkeypatch: Patch) -> None:
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
     answers = discovery.ask_all([Port(real), Port(liar)])
-    assert len(find.rows(answers, [])) == 2
+    assert len(discovery.listing(answers, [])) == 2
     assert "2 ports say that they are orb-1" in discovery.remarks(answers)[0]
     discovery.note(memory, answers)
     assert memory.devices == []
@@ -298,11 +298,3 @@ def test_what_a_terminal_would_obey_is_escaped(memory: DeviceStore, capsys: Capt
     told = capsys.readouterr()
     assert "orb-1\\x1b[2J  \\u202e\\nBlue  orb   /dev/\\x07  \\x1b[31mnow" in told.out
     assert (told.out + told.err).replace("\n", "").isprintable()
-
-
-def test_device_can_be_forgotten(memory: DeviceStore, capsys: Capture) -> None:
-    memory.remember("orb-1", name="Blue", port="A")
-    assert find.main(["--forget", "Blue"]) == 0
-    assert DeviceStore().devices == []
-    assert find.main(["--forget", "Blue"]) == 2
-    assert "no device is called 'Blue'" in capsys.readouterr().err

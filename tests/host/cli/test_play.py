@@ -56,13 +56,13 @@ def test_phone_needs_an_address_of_this_machine(
     words: list[str], capsys: Capture, monkeypatch: Patch
 ) -> None:
     monkeypatch.setattr("host.phone.own_addresses", lambda: ["192.168.1.4", "10.0.0.2"])
-    assert main(["--target", "keyboard", "--dry-run", "--headless", "--phone", *words]) == 2
+    assert main(["--target", "keyboard", "--backend=print", "--headless", "--phone", *words]) == 2
     sentence = capsys.readouterr().err.splitlines()[-1]
     assert sentence.endswith("expected an address of this machine: 192.168.1.4 or 10.0.0.2")
 
 
 def test_phone_of_a_target_without_a_menu_prints_its_code(capsys: Capture) -> None:
-    options = ["--target", "keyboard", "--dry-run", "--headless", "--seconds", "0.1"]
+    options = ["--target", "keyboard", "--backend=print", "--headless", "--seconds", "0.1"]
     assert main([*options, "--phone", "127.0.0.1:0"]) == 0
     assert "█ ▄▄▄▄▄ █" in capsys.readouterr().err.replace("\xa0", " ")  # a corner
 
@@ -82,7 +82,7 @@ def test_phone_of_a_target_without_a_menu_prints_its_code(capsys: Capture) -> No
         (["--ke", "orb.key"], "unrecognized arguments: --ke"),
         (["--target", "keyboard", "presets"], "follow two dashes: host -- --preset"),
         (["--link", ""], "leave it out to play with a virtual orb"),
-        (["--dry-run"], "need --target keyboard or gamepad"),
+        (["--backend=print"], "need --target keyboard or gamepad"),
         (["--mapping", "mine.toml"], "need --target keyboard or gamepad"),
     ],
 )
@@ -126,7 +126,7 @@ def test_without_a_display_one_sentence_names_headless() -> None:
 NO_ORB = ("--link", "/dev/null/no-port")
 SOON = ("--headless", "--seconds", "1")
 FILES = {  # what names a file
-    "--mapping": ("--target", "keyboard", "--headless", "--dry-run", "--mapping"),
+    "--mapping": ("--target", "keyboard", "--headless", "--backend=print", "--mapping"),
     "--key": (*NO_ORB, *SOON, "--key"),
     "--link": (*SOON, "--link"),
     "find --key": ("find", *NO_ORB[1:], "--key"),

@@ -36,7 +36,7 @@ def plugged(stack: contextlib.ExitStack, device_id: str) -> str:
 def test_device_plays_its_last_anywhere(config: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     keys = tmp_path / "mine.toml"
     keys.write_text(MAPPING)
-    usual = ["--headless", "--seconds", "0.3", "--dry-run"]
+    usual = ["--headless", "--seconds", "0.3", "--backend=print"]
     with contextlib.ExitStack() as stack:
         port = plugged(stack, "orb-1")
         chosen = ["--target", "keyboard", "--mapping", str(keys), "--profile", "desk"]
@@ -61,7 +61,7 @@ def test_device_plays_its_last_anywhere(config: Path, tmp_path: Path, monkeypatc
 def test_profile_that_the_mapping_has_not_is_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     keys = tmp_path / "mine.toml"
     keys.write_text(MAPPING)
-    arguments = ["--target", "keyboard", "--headless", "--dry-run", "--mapping", str(keys)]
+    arguments = ["--target", "keyboard", "--headless", "--backend=print", "--mapping", str(keys)]
     assert main([*arguments, "--profile", "slides"]) == 2
     told = capsys.readouterr().err
     assert told == "host: there is no profile 'slides'; there are: game, desk\n"

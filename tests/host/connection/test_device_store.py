@@ -129,13 +129,6 @@ def test_folder_that_cannot_be_written_costs_a_sentence(tmp_path: Path) -> None:
     assert "cannot" in told[-1]
 
 
-def test_forgotten_device_is_gone(path: Path) -> None:
-    memory = DeviceStore(path)
-    memory.remember("orb-1", port="A")
-    memory.forget("orb-1")
-    assert memory.devices == DeviceStore(path).devices == []
-
-
 text = st.text(st.characters(codec="utf-8"), max_size=20)
 
 

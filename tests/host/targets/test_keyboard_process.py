@@ -18,7 +18,9 @@ KEYBOARD = ("--target", "keyboard", "--headless")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM to catch")
-def test_dry_run_prints_what_would_be_pressed_until_it_is_ended(tmp_path: Path) -> None:
+def test_the_back_end_print_prints_what_would_be_pressed_until_it_is_ended(
+    tmp_path: Path,
+) -> None:
     keys = tmp_path / "keys.toml"
     keys.write_text('[profile.a]\nmenu = {arm = true}\ndown = {key = "ctrl+down", mode = "hold"}\n')
     with contextlib.ExitStack() as stack:
@@ -26,7 +28,7 @@ def test_dry_run_prints_what_would_be_pressed_until_it_is_ended(tmp_path: Path) 
         assert orb.stdin is not None
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]
-        options = [*KEYBOARD, "--dry-run", "--mapping", str(keys), "--link", url]
+        options = [*KEYBOARD, "--backend=print", "--mapping", str(keys), "--link", url]
         host = stack.enter_context(started("-m", "host", *options))
         assert host.stdout is not None
         orb.stdin.write("hold down\ntap menu\nhold down\n")
@@ -52,7 +54,7 @@ def test_key_of_the_terminal_arms_it_and_the_terminal_is_left_as_it_was(tmp_path
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]
         host = subprocess.Popen(
-            [sys.executable, "-c", program, *KEYBOARD, "--dry-run", "--link", url],
+            [sys.executable, "-c", program, *KEYBOARD, "--backend=print", "--link", url],
             stdin=terminal,
             stderr=terminal,
             start_new_session=True,

@@ -13,8 +13,9 @@ def run(guest: Guest) -> None:
     near, far = guest.addresses
     pair_quickly(guest)
     controller, _ = orb(guest)
-    host = guest.python("host", "--target", "keyboard", "--dry-run", "--headless", "--verbose",
-                        "--link", f"rfcomm://{far}?local={near}", name="host")  # fmt: skip
+    url = f"rfcomm://{far}?local={near}"
+    host = guest.python("host", "--target", "keyboard", "--backend=print", "--headless",
+                        "--verbose", "--link", url, name="host")  # fmt: skip
     host.expect("connected to")
     guest.until(lambda: "session" in controller.heard, "the orb to know its host")
 
