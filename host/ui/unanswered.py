@@ -4,6 +4,7 @@ Judged from telemetry alone, so that it needs nothing of the device: how strong 
 long, and what the network took it for.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -12,10 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.shared.event_metric import LIGHT, RIVAL, SHORT_S
+from host.ui.touch_watch import TouchWatch
 
-_RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
-_FALL: Final = (1.3, 0.010)  # and ends below this
-_REST_S: Final = 1.0  # time constant of the level at rest
 _ANSWER_S: Final = 0.2  # after its end, in which a touch may still be answered
 _RECOVER_S: Final = 1.0  # in which the dome springs back after an answered touch, like a light one
 
@@ -34,10 +33,8 @@ class UnansweredTouches:
     def __init__(self, labels: Sequence[str]) -> None:
         """Begin untouched; "null" is the first label."""
         self._labels = labels
-        self._rest: float | None = None  # level at rest
-        self._last_s: float | None = None
-        self._begun_s: float | None = None  # of the touch under way, or just over
-        self._ended_s: float | None = None
+        self._watch = TouchWatch(_ANSWER_S, math.inf)
+        self._begun_s: float | None = None  # of the touch under way
         self._answered = False
         self._left_s = 0.0  # end of the last touch
         self._recovered_s = 0.0  # when the dome has sprung back from the last answered touch
@@ -55,36 +52,21 @@ class UnansweredTouches:
 
         It is None but for the frame in which an unanswered touch is over.
         """
-        passed_s = 0.0 if self._last_s is None else now_s - self._last_s
-        self._last_s = now_s
-        under_way = self._begun_s is not None and self._ended_s is None
-        times, more = _FALL if under_way else _RISE
-        if self._rest is not None and deviation > times * self._rest + more:
-            if not under_way:
-                self._begin(now_s)
-        elif self._rest is None:
-            self._rest = deviation
-        elif self._begun_s is None:
-            share = min(1.0, passed_s / _REST_S)
-            self._rest += share * (deviation - self._rest)
-        elif self._ended_s is None:
-            self._ended_s = self._left_s = now_s
+        event = self._watch.step(deviation, now_s)
+        if event == "begun":
+            if self._answered:
+                self._recovered_s = self._left_s + _RECOVER_S
+            self._begun_s, self._answered = now_s, False
+            self._peaks[:], self._null = 0.0, 1.0
         if self._begun_s is None:
             return None
         self._answered |= bool(held)
         np.maximum(self._peaks, probabilities, out=self._peaks)
         self._null = min(self._null, float(probabilities[0]))
-        if self._ended_s is None or now_s - self._ended_s < _ANSWER_S:
+        if event != "ended":
             return None
-        reason = None if self._answered else self._reason(self._begun_s, self._ended_s)
-        self._begun_s = self._ended_s = None
-        return reason
-
-    def _begin(self, now_s: float) -> None:
-        if self._answered:
-            self._recovered_s = self._left_s + _RECOVER_S
-        self._begun_s, self._ended_s, self._answered = now_s, None, False
-        self._peaks[:], self._null = 0.0, 1.0
+        begun_s, self._begun_s, self._left_s = self._begun_s, None, now_s - _ANSWER_S
+        return None if self._answered else self._reason(begun_s, self._left_s)
 
     def _reason(self, begun_s: float, ended_s: float) -> Reason | None:
         first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])

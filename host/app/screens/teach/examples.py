@@ -10,9 +10,9 @@ from controller.shared.protocol.messages import Command, Report
 from controller.shared.protocol.teaching import DONE, FAILED, ExampleTaken, Learn
 from host.app.screens.teach.new_gesture import DetailsPage
 from host.app.screens.teach.page import Course, TeachPage
-from host.app.screens.teach.touch_watch import TouchEvent
 from host.app.screens.teach.trial import TryPage
 from host.ui import naming
+from host.ui.touch_watch import TouchEvent
 from tetris.kit.menu import Menu, MenuStep
 
 LEAST: Final = 3  # examples from which a gesture can be learned

@@ -11,9 +11,9 @@ from controller.shared.protocol.messages import COMMANDS, Command, Report, Telem
 from controller.shared.protocol.teaching import RecordingStatus, SetCommand
 from host.app.lessons import failed
 from host.app.screen import Orb, OrbScreen
-from host.app.screens.teach.touch_watch import TouchEvent, TouchWatch
 from host.ui import naming
 from host.ui.thumbnails import Base, thumbnail
+from host.ui.touch_watch import TouchEvent, TouchWatch
 from tetris.kit import theme
 from tetris.kit.keys import Code
 from tetris.kit.language import Words

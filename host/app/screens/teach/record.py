@@ -11,8 +11,8 @@ from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, Examp
 from controller.shared.protocol.messages import Command, Contact, Perform
 from controller.shared.protocol.teaching import Record, RecordLabel
 from host.app.screens.teach.page import Course, TeachPage
-from host.app.screens.teach.touch_watch import TouchEvent
 from host.ui import ghost, naming, sprites
+from host.ui.touch_watch import TouchEvent
 from tetris.kit.menu import Menu
 
 TIMING: Final = CueTiming(get_ready_s=1.0, go_s=1.2, rest_s=0.6, jitter_s=0.8)

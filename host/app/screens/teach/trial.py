@@ -8,8 +8,8 @@ from controller.shared.protocol.messages import Command, Report
 from controller.shared.protocol.teaching import SaveAs, Undo
 from host.app.lessons import Trial
 from host.app.screens.teach.page import Course, NamePage, TeachPage, gesture_name
-from host.app.screens.teach.touch_watch import PAUSE_S, TouchEvent
 from host.ui import naming
+from host.ui.touch_watch import PAUSE_S, TouchEvent
 from tetris.kit.language import Words
 from tetris.kit.menu import Menu, Row
 

@@ -1,6 +1,6 @@
 """Touches in the level of telemetry."""
 
-from host.app.screens.teach.touch_watch import TouchWatch
+from host.ui.touch_watch import TouchWatch
 
 FRAME_S = 1 / 40
 

@@ -18,7 +18,12 @@ TouchEvent = Literal["", "begun", "ended"]
 class TouchWatch:
     """Beginnings and ends of touches in the level of the image, its RMS of z - 1."""
 
-    def __init__(self) -> None:
+    def __init__(self, pause_s: float = PAUSE_S, most_rest: float = _MOST_REST) -> None:
+        """Begin untouched.
+
+        A touch is over after `pause_s` without one. The first level at rest is `most_rest` at most.
+        """
+        self._pause_s, self._most_rest = pause_s, most_rest
         self._rest: float | None = None
         self._peak = 0.0  # greatest level of the last touch, as far as it counts
         self._last_s = 0.0
@@ -28,11 +33,11 @@ class TouchWatch:
     def step(self, level: float, now_s: float) -> TouchEvent:
         """Take the level of a frame; return what happened in it.
 
-        A touch ends when nothing has touched for `PAUSE_S`, or when it lasts too long.
+        A touch ends when nothing has touched for the pause, or when it lasts too long.
         """
         passed_s, self._last_s = now_s - self._last_s, now_s
         if self._rest is None:
-            self._rest = min(level, _MOST_REST)
+            self._rest = min(level, self._most_rest)
         touched = self._begun_s is not None and self._quiet_s is None
         times, more = _FALL if touched else _RISE
         if level > max(times * self._rest + more, _SHARE * self._peak):
@@ -50,7 +55,7 @@ class TouchWatch:
     def _over(self, now_s: float) -> TouchEvent:
         if self._begun_s is None:
             return ""
-        paused = self._quiet_s is not None and now_s - self._quiet_s >= PAUSE_S
+        paused = self._quiet_s is not None and now_s - self._quiet_s >= self._pause_s
         if not paused and now_s - self._begun_s < _LONGEST_S:
             return ""
         if not paused:
