@@ -10,7 +10,7 @@ from pygame import Surface as Surface
 
 from controller.shared.errors import TroubleError
 from host.connection.receiver import MessageLink, ever_connected
-from host.targets import Target
+from host.targets import SIZE, Target
 from host.ui import dome
 from tetris.kit import theme
 from tetris.kit.display import DisplayError, open_window, set_fullscreen, show_icon
@@ -18,7 +18,6 @@ from tetris.kit.display import DisplayError, open_window, set_fullscreen, show_i
 FRAMES_PER_S = 60
 _EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer
 TICK_S = 0.01  # without a window, what comes over the link is taken at once
-SIZE = (1280, 720)  # the window's first; it can be resized
 _ICON = 56  # radius of the dome that is the window's icon, pixels
 
 

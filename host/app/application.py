@@ -22,7 +22,7 @@ from host.app.screens.orbs import OrbsScreen
 from host.app.screens.phone import PhoneScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.targets import TargetOptions
+from host.targets import SIZE, TargetOptions
 from host.ui import rim
 from host.ui.panel.panel import Panel
 from host.ui.panel.panel_layout import Dock
@@ -35,7 +35,6 @@ from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, HostWindow, Start
 from tetris.window.screens.play_screen import PlayScreen
 
-SIZE: Final = (1280, 720)  # the window's first; it can be resized
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
@@ -51,8 +50,6 @@ class OrbApp(Orb):
         game: The window of the game, which is a part of this one.
         dock: Where the game and the panel are.
     """
-
-    size = SIZE
 
     def __init__(
         self,

@@ -31,7 +31,7 @@ from host.targets import TargetOptions
 
 _DEMO_S = 120.0  # default length of the demo
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
-_UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
+_UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and have no window
 
 
 def main(words: list[str]) -> int:
@@ -135,8 +135,8 @@ def _open(
         surface = loop.window(headless=options.headless)
         return targets.load(_USUAL, wish), surface
     target = targets.load(options.target, wish)
-    unseen = options.headless and options.target in _UNSEEN
-    return target, None if unseen else loop.window(headless=options.headless, size=target.size)
+    windowed = target.windowed
+    return target, loop.window(headless=options.headless, size=target.size) if windowed else None
 
 
 def _begin_phone(words: str, target: targets.Target) -> None:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 # Modules of the targets that have no module of their own name here.
 _KEYS: Final = ("keyboard", "gamepad")
 _MODULES: Final = {**dict.fromkeys(_KEYS, "host.targets.keys"), "tetris": "host.app.application"}
+SIZE: Final = (1280, 720)  # of a window at first; it can be resized
 _RIGHT_BUTTON = 3
 _BUTTONS = (1, _RIGHT_BUTTON)
 
@@ -56,7 +57,8 @@ class Target(ABC):
     """A program driven by commands. All times are seconds of one monotonic clock.
 
     Attributes:
-        size: Initial size of its window, pixels.
+        windowed: Whether it has a window.
+        size: Initial size of the window, pixels.
         orb: State of the orb, updated by `tick`.
         touch: Contacts on a virtual orb.
         phone: Server of the phone that touches it, too; None without one.
@@ -64,7 +66,8 @@ class Target(ABC):
         fullscreen: Whether its window fills the screen.
     """
 
-    size: tuple[int, int]
+    windowed = True
+    size = SIZE
     fullscreen = False
 
     @property
@@ -84,12 +87,10 @@ class Target(ABC):
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> object:
         """Advance to the present time and process received events, oldest first."""
 
-    @abstractmethod
-    def handle(self, event: pygame.event.Event, now_s: float) -> None:
+    def handle(self, event: pygame.event.Event, now_s: float) -> None:  # noqa: B027
         """Process an event of the window: a key, the mouse, a finger, the focus."""
 
-    @abstractmethod
-    def draw(self, surface: pygame.Surface) -> None:
+    def draw(self, surface: pygame.Surface) -> None:  # noqa: B027
         """Draw the state of the last tick."""
 
     @property

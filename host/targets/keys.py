@@ -1,6 +1,6 @@
 """Target that injects keys of a keyboard or a gamepad into other programs.
 
-`KeysTarget.tick` is the core, without a window and a clock. It begins disarmed.
+It has no window, and begins disarmed. `KeysTarget.tick` is the core, without a clock.
 """
 
 import contextlib
@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
-
-import pygame
 
 from controller.shared.aliases import Say
 from controller.shared.keymap import keymap
@@ -23,19 +21,8 @@ from host.injection.injector import Injector, PrintingSender, Sender
 from host.injection.terminal import Poll, keyboard
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
-from host.ui import sprites
-from host.ui.orb_state import OrbState
-from host.ui.panel.panel import Panel, Projection
-from host.ui.pointer_input import DomeArea
-from tetris.kit.look import Look
 
 _OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
-
-
-WINDOW: Final = (390, 720)  # its first size
-_STRIP: Final = 96  # design units below the panel
-_MARGIN: Final = 12
-_LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut off
 
 
 class KeysTarget(Target):
@@ -45,7 +32,7 @@ class KeysTarget(Target):
         keys: State of held keys, and whether it is armed.
     """
 
-    size = WINDOW
+    windowed = False
 
     def __init__(
         self, key_map: KeyMap, sender: Sender, say: Say, sound: Callable[[bool], None]
@@ -59,7 +46,6 @@ class KeysTarget(Target):
         self._typed: Poll = list
         self._resources = contextlib.ExitStack()  # the terminal
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
-        self._window = OrbWindow()
         self._unknown: list[str] = []  # commands of the mapping that the orb does not have
         self._now_s = 0.0
         self._closed = False
@@ -68,8 +54,6 @@ class KeysTarget(Target):
     def profile(self) -> str:
         """The profile of the key mapping in force."""
         return self.keys.profile
-
-    # -- the core ----------------------------------------------------------------------
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
         """Process received events and the passed time, and press keys."""
@@ -97,7 +81,7 @@ class KeysTarget(Target):
         self._typed = self._resources.enter_context(keyboard())
 
     def hot_key(self, key: str) -> None:
-        """Process a hot key of the program's window or terminal."""
+        """Process a hot key of the application's window or the terminal."""
         if key == self._map.arm_key:
             self.keys.toggle("by hand")
         elif key == self._map.profile_key:
@@ -174,79 +158,6 @@ class KeysTarget(Target):
         self.keys.notes.clear()
         if self.keys.armed is not was_armed:
             self._sound(self.keys.armed)
-
-    # -- the window --------------------------------------------------------------------
-
-    def handle(self, event: pygame.event.Event, now_s: float) -> None:
-        """Process an event of the window."""
-        if event.type == pygame.KEYDOWN:
-            self.hot_key(pygame.key.name(event.key))
-        elif event.type == pygame.WINDOWFOCUSLOST:
-            self.touch.lift_all()
-        elif self._window.drawn:
-            self._point(event, now_s, self._window.projection, self._window.drawn.size)
-
-    def draw(self, surface: pygame.Surface) -> None:
-        """Draw the orb, and the state of arming."""
-        word = "disarms" if self.keys.armed else "arms"
-        lines = (
-            f"{self._map.arm_key} {word}, {self._map.profile_key} changes the profile",
-            f"{self.keys.profile}: {' '.join(self.keys.down) or 'nothing is down'}",
-        )
-        self._window.draw(
-            surface, self._now_s, self.orb, self.touch.pad, armed=self.keys.armed, lines=lines
-        )
-
-
-class OrbWindow:
-    """Draws the window: the orb, and how it is armed; in the dark theme and in English.
-
-    Attributes:
-        drawn: Its last place and size in the surface; empty before the first drawing.
-    """
-
-    def __init__(self) -> None:
-        self.drawn = pygame.Rect(0, 0, 0, 0)
-        self._panel, self._look = Panel(), Look()
-
-    @property
-    def projection(self) -> Projection:
-        """Rectangle of the dome in the window."""
-        return self._panel.projection
-
-    def draw(
-        self,
-        surface: pygame.Surface,
-        now_s: float,
-        orb: OrbState,
-        dome: DomeArea,
-        *,
-        armed: bool,
-        lines: tuple[str, ...],
-    ) -> None:
-        """Draw the orb, and below it the state of arming and some lines of text."""
-        self.drawn = surface.get_rect()
-        palette = self._look.palette
-        factor = min(self.drawn.width / WINDOW[0], self.drawn.height / WINDOW[1])
-        unit = sprites.SpriteScale(max(_LEAST, factor), palette)
-        surface.fill(palette.background)
-        page = pygame.Rect(0, 0, unit.px(WINDOW[0]), unit.px(WINDOW[1]))
-        page.center = self.drawn.center
-        inner = page.inflate(-2 * unit.px(_MARGIN), -2 * unit.px(_MARGIN))
-        strip = pygame.Rect(inner.left, 0, inner.width, unit.px(_STRIP))
-        strip.bottom = inner.bottom
-        inner.height -= strip.height + unit.px(_MARGIN)
-        inner.size = max(1, inner.width), max(1, inner.height)
-        self._panel.place(inner, dome, gestures=len(orb.labels[1:]))
-        self._panel.draw(surface, orb, now_s, self._look)
-        unit.card(surface, strip)
-        left, top = strip.left + unit.px(18), strip.top + unit.px(12)
-        word, colour = ("ARMED", palette.warn) if armed else ("DISARMED", palette.dim)
-        surface.blit(unit.text(word, 28, colour), (left, top))
-        for line in lines:
-            top += unit.px(26)
-            shown = unit.text(line, 18, palette.text, strip.width - 2 * unit.px(18))
-            surface.blit(shown, (left, top))
 
 
 def create(kind: Kind, options: TargetOptions) -> KeysTarget:

@@ -7,8 +7,9 @@ import pygame
 from controller.bundles import vocabulary
 from controller.shared.protocol.messages import COMMANDS, Command, Contacts, Telemetry, Welcome
 from controller.shared.protocol.teaching import CommandRule, GestureInfo
-from host.app.application import SIZE, OrbApp
+from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Received
+from host.targets import SIZE
 from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
 from tetris.window.screens.play_screen import PlayScreen

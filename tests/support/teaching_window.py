@@ -23,8 +23,9 @@ from controller.shared.protocol.teaching import (
     UserInfo,
     Vocabulary,
 )
-from host.app.application import SIZE, OrbApp
+from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Lost, Received
+from host.targets import SIZE
 from tetris.kit.menu import Menu
 from tetris.window.screens.menu_screen import MenuScreen
 

@@ -28,11 +28,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import orbtouch
-from host.app.application import SIZE, OrbApp
+from host.app.application import OrbApp
 from host.app.screens.watch import WatchScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
+from host.targets import SIZE
 from host.window_loop import window
 from tests.system.gif import GifFile
 from tetris.kit.theme import DARK

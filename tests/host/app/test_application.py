@@ -7,8 +7,8 @@ import pygame
 import pytest
 
 from controller.shared.protocol.messages import Contacts, State
-from host.app.application import SIZE
 from host.connection.receiver import Connected, Delivered, Lost
+from host.targets import SIZE
 from host.ui.panel.panel_layout import Dock
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
 from tetris.engine.game import Phase

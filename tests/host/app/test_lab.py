@@ -13,10 +13,11 @@ from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import COMMANDS, Message, Telemetry, Welcome
 from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus, Vocabulary
 from controller.simulator.dome.faults import KINDS
-from host.app.application import SIZE, OrbApp
+from host.app.application import OrbApp
 from host.app.lab_data import FRAMES, SECONDS, LabData, Quality
 from host.app.screens.lab import FAULTS, LabScreen
 from host.connection.receiver import Connected, Delivered
+from host.targets import SIZE
 from tetris.engine.game import Phase
 from tetris.kit.language import load
 from tetris.kit.menu import MenuStep

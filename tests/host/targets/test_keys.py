@@ -6,13 +6,12 @@ from pathlib import Path
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
-import pygame
 import pytest
 
 from controller.shared.errors import UserError
 from controller.shared.keymap.key_state import Stroke
 from controller.shared.keymap.keymap import KEYBOARD, parse
-from controller.shared.protocol.messages import Command, Contacts, Message, State, Telemetry
+from controller.shared.protocol.messages import Command, Message, State, Telemetry
 from host import targets
 from host import window_loop as loop
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
@@ -114,12 +113,12 @@ def test_it_begins_disarmed_and_a_gesture_arms_it_with_a_line_and_a_sound() -> N
     assert bench.heard == [True]
 
 
-def test_key_of_our_window_arms_disarms_and_changes_the_profile() -> None:
+def test_hot_key_arms_disarms_and_changes_the_profile() -> None:
     bench = Bench()
-    for key in (pygame.K_F9, pygame.K_F8):
-        bench.target.handle(pygame.event.Event(pygame.KEYDOWN, key=key), 0.0)
+    for key in ("f9", "f8"):
+        bench.target.hot_key(key)
     assert bench.tick(said("left")) == ["+pageup"]
-    bench.target.handle(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_F9), 0.0)
+    bench.target.hot_key("f9")
     assert bench.tick(said("left")) == ["-pageup"]
     assert bench.said == ["armed by hand: profile game", "profile desk", "disarmed by hand"]
 
@@ -216,35 +215,6 @@ def test_end_in_the_middle_of_a_stroke_makes_none_twice() -> None:
         bench.tick(said("down"))
     bench.target.close()
     assert bench.wire.made == ["+down", "-down"]
-
-
-@pytest.mark.parametrize("size", [(390, 720), (200, 300), (1280, 720), (1, 1)])
-def test_window_of_any_size_can_be_drawn(size: tuple[int, int]) -> None:
-    surface = pygame.Surface(size)
-    pygame.font.init()
-    bench = Bench()
-    bench.target.draw(surface)
-    bench.arm()
-    bench.tick(said("down"), felt("press"))
-    bench.target.draw(surface)
-    bench.tick(Lost("gone"))
-    bench.target.draw(surface)
-
-
-def test_mouse_in_the_small_window_presses_the_virtual_orb() -> None:
-    surface = pygame.Surface((390, 720))
-    pygame.font.init()
-    bench = Bench()
-    bench.tick(felt(""))
-    bench.target.draw(surface)
-    at = bench.target._window._panel.projection.to_screen(0.5, 2.0)
-    down = pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=1, pos=at)
-    bench.target.handle(down, bench.now_s)
-    (contacts,) = bench.target.outgoing(bench.now_s)
-    assert isinstance(contacts, Contacts)
-    assert len(contacts.contacts) == 1
-    bench.tick(Stale())
-    assert bench.target.outgoing(bench.now_s) == []
 
 
 class FakeReceiver:

@@ -11,12 +11,13 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from host.app.application import SIZE, OrbApp
+from host.app.application import OrbApp
 from host.app.screens.teach.examples import ExamplesPage
 from host.app.screens.teach.new_gesture import DetailsPage
 from host.app.screens.teach.trial import TryPage
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
+from host.targets import SIZE
 from tetris.window.screens.menu_screen import MenuScreen
 
 pytestmark = [pytest.mark.slow]
