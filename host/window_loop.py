@@ -9,7 +9,7 @@ import pygame
 from pygame import Surface as Surface
 
 from controller.shared.errors import TroubleError
-from host.connection.receiver import MessageLink, ever_connected
+from host.connection.receiver import Receiver, ever_connected
 from host.targets import SIZE, Target
 from host.ui import dome
 from tetris.kit import theme
@@ -27,7 +27,7 @@ class WindowError(TroubleError, RuntimeError):
 
 def play(
     target: Target,
-    orb: MessageLink,
+    orb: Receiver,
     surface: pygame.Surface,
     stopped: Sequence[str] = (),
     *,
@@ -74,7 +74,7 @@ def play(
 
 def serve(
     target: Target,
-    orb: MessageLink,
+    orb: Receiver,
     stopped: Sequence[str] = (),
     *,
     seconds: float | None = None,
@@ -92,7 +92,7 @@ def serve(
         connected = _exchange(target, orb, now_s, connected)
 
 
-def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -> bool:
+def _exchange(target: Target, orb: Receiver, now_s: float, connected: bool) -> bool:
     """Pass messages between target and link; return whether there ever was a connection."""
     received = orb.poll()
     connected = ever_connected(received, connected)

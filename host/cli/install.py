@@ -17,7 +17,7 @@ from host.cli import warn
 from host.connection.bundle_upload import BundleUpload, load, outcome
 from host.connection.device_store import DeviceStore
 from host.connection.discovery import DevicePort
-from host.connection.receiver import MessageLink, Receiver, ever_connected
+from host.connection.receiver import Receiver, ever_connected
 from host.connection.transport import open_transport
 
 TURN_S: Final = 0.05  # the longest wait for messages
@@ -46,7 +46,7 @@ def _install(options: argparse.Namespace) -> int:
     return 0
 
 
-def _deliver(upload: BundleUpload, link: MessageLink) -> None:
+def _deliver(upload: BundleUpload, link: Receiver) -> None:
     """Run the link until the upload is over; LinkError if the first connection failed."""
     connected, shown = False, ""
     while not upload.over:

@@ -18,7 +18,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from controller.shared.errors import count
 from controller.shared.protocol.auth import NONCE
@@ -44,19 +44,6 @@ CONNECT_S = 30.0  # for the first connection: an orb of our own needs seconds to
 log = logging.getLogger(__name__)
 
 Listener = Callable[[Sequence[Received]], None]  # takes items, oldest first, without waiting
-
-
-class MessageLink(Protocol):
-    """The part of a `Receiver` that loops need."""
-
-    def poll(self) -> list[Received]:
-        """Return what is new, oldest first, without waiting."""
-
-    def send(self, message: Message) -> object:
-        """Send without waiting."""
-
-    def wait(self, timeout_s: float) -> None:
-        """Return when there is something to poll, or after the timeout."""
 
 
 def ever_connected(received: Sequence[Received], before: bool) -> bool:

@@ -9,13 +9,14 @@ import pytest
 from controller.shared.protocol import messages
 from host import window_loop as loop
 from host.app.application import OrbApp
-from host.connection.receiver import Connected, Received, Refused
+from host.connection.receiver import Connected, Received, Receiver, Refused
 from host.connection.transport import LinkError
+from host.targets import SIZE
 from tests.support.app_window import FELT, WELCOME, said
 from tetris.window.app import Start
 
 
-class FakeReceiver:
+class FakeReceiver(Receiver):
     """A link whose news are written down beforehand, a list for each frame of the window."""
 
     def __init__(self, *news: Sequence[Received]) -> None:
@@ -25,8 +26,9 @@ class FakeReceiver:
     def poll(self) -> list[Received]:
         return list(self.news.pop(0)) if self.news else []
 
-    def send(self, message: messages.Message) -> None:
+    def send(self, message: messages.Message) -> bool:
         self.sent.append(message)
+        return True
 
     def wait(self, timeout_s: float) -> None: ...
 
@@ -48,7 +50,7 @@ def test_loop_plays_until_its_time_is_up(surface: pygame.Surface) -> None:
 
 def test_f11_fills_the_screen_and_comes_back(surface: pygame.Surface) -> None:
     app = OrbApp(sound=False)
-    for expected in (pygame.display.get_desktop_sizes()[0], loop.SIZE):
+    for expected in (pygame.display.get_desktop_sizes()[0], SIZE):
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_F11))
         loop.play(app, FakeReceiver(), surface, seconds=0.5, clock=count(0.0).__next__)
         assert pygame.display.get_window_size() == expected

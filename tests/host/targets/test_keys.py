@@ -14,7 +14,7 @@ from controller.shared.keymap.keymap import KEYBOARD, parse
 from controller.shared.protocol.messages import Command, Message, State, Telemetry
 from host import targets
 from host import window_loop as loop
-from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused, Stale
 from host.connection.transport import LinkError
 from host.injection.backends import BackendError
 from host.injection.injector import Sender
@@ -217,15 +217,15 @@ def test_end_in_the_middle_of_a_stroke_makes_none_twice() -> None:
     assert bench.wire.made == ["+down", "-down"]
 
 
-class FakeReceiver:
+class FakeReceiver(Receiver):
     def __init__(self, *news: list[Received]) -> None:
         self.news = list(news)
 
     def poll(self) -> list[Received]:
         return self.news.pop(0) if self.news else []
 
-    def send(self, message: Message) -> None:
-        pass
+    def send(self, message: Message) -> bool:
+        return True
 
     def wait(self, timeout_s: float) -> None:
         pass
