@@ -82,7 +82,7 @@ class Touch:
 
 
 def touched(images: Images, pause: float = np.inf) -> list[Touch]:
-    """Return the touches in some images, in order; with less than `pause` frames between, one."""
+    """Return the touches in some images, in order; with at most `pause` frames between, one."""
     energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
     idle = float(np.quantile(energy, 0.1))
     restless = float(np.abs(energy - idle)[energy <= np.median(energy)].mean())

@@ -166,10 +166,9 @@ class Receiver:
                 received.append(Missed(1))
             else:
                 received.append(news)
-        if received:
-            for listener, kind in self._listeners:
-                if any(isinstance(item, kind) for item in received):
-                    listener(received)
+        for listener, kind in self._listeners:
+            if any(isinstance(item, kind) for item in received):
+                listener(received)
         return received
 
     def send(self, message: Message) -> bool:

@@ -2,8 +2,8 @@
 
 Operators, `not`, numbers, booleans, slice bounds, conditions and return values are mutated.
 Docstrings, texts, annotations, decorators, assertions, raised errors and log calls are not. Nor
-is `daemon` of threads: tests/project/test_threads.py holds it everywhere. Nor are named constants:
-another limit is a decision, and a test that repeats its value shows nothing.
+is `daemon` of threads: tests/project/test_threads.py holds it everywhere. Nor are named constants
+and `timeout`: another limit is a decision, and a test that repeats its value shows nothing.
 """
 
 import ast
@@ -82,7 +82,7 @@ def _walk(node: ast.AST, returns: str) -> Iterator[tuple[ast.expr | ast.stmt, st
     """Yield the expressions below a node and their replacements; {} is what they were."""
     if isinstance(node, (ast.JoinedStr, ast.Raise, ast.Assert)) or (
         (isinstance(node, ast.Call) and _LOG.fullmatch(ast.unparse(node.func)))
-        or (isinstance(node, ast.keyword) and node.arg in ("strict", "daemon"))
+        or (isinstance(node, ast.keyword) and node.arg in ("strict", "daemon", "timeout"))
         or (isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__slots__")
         or (isinstance(node, (ast.BinOp, ast.AugAssign)) and _is_union(node))
         or (isinstance(node, (ast.Assign, ast.AnnAssign)) and _CONSTANT.match(ast.unparse(node)))

@@ -93,7 +93,7 @@ def test_code_is_mutated_and_what_only_people_read_is_not() -> None:
         ("class C:\n    __slots__ = ('x', 1)\n    x: Literal[1]\n", set()),
         ("assert x > 1\nKind = Number | Field\nz = cast(A | B, y)\n", set()),
         ("for x in zip(a, b, strict=True):\n    f'{x + 1}'\n", set()),
-        ("Thread(target=f, daemon=True)\n", set()),
+        ("Thread(target=f, daemon=True).join(timeout=5.0)\n", set()),
     ],
 )
 def test_each_kind_of_mutation(source: str, becomes: set[str]) -> None:

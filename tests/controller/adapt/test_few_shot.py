@@ -227,6 +227,13 @@ def test_of_two_touches_only_the_last_is_learned() -> None:
     assert (around == 1.0).all()
 
 
+def test_an_example_begins_and_ends_at_the_quietest_frames_of_the_pauses() -> None:
+    images = images_touched((3, 9), (20, 26), (35, 36))
+    images[:, 0, 0] = 0.97
+    images[[14, 30], 0, 0] = 1.0
+    assert len(found(Example("tap", images)).images) == 30 + 1 - 14
+
+
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
 def test_the_pause_that_parts_touches_is_a_time_not_frames(rate_hz: float) -> None:
     def at(*seconds: float) -> tuple[int, ...]:
@@ -240,6 +247,12 @@ def test_the_pause_that_parts_touches_is_a_time_not_frames(rate_hz: float) -> No
 
     assert touched_s(0.3) == pytest.approx(0.9, abs=0.1)
     assert touched_s(0.6) == pytest.approx(0.3, abs=0.1)
+
+
+@pytest.mark.parametrize(("between", "touches"), [(3, 1), (4, 1), (5, 2)])
+def test_touches_with_no_more_than_a_pause_between_them_are_one(between: int, touches: int) -> None:
+    images = images_touched((10, 13), (13 + between, 16 + between))
+    assert len(touched(images, pause=4.0)) == touches
 
 
 def test_a_stray_after_the_touch_is_not_meant() -> None:

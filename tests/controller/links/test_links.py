@@ -258,6 +258,13 @@ def test_only_so_many_may_knock_at_a_time(link: ListenLink, connect: Connect) ->
     assert isinstance(peers[-1].greet(), wire.Welcome)
 
 
+def test_a_host_that_left_before_it_was_accepted_delays_nothing(link: ListenLink) -> None:
+    accepting = threading.Thread(target=link._accept, args=(0,), daemon=True)
+    accepting.start()
+    accepting.join(DEADLINE_S)
+    assert not accepting.is_alive()
+
+
 def test_a_host_that_floods_is_cut_off(link: ListenLink, connect: Connect) -> None:
     host = connect()
     host.greet()

@@ -132,6 +132,16 @@ def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
             assert (one.touch, one.held, one.command) == (other.touch, other.held, other.command)
 
 
+def test_a_state_is_taken_while_a_gesture_waits_for_another_one() -> None:
+    waits = DebounceSettings(patient=("press",), awaited=("pinch",), patience_s=2.0)
+    patient = replace(SHIPPED.settings, debounce=waits)
+    whole, copy = (Pipeline(patient, Certain(), SHIPPED.mapping) for _ in range(2))
+    assert not any(step.gesture for step in played(whole, [REST] * 20 + [pressed(0, 3)] * 9))
+    copy.restore(whole.state())
+    steps = played(copy, [REST] * 30, 30)
+    assert [step.gesture for step in steps if step.gesture] == ["press"]
+
+
 def test_a_state_of_something_else_is_refused() -> None:
     state = pipeline().state()
     wrong: tuple[State, ...] = (

@@ -62,6 +62,17 @@ def test_the_frames_before_the_networks_noticed_belong_to_the_touch() -> None:
     assert 1.2 < seen(touch)[2, 1] < 1.3
 
 
+@pytest.mark.parametrize(("rate_hz", "frames"), [(10.0, 1), (40.0, 2), (80.0, 4)])
+def test_a_twentieth_of_a_second_before_that_is_when_the_finger_comes(
+    rate_hz: float, frames: int
+) -> None:
+    touch = TouchImage(60, 5, 5, rate_hz)
+    for image in [QUIET] * 8 + [finger(3)] * frames:
+        touch.step(image, 0.0, null=True)
+    touch.step(finger(1), 0.0, null=False)
+    assert seen(touch)[2, 3] == pytest.approx(1.0 + 0.2 * frames / (frames + 1), rel=0.06)
+
+
 def test_a_blink_of_the_networks_does_not_end_a_touch() -> None:
     touch = shown(finger(1), finger(1))
     touch.step(finger(1), 0.0, null=True)

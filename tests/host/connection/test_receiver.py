@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -22,6 +22,7 @@ from controller.shared.ports import why
 from controller.shared.protocol import messages
 from controller.shared.protocol.messages import Command, Granted, Hello, State, Telemetry
 from controller.shared.protocol.packets import Decoder, encode
+from controller.shared.protocol.retransmit import SessionHistory
 from host.connection import receiver as receiver_module
 from host.connection.receiver import (
     Connected,
@@ -588,6 +589,29 @@ def test_commands_that_a_busy_program_left_are_too_late(ears: Ears, monkeypatch:
     assert receiver_module.Missed(1) in [news for _, news in ear.told]
     assert 0 < ear.receiver.bytes_sent <= transport.written
     assert ear.receiver.bytes_received > 0
+
+
+def test_a_listener_gets_what_is_polled_when_an_item_is_of_its_kind(ears: Ears) -> None:
+    transport, heard = Scripted(), list[Sequence[receiver_module.Received]]()
+    ear = ears(Receiver(lambda: transport))
+    ear.receiver.subscribe(heard.append, Connected)
+    ear.receiver.connect()
+    ear.next(Connected)
+    transport.say(State(("down",)))
+    ear.until(lambda news: news == Delivered(State(("down",)), 0))
+    assert [type(items[0]) for items in heard] == [Connected]
+
+
+@pytest.mark.parametrize(("drawn", "nonce"), [(1.0, 2**32 - 1), (0.0, 1)])
+def test_the_nonce_of_a_host_fills_32_bits_and_is_never_0(
+    drawn: float, nonce: int, monkeypatch: Patch
+) -> None:
+    monkeypatch.setattr("secrets.randbits", lambda bits: int(drawn * (2**bits - 1)))
+    receiver = Receiver(Scripted)
+    assert receiver.past.host_nonce == nonce
+    receiver.past = SessionHistory(host_nonce=7)
+    receiver.reopen(Scripted)
+    assert receiver.past.host_nonce == nonce
 
 
 def test_a_program_that_listens_no_more_costs_no_memory(ears: Ears, monkeypatch: Patch) -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from controller.shared.keymap.key_state import Stroke
 from host.injection import watchdog
 from host.injection.backends import Backend, BackendError
-from host.injection.injector import MUTE_MS, Injector
+from host.injection.injector import MUTE_MS, DryRunInjector, Injector
 from host.injection.watchdog import HANG_MS, Watchdog
 from tests.support import SUPPORT
 from tests.support.waiting import until
@@ -207,6 +207,14 @@ def test_program_that_starts_no_watchdog_is_told_why() -> None:
         Injector("auto", "keyboard", ["a"], command=command).start()
 
 
+def test_a_dry_run_prints_strokes_and_is_new_once() -> None:
+    printed: list[str] = []
+    dry = DryRunInjector(printed.append)
+    assert [dry.start(), dry.start()] == ["dry run", ""]
+    dry.send([Stroke("a", True), Stroke("a", False)])
+    assert printed == ["press a", "release a"]
+
+
 SENDER = """
 import sys, time
 from host.injection.injector import Injector
@@ -238,14 +246,16 @@ def test_killed_sender_leaves_no_key_down(paper: Path) -> None:
         ("open_backend", BackendError("no keyboard here"), 1, "failed no keyboard here\n"),
         ("serve", OSError("a key is stuck"), 1, "ready paper\nfailed a key is stuck\n"),
         ("serve", BrokenPipeError(), 0, "ready paper\n"),
+        ("serve", None, 0, "ready paper\n"),  # its input has ended
     ],
 )
 def test_the_program_says_how_it_began_and_why_it_ends(
-    where: str, error: Exception, status: int, said: str,
+    where: str, error: Exception | None, status: int, said: str,
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     def fail(*_: object) -> None:
-        raise error
+        if error is not None:
+            raise error
 
     monkeypatch.setattr(watchdog, "open_backend", lambda *_: ("paper", Recorder()))
     monkeypatch.setattr(watchdog, where, fail)

@@ -20,6 +20,7 @@ from controller.shared.protocol import teaching as teach
 from controller.shared.protocol.codec import ProtocolError, image_from_bytes, quantise_image
 from controller.shared.protocol.packets import MAX_FRAME, Decoder, Packet, encode, is_ahead
 from tests.support import ROOT
+from tests.support.fake_device import welcome
 
 u8, u16, u32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 size, span = st.integers(1, 255), st.integers(1, 65535)
@@ -359,6 +360,11 @@ def test_a_stream_can_be_cut_anywhere(sent: list[wire.Message], data: st.DataObj
 def test_noise_costs_no_packet_that_follows_a_zero(sent: list[tuple[wire.Message, bytes]]) -> None:
     stream = b"".join(noise + b"\0" + wired(message) for message, noise in sent)
     assert Decoder().feed(stream) == [packet(message) for message, _ in sent]
+
+
+def test_a_welcome_continues_nothing_unless_it_says_so() -> None:
+    first = welcome()
+    assert (first.resumed, first.done) == (False, 0)
 
 
 def test_one_wrong_bit_anywhere_never_gives_a_packet() -> None:
