@@ -7,15 +7,14 @@ hand in the played games of docs/figures/games.json, and none goes wrong.
 """
 
 import statistics
+from itertools import pairwise
 from typing import Final
 
-from host.actions import ACTIONS
-from host.demo import autoplayer, demo
-from host.demo.autoplayer import LOOK_S, Autoplayer
-from host.demo.demo import PACE
-from tetris.engine.game import Game
+from host.demo import autoplayer
+from host.demo.autoplayer import LOOK_S
 
 from . import stored
+from .information_games import keyboard
 from .results import Results, command_line, say
 
 COSTS: Final = (0.0, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
@@ -25,24 +24,9 @@ SIGMAS: Final = 1.96
 
 def lines_cleared(seed: int, seconds: float, hand_s: float) -> int:
     """Return the lines of one game of the player whose gestures last so long."""
-    player, game = Autoplayer(seed, seconds), Game(seed, PACE)
-    held: tuple[int, float] | None = None
-    cleared = before = 0
-    game.update(0.0)
-    for tick in range(1, round(seconds * demo.TICKS_PER_S)):
-        now_s = tick / demo.TICKS_PER_S
-        if held is not None and now_s >= held[1]:
-            player.left(held[0], now_s)
-            held = None
-        due = []
-        if (decided := player.decide(game, now_s)) is not None:
-            performed, command = decided
-            held = (performed.number, now_s + (hand_s if command else 0.0))
-            due = [ACTIONS[command]] if command else []
-        game.update(now_s, due)
-        cleared += max(0, game.lines - before)
-        before = game.lines
-    return cleared
+    seen: list[int] = [0]
+    keyboard(seed, seconds, hand_s, seen.append)
+    return sum(max(0, after - before) for before, after in pairwise(seen))
 
 
 def command_s() -> float:

@@ -9,22 +9,36 @@ nothing) is looked for with presses; orbs without a fault are pressed, too.
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import cache
 from itertools import repeat
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.cli import doctor
-from controller.diagnostics import measurements, wiring_checks
+from controller.diagnostics import measurements, touch_checks, wiring_checks
 from controller.diagnostics.report import Row, Verdict
-from controller.sensors.geometry import RATE_HZ
-from controller.sensors.hardware.emulated.circuit import KINDS
+from controller.recognition.images.frames import Frame
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import RATE_HZ, Geometry
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
+from controller.sensors.hardware.emulated.circuit import KINDS, WiringFault
+from controller.sensors.hardware.wiring import Wiring
+from controller.shared.protocol.messages import Contact
 from controller.simulator.orb import PRESETS, preset
 
 from .results import Results, command_line
-from .wired import COLUMNS, ROWS, Wired
 
+ROWS, COLUMNS, PITCH_MM = 5, 5, 10.0
+HANDS = 8  # who miss the taxel that they mean, each in another way
+AIM_MM = 1.5  # deviation of a finger from where it should press: as in the simulated sessions
+DEPTHS_MM = (6.5, 12.0)
+_DRIFT = 0.004  # of each taxel from one touch to the next
 NOTHING: Final = "nothing"
 # Sizes are drawn log-evenly between these; () where a kind has none. Noise is in counts of 4096, on
 # top of what a preset has.
@@ -48,6 +62,72 @@ _PLACES: Final = {
 SLOW_HZ: Final = 2.0  # where nobody presses, so that less is emulated
 _FAMILY: Final = 5_000_000  # of seeds
 _HEALTHY: Final = 1_000_000
+
+
+@cache
+def presses(hand: int) -> NDArray[np.float64]:
+    """Return z - 1 under every press that the doctor asks for, by one hand."""
+    rng = np.random.default_rng([7, hand])
+    return np.array(
+        [
+            touch_checks.pressed(
+                ROWS, COLUMNS, PITCH_MM, place,
+                off_mm=complex(*rng.normal(0.0, AIM_MM, 2)),
+                depth_mm=float(rng.uniform(*DEPTHS_MM)),
+            )
+            for place in touch_checks.places(ROWS, COLUMNS)
+        ]
+    )  # fmt: skip
+
+
+class Wired(Sensor):
+    """A virtual sensor on the bench, which can be pressed where the doctor asks for it."""
+
+    virtual = True
+    geometry = Geometry(ROWS, COLUMNS, PITCH_MM)
+    device_id = "wired"
+    driver: Driver
+
+    def __init__(
+        self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 2.0,
+        turned: bool = False, mirrored: str = "",
+    ) -> None:  # fmt: skip
+        rng = np.random.default_rng([11, seed])
+        self.rate_hz, self.turned, self.mirrored = rate_hz, turned, mirrored
+        readout, parts = preset(name).electronics.readout, preset(name).electronics
+        model = BoardModel(
+            noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
+            finger_pf=readout.finger_pf,
+        )  # fmt: skip
+        self._rest = rng.normal(*parts.rest_pf, (ROWS, COLUMNS))
+        broken = [WiringFault.parse(fault) for fault in faults]
+        wiring = replace(Wiring(), pump=None)
+        # on which it lies
+        self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
+        self.board = self.bench.board
+        self.driver = Driver(self.board)
+        self._hand, self._rng = int(rng.integers(HANDS)), rng
+        self._stiff = [(f.row, f.column) for f in broken if f.kind == "stiff"]
+
+    def read(self, t_s: float) -> Frame:
+        frame = self.driver.frame(t_s)
+        frame = frame.T if self.turned else frame
+        if self.mirrored:
+            frame = frame[::-1] if self.mirrored == "rows" else frame[:, ::-1]
+        return frame
+
+    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
+        change = np.zeros((ROWS, COLUMNS))
+        fingers = np.zeros(ROWS)
+        for contact in contacts:
+            place = (round(ROWS - 1 - contact.y), round(contact.x))
+            change = presses(self._hand)[touch_checks.places(ROWS, COLUMNS).index(place)].copy()
+            fingers[place[0]] = 1.0
+        drift = 1.0 + _DRIFT * self._rng.standard_normal((ROWS, COLUMNS))
+        self.bench.touch(self._rest * (1.0 + change) * drift, fingers)
+
+    def close(self) -> None:
+        self.driver.close()
 
 
 def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:

@@ -9,7 +9,7 @@ wrong. Each game is a file, as of `host --demo --json`. Half an hour of play tak
 
 import json
 import multiprocessing
-from collections.abc import Mapping
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, Final
@@ -38,8 +38,13 @@ def orb(preset: str, seed: int, seconds: float) -> dict[str, Any]:
         return game.verdict()
 
 
-def keyboard(seed: int, seconds: float) -> Mapping[str, Any]:
-    """Play the same with keys; stray touches harm nobody there, and take no time."""
+def keyboard(
+    seed: int, seconds: float, hand_s: float = KEY_S, cleared: Callable[[int], object] | None = None
+) -> dict[str, Any]:
+    """Play the same with keys, each held for `hand_s`; stray touches take no time.
+
+    `cleared` is called with the lines of every tick.
+    """
     player, game = Autoplayer(seed, seconds), Game(seed, PACE)
     events: list[tuple[int, int, str]] = []
     commands: list[tuple[int, str]] = []
@@ -53,14 +58,15 @@ def keyboard(seed: int, seconds: float) -> Mapping[str, Any]:
         due = []
         if (decided := player.decide(game, now_s)) is not None:
             performed, command = decided
-            lasts_s = KEY_S if command else 0.0
-            held = (performed.number, now_s + lasts_s)
+            held = (performed.number, now_s + (hand_s if command else 0.0))
             if command:
                 ms = round(1000 * now_s)
-                events.append((ms, ms + round(1000 * KEY_S), command))
+                events.append((ms, ms + round(1000 * hand_s), command))
                 commands.append((ms, command))
                 due.append(ACTIONS[command])
         game.update(now_s, due)
+        if cleared is not None:
+            cleared(game.lines)
     return {"seed": seed, "seconds": seconds, "events": events, "commands": commands}
 
 

@@ -1,300 +1,158 @@
-"""Cost of the link: packets, round trips against bare pyserial, cuts, silence.
+"""Round trips of the link, in turns with bare pyserial over the same kind of wire.
 
-    python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S]
-                                    [--wire NAME ...] [--json]
+    python -m tests.benchmarks.link [--trips N] [--json]
 
-A round trip is Grant and its Granted, program to program. Its peers are the same number of bytes
-there and back over the same kind of wire, in turns: "pyserial" knows how long a frame is, which is
-the least that a program can do and the peer of the goal; "lines" has to find a frame's end, as ours
-has to; "sessions" is the two sessions with neither thread, lock nor queue. The pty's wire is a
-process between two ptys.
+A round trip is Grant and its Granted, program to program; pyserial at both ends sends as many
+bytes, and knows how many. The pty's wire is a process between two ptys. Linux.
 """
 
-from __future__ import annotations
-
-import itertools
+import json
 import os
+import pty
+import select
 import socket
 import statistics
+import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
+import tty
+from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any, Final
 
 import serial
+from serial.urlhandler import protocol_socket
 
-from controller.shared.protocol import messages as protocol
-from controller.shared.protocol.auth import FrameAuthenticator
-from controller.shared.protocol.host_session import HostSession
-from controller.shared.protocol.packets import Decoder, encode
-from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
+from controller.shared.protocol.messages import Grant, Granted
+from controller.shared.protocol.packets import encode
+from host.connection.receiver import Delivered, Receiver
 from host.connection.transport import open_transport
+from tests.support import SUPPORT
+from tests.support.processes import LineProcess
 
-from .link_peers import CHUNK, FRAME
-from .link_wires import WIRES, Line, Peer, Wire
 from .results import Results, command_line
 
-PACKETS_GOAL: Final = 150_000.0
-TRIP_GOAL: Final = 1.3
+GOAL: Final = 1.3
 BATCH: Final = 250  # round trips in one turn
 PATIENCE_S: Final = 30.0
-_COMMAND: Final = protocol.NumberedCommand("drop", "pinch", 0.93, (2.0, 1.5), 4711, 17, 16, 9000)
-_BEAT: Final = protocol.Heartbeat(9000, 8950, 12, 17, ())
-_FRAME: Final = protocol.Telemetry(
-    4711, bytes(range(120, 145)), (0.0, 0.2, 0.8, 0.0, 0.0), (2.0, 1.5), "pinch", True, 10.0
-)
-# What a device says in ten seconds of play: 100 frames, 100 heartbeats, 20 commands.
-PRESETS: Final[dict[str, tuple[protocol.Message, ...]]] = {
-    "play": (_FRAME, _BEAT) * 5 + (_COMMAND,),
-    "command": (_COMMAND,),
-    "heartbeat": (_BEAT,),
-    "telemetry": (_FRAME,),
-}
-_KEY: Final = bytes(range(32))
+FRAME: Final = len(encode(Grant(0), session=1, sequence=1, t_ms=1))  # as long as its answer
+ORB: Final = (sys.executable, str(SUPPORT / "fake_device.py"))
+OWN: Final = (sys.executable, "-m", "tests.benchmarks.link")
+WIRES: Final = ("pty", "tcp")
+Trip = Callable[[], object]
 
 
-def packets(results: Results, count: int) -> None:
-    """Measure decoding and encoding, per second of CPU; the best of five."""
-    for preset, sealed in (*((name, False) for name in PRESETS), ("play", True)):
-        messages, where = PRESETS[preset], f"{preset}-sealed" if sealed else preset
+def far_end(stack: ExitStack, wire: str, program: tuple[str, ...]) -> str:
+    """Start a program at the far end of a wire; return the URL of the near end."""
 
-        def seal(sealed: bool = sealed) -> FrameAuthenticator | None:
-            return FrameAuthenticator(_KEY, 0) if sealed else None
+    def started(*command: str) -> Any:
+        process = LineProcess(command, stderr=subprocess.DEVNULL)
+        stack.callback(process.close)
+        return json.loads(process.line())
 
-        def written(messages: tuple[protocol.Message, ...] = messages) -> list[bytes]:
-            said, own = itertools.cycle(messages), seal()
-            return [
-                encode(next(said), session=1, sequence=n & 0xFFFF, t_ms=n, seal=own)
-                for n in range(1, count + 1)
-            ]
-
-        stream = b"".join(written())
-
-        def read(stream: bytes = stream) -> None:
-            decoder = Decoder()
-            decoder.seal = seal()
-            chunks = range(0, len(stream), CHUNK)
-            assert sum(len(decoder.feed(stream[at : at + CHUNK])) for at in chunks) == count
-
-        for name, work, goal in (
-            ("packets_per_s_encoded", written, None), ("packets_per_s", read, PACKETS_GOAL),
-        ):  # fmt: skip
-            seconds = min(_cpu_seconds(work) for _ in range(5))
-            results.note(name, count / seconds, "packet/s", preset=where, goal=goal)
+    if wire == "tcp":
+        return str(started(*program, "listen://127.0.0.1:0")["listening"])
+    near, far = started(*OWN, "cable")
+    started(*program, far)
+    return str(near)
 
 
-def _cpu_seconds(work: Callable[[], object]) -> float:
-    began_s = time.process_time()
-    work()
-    return time.process_time() - began_s
-
-
-def until(receiver: Receiver, wanted: Callable[[Received], bool]) -> Received:
-    """Return the first news that is wanted."""
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        receiver.wait(1.0)
-        for news in receiver.poll():
-            if wanted(news):
-                return news
-    raise RuntimeError("what was waited for did not come")
-
-
-def _is_granted(news: Received) -> bool:
-    return isinstance(news, Delivered) and isinstance(news.message, protocol.Granted)
-
-
-def trips(results: Results, wire: Wire, count: int) -> None:
-    """Measure round trips, ours and the peers', in turns."""
-    assert len(encode(protocol.Grant(0), session=1, sequence=1, t_ms=1)) == FRAME
-    with ExitStack() as stack:
-        trip_of: dict[str, Callable[[], object]] = {
-            kind: make(stack, stack.enter_context(wire.line(far)).url)
-            for kind, (far, make) in _TRIPS.items()
-        }
-        taken: dict[str, list[float]] = {kind: [] for kind in trip_of}
-        middles: dict[str, list[float]] = {kind: [] for kind in trip_of}
-        for _ in range(max(count // BATCH, 2)):
-            for kind, trip in trip_of.items():
-                batch = [_seconds(trip) for _ in range(BATCH)]
-                taken[kind] += batch
-                middles[kind].append(statistics.median(batch))
-    for kind, seconds in taken.items():
-        results.percentiles(f"round_trip{kind}", [1e6 * each for each in seconds], "us", wire.name)
-    for kind, ratio, goal in _RATIOS:
-        pairs = zip(middles[_OURS], middles[kind], strict=True)
-        median = statistics.median(ours / theirs for ours, theirs in pairs)
-        results.note(ratio, median, f"ours/{kind[1:]}", preset=wire.name, goal=goal)
-
-
-def _seconds(trip: Callable[[], object]) -> float:
-    began_s = time.perf_counter()
-    trip()
-    return time.perf_counter() - began_s
-
-
-def _our_trip(stack: ExitStack, url: str) -> Callable[[], object]:
+def our_trip(stack: ExitStack, wire: str) -> Trip:
+    """Connect a receiver, and return what makes a round trip."""
+    url = far_end(stack, wire, ORB)
     receiver = Receiver(lambda: open_transport(url), granted=True)
     stack.callback(receiver.close)
     receiver.connect()
-    until(receiver, lambda news: isinstance(news, Connected))
 
     def trip() -> None:
-        receiver.send(protocol.Grant(0))
-        until(receiver, _is_granted)
-
-    return trip
-
-
-def _sessions_trip(stack: ExitStack, url: str) -> Callable[[], object]:
-    port = open_transport(url)
-    stack.callback(port.close)
-    session = HostSession(url, 1, _now_ms(), granted=True)
-
-    def until(wanted: Callable[[Received], bool]) -> None:
-        while True:
-            if session.output:
-                port.write(bytes(session.output))
-                session.output.clear()
-            if any(map(wanted, session.receive(port.read(PATIENCE_S), _now_ms()))):
+        receiver.send(Grant(0))
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
+            receiver.wait(1.0)
+            if any(isinstance(n, Delivered) and isinstance(n.message, Granted)
+                   for n in receiver.poll()):  # fmt: skip
                 return
-
-    def trip() -> None:
-        session.send(protocol.Grant(0), _now_ms())
-        until(_is_granted)
-
-    until(lambda news: isinstance(news, Connected))
-    return trip
-
-
-def _bare_trip(stack: ExitStack, url: str) -> Callable[[], object]:
-    port = _pyserial(stack, url)
-    message = bytes(FRAME)
-
-    def trip() -> None:
-        port.write(message)
-        port.read(FRAME)
+        raise RuntimeError("the orb does not answer")
 
     return trip
 
 
-def _lines_trip(stack: ExitStack, url: str) -> Callable[[], object]:
-    port = _pyserial(stack, url)
-    message = bytes(FRAME - 1) + b"\n"
-
-    def trip() -> None:
-        port.write(message)
-        port.readline()
-
-    return trip
-
-
-def _pyserial(stack: ExitStack, url: str) -> Any:
-    port = serial.serial_for_url(url, baudrate=115_200, timeout=PATIENCE_S, exclusive=True)
+def bare_trip(stack: ExitStack, wire: str) -> Trip:
+    """Open the wire with pyserial, and return what makes a round trip."""
+    url = far_end(stack, wire, (*OWN, "echo"))
+    port: Any = serial.serial_for_url(url, baudrate=115_200, timeout=PATIENCE_S, exclusive=True)
     stack.callback(port.close)
-    if url.startswith("socket:"):
+    if wire == "tcp":
         with socket.socket(fileno=os.dup(port.fileno())) as connection:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return port
+
+    def trip() -> None:
+        port.write(bytes(FRAME))
+        assert len(port.read(FRAME)) == FRAME
+
+    return trip
 
 
-def _now_ms() -> int:
-    return time.monotonic_ns() // 1_000_000
+def batch_us(trip: Trip) -> float:
+    """Return the median of some round trips, microseconds."""
+    taken = []
+    for _ in range(BATCH):
+        began_ns = time.perf_counter_ns()
+        trip()
+        taken.append((time.perf_counter_ns() - began_ns) / 1000)
+    return statistics.median(taken)
 
 
-# What is measured in turns: who is at the far end, and what makes a trip.
-_OURS: Final = ""
-_TRIPS: Final[dict[str, tuple[str, Callable[[ExitStack, str], Callable[[], object]]]]] = {
-    _OURS: ("device", _our_trip),
-    "@sessions": ("sessions", _sessions_trip),
-    "@pyserial": ("echo", _bare_trip),
-    "@lines": ("lines", _lines_trip),
-}
-_RATIOS: Final = (
-    ("@pyserial", "round_trip_ratio", TRIP_GOAL),
-    ("@lines", "round_trip_ratio@lines", None),
-    ("@sessions", "round_trip_ratio@sessions", None),
-)
+def cable() -> None:
+    """Join two ptys, and print their names."""
+    pairs = [pty.openpty(), pty.openpty()]
+    for _, slave in pairs:
+        tty.setraw(slave)
+    print(json.dumps([os.ttyname(slave) for _, slave in pairs]), flush=True)
+    (one, _), (other, _) = pairs
+    far = {one: other, other: one}
+    while True:
+        for end in select.select([*far], [], [])[0]:
+            os.write(far[end], os.read(end, 1 << 14))
 
 
-@contextmanager
-def connected(wire: Wire) -> Iterator[tuple[Line, Peer, Receiver]]:
-    """Give a line whose bytes are counted, its wire, and a receiver that is connected over it."""
-    with wire.line("device", counted=True) as line:
-        assert line.wire is not None
-        receiver = Receiver(lambda: open_transport(line.url))
-        receiver.connect()
-        until(receiver, lambda news: isinstance(news, Connected))
-        yield line, line.wire, receiver
-        receiver.close()
+def echo(url: str) -> None:
+    """Send back every frame from a pty, or from one host over TCP, with pyserial as well."""
+    if url.startswith("listen:"):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            near = f"socket://127.0.0.1:{listener.getsockname()[1]}"
+            print(json.dumps({"listening": near}), flush=True)
+            connection, _ = listener.accept()
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setblocking(False)
+        port: Any = protocol_socket.Serial()
+        port._socket, port.is_open = connection, True
+    else:
+        port = serial.serial_for_url(url, baudrate=115_200, exclusive=True)
+        print(json.dumps({"listening": url}), flush=True)
+    while True:
+        port.write(port.read(FRAME))
 
 
-def cuts(results: Results, wire: Wire, count: int) -> None:
-    """Measure how long it takes from the wire's return to a new session, and to notice a cut."""
-    noticed, back = [], []
-    with connected(wire) as (_, cable, receiver):
-        for _ in range(count):
-            time.sleep(0.3)  # of quiet between two cuts
-            began_s = time.monotonic()
-            cable.ask("pull")
-            until(receiver, lambda news: isinstance(news, Lost))
-            noticed.append(time.monotonic() - began_s)
-            began_s = time.monotonic()
-            cable.ask("plug")
-            until(receiver, lambda news: isinstance(news, Connected))
-            back.append(time.monotonic() - began_s)
-    results.note("cut_noticed_p50_s", statistics.median(noticed), "s", preset=wire.name)
-    results.note("reconnect_p50_s", statistics.median(back), "s", preset=wire.name)
-    results.note("reconnect_max_s", max(back), "s", preset=wire.name)
-
-
-def silence(results: Results, wire: Wire, seconds: float) -> None:
-    """Measure what a link costs on which nothing is said but that both are there."""
-    with connected(wire) as (line, cable, receiver):
-        pid = line.peer.process.pid
-        bytes_before = sum(cable.ask("bytes")["bytes"])
-        here_s, there_s = time.process_time(), _cpu_s(pid)
-        end_s = time.monotonic() + seconds
-        while (left_s := end_s - time.monotonic()) > 0:
-            receiver.wait(left_s)
-            if any(isinstance(news, Lost) for news in receiver.poll()):
-                raise RuntimeError("the link was lost in silence")
-        minute = 60.0 / seconds
-        here_s, there_s = time.process_time() - here_s, _cpu_s(pid) - there_s
-        passed = sum(cable.ask("bytes")["bytes"]) - bytes_before
-    results.note("silent_minute_host_cpu_s", here_s * minute, "s", preset=wire.name)
-    results.note("silent_minute_device_cpu_s", there_s * minute, "s", preset=wire.name)
-    results.note("silent_minute_bytes", passed * minute, "byte", preset=wire.name)
-
-
-def _cpu_s(pid: int) -> float:
-    """Return the CPU time of a process, user and system."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def main(argv: Sequence[str] | None = None) -> None:
-    parser = command_line(__doc__, packets=50_000, trips=5000, cuts=10, silent=60.0)
-    parser.add_argument(
-        "--wire", action="append", choices=[wire.name for wire in WIRES], help="only these"
-    )
-    options = parser.parse_args(argv)
-    if sys.platform != "linux":
-        parser.error("it needs ptys and /proc")
-    results = Results("link")
-    packets(results, options.packets)
+def main() -> None:
+    """Measure both in turns over each wire, and print medians and their ratio."""
+    options, results = command_line(__doc__, trips=5000).parse_args(), Results("link")
     for wire in WIRES:
-        if options.wire and wire.name not in options.wire:
-            continue
-        trips(results, wire, options.trips)
-        if options.cuts:
-            cuts(results, wire, options.cuts)
-        if options.silent:
-            silence(results, wire, options.silent)
+        with ExitStack() as stack:
+            ours, bare = our_trip(stack, wire), bare_trip(stack, wire)
+            turns = max(options.trips // BATCH, 2)
+            pairs = [(batch_us(ours), batch_us(bare)) for _ in range(turns)]
+        results.spread("round_trip_us", [one for one, _ in pairs], "us", preset=wire)
+        results.spread("round_trip_us@pyserial", [one for _, one in pairs], "us", preset=wire)
+        ratios = [one / other for one, other in pairs]
+        results.spread("round_trip_ratio", ratios, "", preset=wire, goal=GOAL)
     results.finish(options.json)
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["cable"]:
+        cable()
+    elif sys.argv[1:2] == ["echo"]:
+        echo(sys.argv[2])
+    else:
+        main()

@@ -95,12 +95,6 @@ class Results:
         more |= {"least": min(values), "greatest": max(values)}
         self.note(name, statistics.median(values), unit, **more)
 
-    def percentiles(self, name: str, values: list[float], unit: str, preset: str) -> None:
-        """Print and keep the median and the 99th percentile as NAME_pNN_UNIT."""
-        cuts = statistics.quantiles(values, n=100)
-        for percent in (50, 99):
-            self.note(f"{name}_p{percent}_{unit}", cuts[percent - 1], unit, preset=preset)
-
     def finish(self, as_json: bool, **more: Any) -> None:
         """Print the last line, JSON, if it is asked for."""
         if as_json:

@@ -1,29 +1,27 @@
-"""Speed of the game beside other Python games, a random policy each, interleaved in one run.
+"""Speed of the game beside Tetris-Gymnasium, a random policy each, interleaved in one run.
 
-    python -m tests.benchmarks.tetris [--peer NAME=PYTHON ...] [--rounds N] [--games N] [--json]
+    python -m tests.benchmarks.tetris [--peer PYTHON] [--rounds N] [--games N] [--json]
 
-A peer needs an environment of its own, for it may bring old libraries or share our package's name:
+The peer needs an environment of its own, for it brings old libraries:
 
     python3 -m venv peer && peer/bin/pip install tetris-gymnasium
-    python -m tests.benchmarks.tetris --peer tetris-gymnasium=peer/bin/python
+    python -m tests.benchmarks.tetris --peer peer/bin/python
 
 All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
 gravity, lock delay, points and events; `env` through our environment's `step`, observation
 included; `kernel` through `Kernel.step`. Ratios are to Tetris-Gymnasium's `step`, which returns an
-observation too, both without wrappers: of each round, then their median; without that peer there
+observation too, both without wrappers: of each round, then their median; without the peer there
 are none. Before that the kernel is held against the engine on random games. `placements_us` is the
 time to find all placements of each piece with their spins, mean over boards of games played well
 and of games played at random.
 """
 
-import argparse
 import random
 import statistics
 import sys
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Final
 
 from tests.reference.tetris_kernel import MOVES, Kernel, agree
@@ -35,9 +33,23 @@ from tetris.engine.pieces import KINDS, Piece
 
 from .results import Results, command_line
 
-REFERENCE: Final = "tetris-gymnasium"
-PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
-PEER_STEPS: Final = {REFERENCE: 4_000, "tetris": 20_000, "tetris-terminal": 20_000}
+PEER: Final = "tetris-gymnasium"
+PEER_STEPS: Final = 4_000
+# It prints its version, and its steps per CPU second for each number of steps that it reads.
+PEER_SCRIPT: Final = """
+import importlib.metadata, random, sys, time
+from tetris_gymnasium.envs.tetris import Tetris
+env, chooser = Tetris(), random.Random(1)
+env.reset(seed=1)
+print(importlib.metadata.version("tetris-gymnasium"), flush=True)
+for line in sys.stdin:
+    choices = [chooser.randrange(8) for _ in range(int(line))]
+    start_s = time.process_time()
+    for choice in choices:
+        if env.step(choice)[2]:
+            env.reset()
+    print(len(choices) / (time.process_time() - start_s), flush=True)
+"""
 GOALS: Final = {"steps": 60.0, "env": 20.0, "kernel": 200.0}
 PLACEMENTS_GOAL_US: Final = 12.0
 STEPS: Final = 100_000
@@ -100,21 +112,6 @@ def kernel_rate(seed: int) -> float:
     return per_second(play)
 
 
-class Peer(LineProcess):
-    """A process that plays another game when asked."""
-
-    def __init__(self, name: str, python: str) -> None:
-        self.name = name
-        script = str(Path(__file__).with_name("tetris_peers.py"))
-        super().__init__([python, "-I", script, name], cwd=tempfile.gettempdir())
-        self.version = self.line()
-
-    def rate(self) -> float:
-        """Let it play, and return its steps per CPU second."""
-        self.say(PEER_STEPS[self.name])
-        return float(self.line())
-
-
 def differences(games: int) -> tuple[int, int]:
     """Play random games in kernel and engine; return the moves, and after how many they differ."""
     chooser = random.Random(1)
@@ -164,54 +161,48 @@ def placements_us(sets: dict[str, list[int]]) -> dict[str, float]:
     return {"placements_us": statistics.mean(times.values()), **times}
 
 
-def peer_of(words: str) -> tuple[str, str]:
-    name, _, python = words.partition("=")
-    if name not in PEERS or not Path(python).exists():
-        raise argparse.ArgumentTypeError(
-            f"{words!r} must be one of {', '.join(PEERS)}, =, a Python"
-        )
-    return name, python
-
-
 def main() -> int:
     """Measure and print; 1 if the kernel differs from the engine."""
     parser = command_line(__doc__, rounds=7, games=100_000)
-    parser.add_argument("--peer", type=peer_of, action="append", default=[], metavar="NAME=PYTHON")
+    parser.add_argument("--peer", metavar="PYTHON", help="with Tetris-Gymnasium")
     arguments = parser.parse_args()
     moves, wrong = differences(arguments.games)
     print(f"kernel against engine: {arguments.games:,} games, {moves:,} moves, {wrong} differ")
-    peers = [Peer(name, python) for name, python in arguments.peer]
     ours: dict[str, Callable[[int], float]] = {
         "steps": steps_rate,
         "env": env_rate,
         "kernel": kernel_rate,
     }
-    rates: dict[str, list[float]] = {name: [] for name in (*ours, *(peer.name for peer in peers))}
+    version, peer = "", None
+    if arguments.peer:
+        peer = LineProcess([arguments.peer, "-I", "-c", PEER_SCRIPT], cwd=tempfile.gettempdir())
+        version = peer.line()
+    rates: dict[str, list[float]] = {name: [] for name in (*ours, *([PEER] if peer else []))}
     sets = boards()
     placements: list[dict[str, float]] = []
     for number in range(-1, arguments.rounds):  # the first only warms up
         found = {name: rate(number + 1) for name, rate in ours.items()}
-        found |= {peer.name: peer.rate() for peer in peers}
+        if peer:
+            peer.say(PEER_STEPS)
+            found[PEER] = float(peer.line())
         times = placements_us(sets)
         if number >= 0:
             placements.append(times)
             for name, rate in found.items():
                 rates[name].append(rate)
-    for peer in peers:
+    if peer:
         peer.close()
     results = Results("tetris")
     for name, values in rates.items():
         note(results, name, values, "steps/s")
-    reference = rates.get(REFERENCE, [])
+    reference = rates.get(PEER, [])
     for name, goal in GOALS.items():
-        # Without the reference there are no ratios.
         ratios = [mine / theirs for mine, theirs in zip(rates[name], reference, strict=False)]
         note(results, f"tetris_{name}_ratio", ratios, goal=goal)
     for name in placements[0]:
         aim = PLACEMENTS_GOAL_US if name == "placements_us" else None
         note(results, name, [times[name] for times in placements], "µs", goal=aim)
-    versions = {peer.name: peer.version for peer in peers}
-    results.finish(arguments.json, moves=moves, wrong=wrong, versions=versions)
+    results.finish(arguments.json, moves=moves, wrong=wrong, peer=version)
     return 1 if wrong else 0
 
 

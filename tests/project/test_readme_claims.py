@@ -1,6 +1,5 @@
-"""Claims of README.md, a test each; claims that other tests show are listed with these tests."""
+"""Claims of README.md, a test each."""
 
-import ast
 import os
 import re
 import subprocess
@@ -23,66 +22,6 @@ TEXT = " ".join(README.split())
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROGRAMS = ("orbtouch", "controller", "host", "models", "tetris")
 CODE = re.findall(r"`([^`]+)`", README)
-
-# Claims that are shown elsewhere: the sentence in README, and the test.
-SHOWN = {
-    "goes through the same sensing, recognition and link":
-        "tests/host/test_whole_path.py::test_an_orb_killed_in_a_game_is_noticed",
-    "Mouse, keyboard, game pad and the orb itself operate its menus":
-        "tests/tetris/window/test_screens.py::test_a_pad_alone_plays_pauses_goes_back_and_leaves",
-    "The fingers of a touch screen pass to the dome as they are":
-        "tests/host/ui/test_pointer_input.py::test_fingers_of_a_touch_screen_pass_through",
-    "touch the orb with a phone":
-        "tests/host/app/test_phone.py::test_fingers_on_the_phone_are_contacts_on_the_orb",
-    "correct the last one":
-        "tests/host/app/test_playing.py::test_a_correction_with_control_turns_nothing",
-    "see every taxel, latency and faults | `F2`":
-        "tests/host/app/test_lab.py::test_f2_shows_the_lab",
-    "`orbtouch --help` lists every verb":
-        "tests/orbtouch/test_command.py::test_help_lists_every_verb_of_every_program_once",
-    "alone it plays": "tests/orbtouch/test_command.py::test_a_verb_is_handed_over_with_its_words",
-    "a game of your own": "tests/orbtouch/test_examples.py::test_the_game_moves_its_ball",
-    "or a notebook": "tests/orbtouch/test_examples.py::test_the_notebook_runs_from_top_to_bottom",
-    "membrane and contact solvers":
-        "tests/controller/simulator/test_reference.py::test_a_press_is_within_the_bound_at_every",
-    "solvers, ngspice":
-        "tests/controller/sensors/test_waveforms.py::test_every_taxel_of_every_orb_is_read_right",
-    "pins, converter, faults":
-        "tests/controller/sensors/test_emulated.py::test_every_fault_can_be_switched_on_and_off_again",
-    "lossy wires | Bumble":
-        "tests/controller/links/test_rfcomm.py::test_a_command_arrives",
-    "X programs under Xvfb | uinput":
-        "tests/host/injection/test_x_programs.py::test_keys_chords_and_texts_arrive_in_x",
-    "| HID, USB | – | Bumble":
-        "tests/controller/links/test_hid_bumble.py::test_gestures_arrive_over_the_interrupt_pipe",
-    "BlueZ, virtual adapters":
-        "tests/system/test_cases.py::test_the_case_goes_as_it_should",
-    "Chromium with touch events":
-        "tests/host/phone/test_phone_page.py::test_fingers_on_the_page_give_a_command",
-    "registers, pseudo-terminals":
-        "tests/controller/sensors/test_mpr121.py::test_counts_become_capacitances_of_all_chips",
-    "a synthetic pad":
-        "tests/tetris/window/test_screens.py::test_a_pad_alone_plays_pauses_goes_back_and_leaves",
-    "a second search of placements":
-        "tests/tetris/bots/test_placements.py::test_flooding_finds_what_walking_finds",
-    "Nothing leaves the machines that you connect":
-        "tests/project/test_no_traffic.py::test_a_program_keeps_to_its_machine_and_its_folders",
-    "A lost link pauses the game":
-        "tests/host/app/test_application.py::test_a_lost_link_pauses_the_game",
-    "and releases every key":
-        "tests/host/injection/test_x_programs.py::test_keys_go_up_when_the_orb_falls_silent",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("claim", SHOWN)
-def test_a_claim_has_the_test_that_shows_it(claim: str) -> None:
-    assert claim in TEXT
-    path, name = SHOWN[claim].split("::")
-    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
-    assert any(
-        isinstance(one, ast.FunctionDef | ast.AsyncFunctionDef) and one.name.startswith(name)
-        for one in tree.body
-    )
 
 
 @pytest.mark.parametrize(

@@ -46,15 +46,6 @@ def sound(preset: str) -> OrbModel:
     return replace(model, electronics=replace(model.electronics, dead=0.0, leaky=0.0))
 
 
-def drifting(model: OrbModel, steps: float, pull: float = 1.0) -> OrbModel:
-    """An orb whose drift has so many times its steps, and is called back in another time."""
-    parts = model.electronics
-    taxels, common = parts.taxel_drift, parts.common_drift
-    pairs = [(steps * step, back / pull) for step, back in (taxels, common)]
-    changed = replace(parts, taxel_drift=pairs[0], common_drift=pairs[1])
-    return replace(model, electronics=changed)
-
-
 @cache
 def played(preset: str = "nominal", seed: int = 0, minutes: float = 2.0) -> recording.Recording:
     """A session of a hand that does all gestures, with truth and button."""
