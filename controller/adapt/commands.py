@@ -6,6 +6,7 @@ from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.recognition.mapping import NONE
+from controller.shared.notices import notice
 
 
 def set_command(
@@ -20,9 +21,9 @@ def set_command(
     """
     loaded, parts = bundles.parse(data), container.unpack(data)
     if user and user not in loaded.users.names:
-        raise AdaptError(f"there is no user {user!r}")
+        raise AdaptError(notice("unknown_user", user))
     if label not in loaded.labels[1:] and (label or not user):
-        raise AdaptError(f"there is no gesture {label!r}")
+        raise AdaptError(notice("no_gesture", label))
     table = container.manifest(parts[container.MANIFEST])
     mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
     if label:

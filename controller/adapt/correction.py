@@ -12,6 +12,7 @@ from controller.adapt.few_shot import CORRECTED, AdaptError
 from controller.bundles import bundle as bundles
 from controller.bundles.deploy.store import INCOMING, BundleStore
 from controller.shared.aliases import Images
+from controller.shared.notices import notice
 
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
 GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
@@ -23,10 +24,10 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
     """Return the latest touch in images as an example; AdaptError: none, or a weak one."""
     cut = latest(images, rate_hz)
     if cut is None:
-        raise AdaptError(f"nothing touched the orb in the last {LATEST_S:g} s; correct it sooner")
+        raise AdaptError(notice("late", LATEST_S))
     found = Example(label, cut).found(rate_hz)
     if found is None:
-        raise AdaptError("that touch is too weak to learn from")
+        raise AdaptError(notice("weak_touch"))
     if label == NULL_LABEL:
         return Example(label, cut, span=(0.0, float(len(cut))))
     return found
@@ -60,24 +61,17 @@ def correct(
     """
     if not label:
         left = _corrections(store.path(store.take_back().current))
-        return f"taken back ({left} left)"
+        return notice("taken_back", left)
     before = store.record().current
     path = store.path(before, rate_hz)
     count = _corrections(path)
     if count >= MOST:
-        raise AdaptError(
-            f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
-            "with controller install"
-        )
+        raise AdaptError(notice("many_corrections", MOST))
     shown = [example(label, images, rate_hz)]
-    change = partial(few_shot.teach, examples=shown, note=CORRECTED + _shown(label))
+    word = notice("nothing") if label == NULL_LABEL else notice("gesture", label)
+    change = partial(few_shot.teach, examples=shown, note=CORRECTED + word)
     process.alter(change, path, store.folder / INCOMING, lambda out: install(out, before))
-    return f"learned: that was {_shown(label)} ({count + 1} so far)"
-
-
-def _shown(label: str) -> str:
-    """Return a label for messages and notes."""
-    return "nothing" if label == "null" else label
+    return notice("corrected", word, count + 1)
 
 
 def _corrections(path: Path) -> int:

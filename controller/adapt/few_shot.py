@@ -27,6 +27,7 @@ from controller.recognition.debounce import DebounceSettings, Probabilities
 from controller.shared import errors
 from controller.shared.aliases import Windows
 from controller.shared.errors import TroubleError
+from controller.shared.notices import notice
 
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
@@ -101,7 +102,7 @@ def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> 
     """
     before = lessons.read(data)
     if label not in before.taught:
-        raise AdaptError(f"{label!r} is no gesture that was taught, so it cannot be forgotten")
+        raise AdaptError(notice("not_taught", label))
     rest = tuple(one for one in before.examples if one.label != label)
     return _relearned(before, rest, {}, _notes(before, rest), progress)
 
@@ -185,13 +186,13 @@ class _Lesson:
     def of(cls, before: Lessons, table: Mapping[str, Any]) -> "_Lesson":
         """Return the lesson of a bundle and its new manifest; AdaptError if it cannot learn."""
         if before.rehearsal is None:
-            raise AdaptError("this bundle has nothing to rehearse; install one that has")
+            raise AdaptError(notice("no_rehearsal"))
         window, rate_hz = table["window"], table["rate_hz"]
         model, width = before.parts[container.EMBEDDING], before.head.hidden.shape[1]
         try:
             embedding = onnxruntime_engine.checked(model, (window, *before.grid), width)
         except EngineError as error:
-            raise AdaptError(f"the gesture network {error}") from None
+            raise AdaptError(notice("the_network", error)) from None
         labels = tuple(table["labels"])
         return cls(embedding, before.head, before.rehearsal, labels, window, rate_hz)
 
@@ -216,10 +217,7 @@ class _Lesson:
         before, now = (_classes(values[:old], self.known.touch) for values in (logits, after))
         kept = float((before == now).mean()) if len(now) else 1.0
         if kept < LEAST_KEPT:
-            raise AdaptError(
-                f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
-                "taken for what they are; give other examples, or a gesture that is less like them"
-            )
+            raise AdaptError(notice("suffer", kept))
         recognised = {
             self.labels[k]: float((now[before == k] == k).mean()) for k in set(before.tolist())
         }
@@ -288,33 +286,25 @@ def _checked(before: Lessons, examples: Sequence[Example]) -> tuple[Example, ...
     """Return the examples with the spans of their touches, quantised as they are stored."""
     table = before.table
     if not examples:
-        raise AdaptError("there are no examples; give one at least")
+        raise AdaptError(notice("none_given"))
     if len(before.examples) + len(examples) > MOST_EXAMPLES:
-        raise AdaptError(
-            f"this bundle was taught {len(before.examples)} examples already, and keeps at most "
-            f"{MOST_EXAMPLES}; train one from recordings instead (docs/training.md)"
-        )
+        raise AdaptError(notice("bundle_full", len(before.examples), MOST_EXAMPLES))
     names = table.get("users", {}).get("names", ())
     fresh = []
     for number, one in enumerate(examples, 1):
         if one.images.shape[1:] != before.grid or len(one.images) < 2:
-            raise AdaptError(
-                f"example {number} has images {one.images.shape}; expected are some of "
-                f"{before.grid[0]}×{before.grid[1]} taxels"
-            )
+            grid = "{}×{}".format(*before.grid)
+            raise AdaptError(notice("shapeless", number, one.images.shape, grid))
         if one.label == NULL_LABEL:
             found: Example | None = replace(one, span=(0.0, float(len(one.images))))
         else:
             found = one.found(table["rate_hz"])
         if found is None:
-            raise AdaptError(f"example {number} of {one.label} shows no touch; make it again")
+            raise AdaptError(notice("no_touch", number, notice("gesture", one.label)))
         # A gesture that the bundle was not trained with is for all users.
         user = one.user if one.label in table["labels"] else EVERYBODY
         if user != EVERYBODY and before.parts.get(container.USER) and user not in names:
-            raise AdaptError(
-                "this bundle identifies its users by their touch, and does not know this one; use "
-                "a name that it knows, or enrol them: models train --task user (docs/users.md)"
-            )
+            raise AdaptError(notice("no_user"))
         fresh.append(replace(found, user=user))
     return lessons.unpack(lessons.pack(fresh, before.grid))
 

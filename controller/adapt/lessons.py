@@ -27,6 +27,7 @@ from controller.recognition.debounce import DebounceSettings
 from controller.shared import config, npz
 from controller.shared.aliases import Images
 from controller.shared.config import ConfigError
+from controller.shared.notices import notice
 
 STEPS_PER_Z: Final = 200.0
 UNTOUCHED: Final = 128
@@ -104,7 +105,7 @@ def read(data: bytes) -> Lessons:
         )
         return Lessons(parts, table, own, known, unpack(arrays), debounce)
     except (npz.NpzError, HeadError, BundleError, ConfigError, KeyError) as error:
-        raise BundleError(f"the bundle {error}") from None
+        raise BundleError(notice("the_bundle", error)) from None
 
 
 def pack_taught(

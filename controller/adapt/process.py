@@ -23,6 +23,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.container import BundleError
 from controller.shared.errors import reason
+from controller.shared.notices import notice
 
 DEADLINE_S: Final = 120.0
 NICE: Final = 10
@@ -81,11 +82,11 @@ def _run(change: Change, path: Path, out: Path, progress: Progress) -> AdaptedBu
         with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
         if late.is_set():
-            raise AdaptError(f"it was not learned within {DEADLINE_S:g} s")
+            raise AdaptError(notice("learn_late", DEADLINE_S))
         if isinstance(answer, str):
             raise AdaptError(answer)
         if not isinstance(answer, AdaptedBundle):
-            raise AdaptError(f"learning ended with status {status}")
+            raise AdaptError(notice("learn_ended", status))
     return answer
 
 
@@ -143,4 +144,4 @@ def main() -> None:
     except (AdaptError, BundleError) as error:
         say(str(error))
     except OSError as error:
-        say(f"the orb cannot keep it: {reason(error)}")
+        say(notice("cannot_keep", reason(error)))

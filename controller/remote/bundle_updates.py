@@ -14,11 +14,11 @@ from controller.recognition.images.frames import Image
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
-from controller.shared.protocol.codec import fitted
+from controller.shared.errors import reason
+from controller.shared.notices import notice
 from controller.shared.protocol.messages import (
     DECLINED,
     IN_USE,
-    MAX_SENTENCE,
     PROVING,
     Correction,
     Message,
@@ -34,7 +34,7 @@ Answer = Callable[[bool, str], Message]  # of a change: whether it was made, and
 # Has a device take changed parts; None: it takes a new run.
 Exchange = Callable[[Parts | None, Device], None]
 
-BUSY: Final = "the last change is not finished; try again in a moment"
+BUSY: Final = notice("unfinished")
 
 _log = logging.getLogger("controller")
 
@@ -108,13 +108,12 @@ class BundleUpdater(Handler):
     def _correct(self, message: Correction, device: Device) -> UploadStatus:
         """Begin to learn the label of the latest images; return a status."""
         if self.objection or self._learn is None:
-            reason = self.objection or "corrections are not possible here"
-            return UploadStatus(DECLINED, 0, reason)
+            return UploadStatus(DECLINED, 0, self.objection or notice("no_corrections"))
         if self.busy:
             return UploadStatus(DECLINED, 0, BUSY)
         self.begin(partial(self._learn, message.label, device.recent()), _status)
         device.note("correct", message.label or "take back")
-        return UploadStatus(PROVING, 0, "learning")
+        return UploadStatus(PROVING, 0, notice("learning"))
 
     def begin(self, work: Callable[[], str], answer: Answer) -> None:
         """Begin a change that returns a sentence; `answer` makes the message of its outcome."""
@@ -131,13 +130,13 @@ class BundleUpdater(Handler):
             self.loaded = self._load()
             self._changed = True
         except OSError as error:
-            text = f"the orb cannot keep it: {error.strerror or error}"
+            text = notice("cannot_keep", reason(error))
         except ValueError as error:  # BundleError is one
             text = str(error)
         except Exception as error:  # the host needs an answer in any case
             _log.exception("a bundle could not be taken into use")
-            text = f"{type(error).__name__} on the orb; see its log"
-        self._outcome = answer(self._changed, fitted(text, MAX_SENTENCE))
+            text = notice("crashed", type(error).__name__)
+        self._outcome = answer(self._changed, text)
 
 
 def _status(done: bool, text: str) -> Message:

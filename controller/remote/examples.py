@@ -20,8 +20,9 @@ from controller.runtime.loop import Handler
 from controller.shared import files, leftovers, npz
 from controller.shared.aliases import Images
 from controller.shared.errors import UserError, reason
-from controller.shared.protocol.codec import fitted, quantise_image
-from controller.shared.protocol.messages import MAX_SENTENCE, Message
+from controller.shared.notices import notice
+from controller.shared.protocol.codec import quantise_image
+from controller.shared.protocol.messages import Message
 from controller.shared.protocol.teaching import (
     MOST_PIXELS,
     ExampleDrop,
@@ -35,7 +36,6 @@ MOST_S: Final = 10.0  # of one
 LEAD_S: Final = 1.3  # of images before its start: a window of rest, and more
 TAIL_S: Final = 0.5  # and after its end: the finger is still letting go
 FELT: Final = 0.04  # greatest change of a taxel, z, below which nothing touched the orb
-_TOO_LONG: Final = f"that lasted longer than {MOST_S:g} s; make it shorter"
 _MAX_BYTES: Final = 4 << 20  # of a file
 _LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _FILE: Final = re.compile(r"example-(\d{1,10})\.npz")
@@ -65,15 +65,15 @@ def taken(number: int, label: str, images: Images, rate_hz: float) -> PendingExa
     """Return the example in images, (frames, rows, columns); ExampleError if there is none."""
     one = Example(label, images)
     if len(images) < 3:
-        raise ExampleError("the orb was not ready yet; wait a moment and make it again")
+        raise ExampleError(notice("not_ready"))
     if label == NULL_LABEL:
         whole = replace(one, span=(0.0, float(len(images))))
         return PendingExample(number, whole, rate_hz)
     if float(np.abs(images - np.median(images, axis=0)).max()) < FELT:
-        raise ExampleError("nothing touched the orb; make it again")
+        raise ExampleError(notice("untouched"))
     found = one.found(rate_hz)
     if found is None:
-        raise ExampleError("that touch is too weak to learn from; press more firmly")
+        raise ExampleError(notice("too_weak"))
     return PendingExample(number, found, rate_hz)
 
 
@@ -105,12 +105,12 @@ class ExampleStore:
     def keep(self, one: PendingExample) -> None:
         """Write an example to the disk; ExampleError if there is no room for it."""
         if len(self.pending) >= MOST:
-            raise ExampleError(f"{MOST} examples are waiting; drop some, or learn the gesture")
+            raise ExampleError(notice("many_waiting", MOST))
         arrays = lessons.pack([one.example], self._grid)
         try:
             files.atomic_write(self._path(one.number), npz.pack(arrays), private=True)
         except OSError as error:
-            raise ExampleError(f"the orb cannot keep it: {reason(error)}") from None
+            raise ExampleError(notice("cannot_keep", reason(error))) from None
         self.pending[one.number] = one
 
     def drop(self, numbers: list[int]) -> int:
@@ -199,20 +199,19 @@ class ExampleTaker(Handler):
             return []
         self._open = None
         if one.device is not device:
-            return [untaken(one.number, one.label, "the orb began anew; make it again")]
+            return [untaken(one.number, one.label, notice("anew"))]
         if one.end is None:
-            return [untaken(one.number, one.label, _TOO_LONG)]
+            return [untaken(one.number, one.label, notice("too_long", MOST_S))]
         images = device.images(one.first, device.image_count)
-        slow = untaken(one.number, one.label, "the disk is too slow; make it again in a moment")
+        slow = untaken(one.number, one.label, notice("slow_disk"))
         return self._worker.begin(partial(self._keep, one, images, rate_hz), slow)
 
     def _start(self, message: ExampleStart, device: Device) -> list[Message]:
         if message.number in self._store.pending:
-            why = f"there is an example {message.number} already"
+            why = notice("number_taken", message.number)
             return [untaken(message.number, message.label, why)]
         if not _LABEL.fullmatch(message.label):
-            why = f"{message.label!r} is no name: use small letters, digits and _, 40 at most"
-            return [untaken(message.number, message.label, why)]
+            return [untaken(message.number, message.label, notice("no_label", message.label))]
         first = device.image_count - round(LEAD_S * device.sensor.rate_hz)
         self._open = _Open(message.number, message.label, device, first)
         return []
@@ -234,4 +233,4 @@ class ExampleTaker(Handler):
 
 def untaken(number: int, label: str, why: str) -> Message:
     """Return the report of an example that was not taken, for a reason."""
-    return ExampleTaken(number, label, False, fitted(why, MAX_SENTENCE), 0.0, b"")
+    return ExampleTaken(number, label, False, why, 0.0, b"")

@@ -26,6 +26,7 @@ from controller.runtime.parts import Parts
 from controller.runtime.renewal import refreshed
 from controller.shared import files
 from controller.shared.errors import UserError
+from controller.shared.notices import notice
 
 _log = logging.getLogger("controller")
 
@@ -40,7 +41,7 @@ def handlers(current: Callable[[], Parts], exchange: Exchange) -> list[Handler]:
     def learn(label: str, images: list[Image]) -> str:
         bundle = current().bundle
         if label and label not in bundle.labels:
-            raise BundleError(f"there is no gesture {label!r}")
+            raise BundleError(notice("no_gesture", label))
         stack = np.array(images, dtype=np.float32)
         return correction.correct(label, stack, bundle.rate_hz, store, take_into_use)
 
@@ -73,12 +74,9 @@ def handlers(current: Callable[[], Parts], exchange: Exchange) -> list[Handler]:
 def _objection(parts: Parts) -> str:
     """Return the reason that nothing can be changed, a sentence; "" if it can."""
     if parts.options.replay is not None:
-        return "this orb replays a recording, so it cannot be changed"
+        return notice("replays")
     if not parts.link.authenticated:
-        return (
-            "this link does not authenticate its hosts; give orb and host the same --key FILE, or "
-            "copy the bundle to the orb and run `controller install` there"
-        )
+        return notice("open_link")
     if parts.options.bundle is not None:
-        return "this orb was started with a --bundle of its own"
+        return notice("own_bundle")
     return ""

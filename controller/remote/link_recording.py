@@ -18,13 +18,12 @@ from controller.runtime.parts import Parts
 from controller.shared import leftovers
 from controller.shared.errors import reason
 from controller.shared.leftovers import is_free
-from controller.shared.protocol.codec import fitted
-from controller.shared.protocol.messages import MAX_SENTENCE, Message
+from controller.shared.notices import notice
+from controller.shared.protocol.messages import Message
 from controller.shared.protocol.teaching import Record, RecordingStatus, RecordLabel
 
 MOST_S: Final = 1800.0  # of one recording
 MOST_BYTES: Final = 200 << 20  # of all
-_NONE: Final = "nothing is recorded now"
 
 
 class LinkRecording(Handler):
@@ -43,16 +42,17 @@ class LinkRecording(Handler):
         own = self._recorder is not None and device.recorder is self._recorder
         if isinstance(message, Record) and message.on:
             if device.recorder is not None:
-                return [_status(device.recorder.path, on=True)]
+                return [RecordingStatus(True, str(device.recorder.path))]
             return [self._start(device, self._current())]
         if not own:
             started = device.recorder is not None
-            return [_status("this recording began with the orb" if started else _NONE, on=started)]
+            why = notice("began_with_orb") if started else notice("nothing_recorded")
+            return [RecordingStatus(started, why)]
         assert self._recorder is not None
         if isinstance(message, Record):
-            self._stop(device, "")
+            self._stop(device)
         elif message.label not in self._recorder.labels:
-            return [_status(f"there is no gesture {message.label!r}", on=True)]
+            return [RecordingStatus(True, notice("no_gesture", message.label))]
         else:
             self._recorder.ask(message.label)
             device.note("cue", "rest" if message.label == "null" else f"go {message.label}")
@@ -65,16 +65,16 @@ class LinkRecording(Handler):
         if device.recorder is not self._recorder:
             self._recorder = None  # a device closes its recording
         elif self._current().bundle.hash != self._bundle:
-            self._stop(device, "the gestures have changed, so the recording ended: ")
+            self._stop(device, "changed")
         elif device.now_s - self._since_s > MOST_S or self._recorder.full:
-            self._stop(device, "that is long enough, so the recording ended: ")
+            self._stop(device, "long_enough")
         return ()
 
     def _start(self, device: Device, parts: Parts) -> Message:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             if sum(path.stat().st_size for path in self._folder.iterdir()) > MOST_BYTES:
-                raise RecordingError(f"{self._folder} is full; delete recordings there")
+                raise RecordingError(notice("folder_full", self._folder))
             runs = RunFiles(self._folder, parts.options.user, parts.options.session)
             self._recorder = device.recorder = SessionRecorder(
                 next_file(parts, runs, device.sensor),
@@ -82,14 +82,14 @@ class LinkRecording(Handler):
                 Labeller(parts.bundle.labels),
             )
         except RecordingError as error:
-            return _status(str(error), on=False)
+            return RecordingStatus(False, str(error))
         except OSError as error:
-            return _status(f"the orb cannot record: {reason(error)}", on=False)
+            return RecordingStatus(False, notice("cannot_record", reason(error)))
         self._bundle, self._since_s = parts.bundle.hash, device.now_s
-        return _status(self._recorder.path, on=True)
+        return RecordingStatus(True, str(self._recorder.path))
 
-    def _stop(self, device: Device, why: str) -> None:
-        """Take the recorder from the device, and seal its file."""
+    def _stop(self, device: Device, why: str = "") -> None:
+        """Take the recorder from the device, and seal its file; `why` is the code of a notice."""
         recorder, self._recorder, device.recorder = self._recorder, None, None
         assert recorder is not None
         self._worker.begin(partial(_seal, recorder, why))
@@ -111,10 +111,6 @@ def _seal(recorder: SessionRecorder, why: str) -> Iterable[Message]:
     try:
         kept = recorder.close()
     except RecordingError as error:
-        return [_status(str(error), on=False)]
-    text = str(recorder.path) if kept else "there was less than a second to keep"
-    return [_status(why + text, on=False)]
-
-
-def _status(text: object, *, on: bool) -> Message:
-    return RecordingStatus(on, fitted(str(text), MAX_SENTENCE))
+        return [RecordingStatus(False, str(error))]
+    text = str(recorder.path) if kept else notice("short")
+    return [RecordingStatus(False, notice(why, text) if why else text)]

@@ -28,9 +28,9 @@ from controller.runtime.loop import Handler
 from controller.runtime.parts import Parts
 from controller.sensors.geometry import SensorError
 from controller.shared import files
-from controller.shared.errors import count, reason
-from controller.shared.protocol.codec import fitted
-from controller.shared.protocol.messages import COMMANDS, MAX_SENTENCE, Message
+from controller.shared.errors import reason
+from controller.shared.notices import listed, notice
+from controller.shared.protocol.messages import COMMANDS, Message
 from controller.shared.protocol.teaching import (
     DONE,
     FAILED,
@@ -100,7 +100,7 @@ class Teacher(Handler):
         if self._progress == self._told:
             return ()
         self._told = self._progress
-        return [LearnStatus(LEARNING, self._told, "learning")]
+        return [LearnStatus(LEARNING, self._told, notice("learning"))]
 
     def take(self, message: Message, device: Device) -> Sequence[Message] | None:
         """Take a request, and return messages that answer it at once."""
@@ -123,32 +123,24 @@ class Teacher(Handler):
         """Delete all pending examples and recordings."""
         examples = self._examples.delete()
         recordings = link_recording.delete(self._folder / "recordings")
-        return [
-            LearnStatus(
-                DONE,
-                1.0,
-                f"examples deleted: {examples}, recordings: {recordings}; taught gestures keep "
-                "theirs until they are forgotten",
-            )
-        ]
+        return [LearnStatus(DONE, 1.0, notice("deleted", examples, recordings))]
 
     def _save(self, name: str) -> Iterable[Message]:
         """Copy the bundle in use to a file of the user's data."""
         if not _NAME.fullmatch(name):
-            return [failed(f"{name!r} is no name; use letters, digits, - and _, 40 at most")]
+            return [failed(notice("no_name", name))]
         folder = self._folder / "saved"
         path = folder / f"{name}.orb"
         try:
             if folder.is_dir() and sum(1 for _ in folder.iterdir()) >= MOST_SAVED:
-                return [failed(f"there are {MOST_SAVED} saved already; delete some in {folder}")]
+                return [failed(notice("many_saved", MOST_SAVED, folder))]
             data = bundle_path(self._current().options).read_bytes()
             files.atomic_write(path, data, replace=False)
         except FileExistsError:
-            return [failed(f"there is a {name!r} already; choose another name")]
+            return [failed(notice("name_taken", name))]
         except OSError as error:
-            return [failed(f"the orb cannot keep it: {reason(error)}")]
-        text = f"saved as {path}; `controller install FILE` takes it into use again"
-        return [LearnStatus(DONE, 1.0, fitted(text, MAX_SENTENCE))]
+            return [failed(notice("cannot_keep", reason(error)))]
+        return [LearnStatus(DONE, 1.0, notice("saved", path))]
 
     # --- changes of the bundle --------------------------------------------------------------------
 
@@ -158,7 +150,7 @@ class Teacher(Handler):
             return [failed(BUSY)]
         parts = self._current()
         if parts.runs is not None and not isinstance(message, SetCommand):
-            return [failed("this orb records, so its gestures stay as they are")]
+            return [failed(notice("keeps"))]
         try:
             work = self._changes[type(message)](message, parts)
         except ValueError as error:
@@ -166,12 +158,12 @@ class Teacher(Handler):
         self._progress = self._told = 0.0
         self._recognised, self._changing = {}, True
         self._updater.begin(work, self._outcome)
-        return [LearnStatus(LEARNING, 0.0, "learning")]
+        return [LearnStatus(LEARNING, 0.0, notice("learning"))]
 
     def _forgetting(self, message: Forget, parts: Parts) -> Callable[[], str]:
         """Return what forgets a gesture."""
         if message.label not in parts.bundle.labels[1:]:
-            raise BundleError(f"there is no gesture {message.label!r}")
+            raise BundleError(notice("no_gesture", message.label))
         change = partial(few_shot.forget, label=message.label)
         return partial(self._forget, change, message.label)
 
@@ -179,13 +171,13 @@ class Teacher(Handler):
         """Return what sets a command, of everybody or of a user."""
         label, command, user = message.label, message.command, message.user
         if user and user not in parts.bundle.users.names:
-            raise BundleError(f"there is no user {user!r}")
+            raise BundleError(notice("unknown_user", user))
         if label not in parts.bundle.labels[1:] and (label or not user):
-            raise BundleError(f"there is no gesture {label!r}")
+            raise BundleError(notice("no_gesture", label))
         _check_command(command)
         if parts.options.mapping is not None:
-            raise BundleError(f"the commands are those of {parts.options.mapping}; edit it")
-        done = f"{label}: {command or 'nothing'}" if label else f"{user} has the commands of all"
+            raise BundleError(notice("mapping_file", parts.options.mapping))
+        done = f"{label}: {command or 'nothing'}" if label else notice("like_all", user)
         change = partial(commands.set_command, label=label, command=command, user=user)
         return partial(self._alter, change, done)
 
@@ -193,7 +185,7 @@ class Teacher(Handler):
         """Return what learns a gesture from its pending examples; ValueError."""
         _check_command(message.command)
         if message.rotations not in TURNS:
-            raise AdaptError(f"rotations {message.rotations!r} is none of {', '.join(TURNS)}")
+            raise AdaptError(notice("no_rotations", message.rotations, ", ".join(TURNS)))
         examples = tuple(
             replace(
                 one.example,
@@ -204,14 +196,15 @@ class Teacher(Handler):
             for one in self._examples.of(message.label)
         )
         if not examples:
-            raise AdaptError(f"there is no example of {message.label!r}; make some first")
+            raise AdaptError(notice("no_example", message.label))
         change = partial(few_shot.teach, examples=examples, command=message.command, again=True)
-        done = f"{message.label} is learned from {count(len(examples), 'example')}"
+        code = "learned_all" if examples[1:] else "learned_one"
+        done = notice(code, message.label, len(examples))
         return partial(self._alter, change, done)
 
     def _forget(self, change: Change, label: str) -> str:
         """Forget a gesture and its pending examples; return a sentence."""
-        done = self._alter(change, f"{label} is forgotten")
+        done = self._alter(change, notice("forgotten", label))
         self._examples.drop([one.number for one in self._examples.of(label)])
         return done
 
@@ -228,10 +221,9 @@ class Teacher(Handler):
         self._recognised = dict(made.recognised)
         waits = made.debounce.patient
         if fresh := [label for label in waits if label not in parts.bundle.debounce.patient]:
-            verb = "wait" if fresh[1:] else "waits"
-            done = (
-                f"{done}; {' and '.join(fresh)} now {verb} {made.debounce.patience_s:.2f} s for it"
-            )
+            older = listed(notice("gesture", label) for label in fresh)
+            code = "wait" if fresh[1:] else "waits"
+            done = notice("joined", done, notice(code, older, made.debounce.patience_s))
         return done
 
     def _advance(self, share: float) -> None:
@@ -239,7 +231,7 @@ class Teacher(Handler):
 
     def _undo(self) -> str:
         self._store.undo()
-        return "the last change is undone"
+        return notice("undone")
 
     def _outcome(self, done: bool, text: str) -> Message:
         """Return the outcome of a change."""
@@ -253,7 +245,7 @@ class Teacher(Handler):
 def _check_command(command: str) -> None:
     """Raise BundleError if a command is neither "" nor a command's name."""
     if command and not _COMMAND.fullmatch(command):
-        raise BundleError(f"{command!r} is no command, such as {COMMANDS[0]}")
+        raise BundleError(notice("no_command", command, COMMANDS[0]))
 
 
 def _treat(message: InjectFault | Recalibrate, device: Device) -> list[Message]:
@@ -261,10 +253,10 @@ def _treat(message: InjectFault | Recalibrate, device: Device) -> list[Message]:
     try:
         if isinstance(message, InjectFault):
             device.sensor.inject(message.kind, message.row, message.column)
-            return [LearnStatus(DONE, 1.0, f"the orb has a fault: {message.kind or 'none'}")]
+            return [LearnStatus(DONE, 1.0, notice("fault", message.kind or "none"))]
         if device.recorder is not None:
-            raise SensorError("the orb records now; stop the recording first")
+            raise SensorError(notice("records"))
     except SensorError as error:
         return [failed(str(error))]
     device.pipeline.recalibrate()
-    return [LearnStatus(DONE, 1.0, "the orb is measured again; do not touch it")]
+    return [LearnStatus(DONE, 1.0, notice("measured"))]

@@ -6,12 +6,12 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from controller.shared.protocol.codec import fitted
-from controller.shared.protocol.messages import MAX_SENTENCE, Message
+from controller.shared.notices import notice
+from controller.shared.protocol.messages import Message
 from controller.shared.protocol.teaching import FAILED, LearnStatus
 
 MOST: Final = 64  # works that may wait
-BUSY: Final = "the orb is still busy with what came before; try again in a moment"
+BUSY: Final = notice("busy")
 
 Work = Callable[[], Iterable[Message]]  # returns the messages about its outcome
 
@@ -56,4 +56,4 @@ class Worker:
 
 def failed(why: str) -> Message:
     """Return the outcome of a request that was refused, or has failed, for a reason."""
-    return LearnStatus(FAILED, 1.0, fitted(why, MAX_SENTENCE))
+    return LearnStatus(FAILED, 1.0, why)

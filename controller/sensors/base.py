@@ -17,6 +17,7 @@ from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import SKIN, Signal
 from controller.sensors.geometry import Geometry, SensorError
 from controller.shared import plugins
+from controller.shared.notices import notice
 from controller.shared.protocol.messages import Contact, GroundTruth
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ class Sensor:
 
     def inject(self, kind: str, row: int, column: int) -> None:
         """Give the sensor this fault and no other, "" none; SensorError if it cannot have it."""
-        raise SensorError("only a virtual orb can be given a fault")
+        raise SensorError(notice("only_virtual"))
 
     def truths(self) -> list[GroundTruth]:
         """Return the performances that have ended since the last call."""

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from controller.bundles.container import MAX_BYTES
 from controller.bundles.deploy.store import INCOMING
+from controller.shared.errors import reason
+from controller.shared.notices import notice
 from controller.shared.protocol.messages import (
     DECLINED,
     PROVING,
@@ -37,7 +39,7 @@ class UploadReceiver:
             return self._begin(message) if isinstance(message, UploadOffer) else self._add(message)
         except OSError as error:
             self._offer = None
-            return UploadStatus(DECLINED, 0, f"the orb cannot keep it: {error.strerror or error}")
+            return UploadStatus(DECLINED, 0, notice("cannot_keep", reason(error)))
 
     def remove(self) -> None:
         """Delete uploaded files."""
@@ -87,8 +89,7 @@ class UploadReceiver:
         self._offer = None
         if hashlib.sha256(path.read_bytes()).digest() != offer.digest:
             path.unlink()
-            problem = "what arrived is not what was announced; send it again"
-            return UploadStatus(DECLINED, 0, problem)
+            return UploadStatus(DECLINED, 0, notice("garbled"))
         self.whole = path
         return UploadStatus(PROVING, offer.size, "")
 

@@ -191,7 +191,7 @@ def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path)
     [
         (BundleError("it answers differently"), "it answers differently"),
         (OSError(errno.ENOSPC, "No space left on device"),
-         "the orb cannot keep it: No space left on device"),
+         "the orb cannot keep it: no space left on device"),
         (OverflowError("too large"), "OverflowError on the orb; see its log"),
         (RecursionError(), "RecursionError on the orb; see its log"),
         *((BundleError(text), "") for text in ("\x1b[31m", "漢" * 400, "one\ntwo", "\udce9")),
