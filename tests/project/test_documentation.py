@@ -25,7 +25,8 @@ def test_troubleshooting_quotes_what_the_program_says() -> None:
     said = " ".join(
         _STRINGS.sub("", path.read_text(encoding="utf-8"))
         for package in ("controller", "host", "models", "tetris", "orbtouch")
-        for path in (ROOT / package).rglob("*.py")
+        for suffix in ("py", "toml")
+        for path in (ROOT / package).rglob(f"*.{suffix}")
     )
     quoted = re.findall(r'^\| "([^"]+)" \|', pages()["troubleshooting.md"], re.MULTILINE)
     assert len(quoted) > 20

@@ -26,7 +26,7 @@ def calls() -> Iterator[tuple[str, int]]:
             if isinstance(node, ast.Call) and ast.unparse(node.func) == "notice":
                 code = node.args[0]
                 if isinstance(code, ast.Constant):
-                    yield code.value, len(node.args) - 1
+                    yield str(code.value), len(node.args) - 1
 
 
 def test_every_call_has_a_value_for_each_field_of_its_template() -> None:
