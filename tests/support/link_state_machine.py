@@ -8,10 +8,25 @@ from typing import ClassVar
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
+from controller.shared.protocol.messages import (
+    Bye,
+    Heartbeat,
+    Hello,
+    Message,
+    NumberedCommand,
+    State,
+)
+from controller.shared.protocol.packets import encode
+from tests.support.fake_device import welcome
 from tests.support.link_simulator import CHANGES, Wire, World
 
 DIRECTIONS = st.sampled_from(("to_host", "to_device"))
 PAUSES = st.integers(0, 200)
+SHORTEST = 15  # bytes of a frame: fewer cannot be forged into one
+FORGED = (
+    Hello(2, 2, "", "host", False), welcome(), Bye("closed"), Heartbeat(9, 9, 9, 0, ("down",)),
+    NumberedCommand("drop", "pinch", 0.9, None, 1, 1, 0, 0), State(("down",)),
+)  # fmt: skip
 
 
 class BadWire(RuleBasedStateMachine):
@@ -81,6 +96,19 @@ class BadWire(RuleBasedStateMachine):
         self.step("changes of commands")
         self.world.command()
         self.change(direction, how, at)
+
+    @rule(direction=DIRECTIONS, noise=st.binary(max_size=255))
+    def disturb(self, direction: str, noise: bytes) -> None:
+        self.step("noises")
+        data = noise if self.world.keyed else noise[: SHORTEST - 1]
+        getattr(self.world, direction).put(data, self.world.now_ms)
+
+    @rule(direction=DIRECTIONS, message=st.sampled_from(FORGED), number=st.integers(0, 999))
+    def forge(self, direction: str, message: Message, number: int) -> None:
+        self.step("forgeries")
+        if self.world.keyed:  # without a key the link believes all that is well-formed
+            data = encode(message, session=number % 8, sequence=number, t_ms=number)
+            getattr(self.world, direction).put(data, self.world.now_ms)
 
     @rule(
         kind=st.sampled_from(("cut", "cut", "cut", "device", "host", "end")),

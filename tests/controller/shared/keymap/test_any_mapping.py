@@ -1,16 +1,15 @@
-"""Mappings: any file is read, or refused in one sentence, and what is read presses only its keys.
+"""Mappings: any file is read or refused in one sentence, and what is read presses only its keys.
 
-The bytes choose from words that mappings are made of, so that most inputs are nearly right; or
-they are the file itself. Both tables are fed: command to key, and gesture to command.
+Words that mappings are made of are drawn, so that most files are nearly right.
 """
 
-from __future__ import annotations
-
-import tempfile
-from collections.abc import Iterable
 from importlib import resources
 from pathlib import Path
 from typing import Final
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from controller.bundles import users_table
 from controller.links.bluetooth.hid.reports import OUTPUTS
@@ -18,9 +17,7 @@ from controller.recognition.user_id import Users
 from controller.shared.errors import UserError
 from controller.shared.keymap import keymap
 from controller.shared.keymap.key_state import KeyState
-from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
-
-from .choices import Choices
+from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError, Outputs
 
 LABELS: Final = ("null", "press", "pinch", "twist_cw")
 TWO: Final = Users(names=("ann", "bob"))
@@ -37,12 +34,8 @@ WORDS: Final = (
     'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
     "[users.ann]\n", "[users.", "[[users.bob.press]]\n", "users", "host", '"next"',
 )  # fmt: skip
-_KEYS: Final = b"""[everywhere]
-menu = { arm = true }
-[profile.game]
-left = "left"
-"""
-_GESTURES: Final = b"""pinch = "hold"
+SHIPPED: Final = (resources.files("controller.shared.keymap") / "default.toml").read_text()
+GESTURES: Final = """pinch = "hold"
 [[press]]
 command = "left"
 left_of = 2.0
@@ -51,52 +44,60 @@ command = "right"
 [users.ann]
 pinch = "drop"
 """
-DICTIONARY: tuple[bytes, ...] = ()
-_PLACE: Final = tempfile.TemporaryDirectory(prefix="orbtouch-fuzz-")
-_FILE: Final = Path(_PLACE.name) / "mapping.toml"
+words = st.lists(st.sampled_from(WORDS), max_size=80).map("".join)
 
 
-def seeds() -> Iterable[bytes]:
-    """Return inputs to begin with: the shipped mappings, and words in order."""
-    for which in range(2):
-        yield bytes([2 * which + 1]) + _KEYS
-    yield b"\5" + (resources.files("controller.shared.keymap") / "default.toml").read_bytes()
-    yield b"\7" + _GESTURES
-    yield b"\0" + bytes([7, 56, 57, 58, 59])
-    yield b"\6" + bytes([46, 1, 11, 0, 42, 43, 1, 44])
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file to write mappings into."""
+    return tmp_path_factory.mktemp("any") / "mapping.toml"
 
 
-def one(data: bytes) -> None:
-    """Read a mapping, and play with it if there is one."""
-    choices = Choices(data)
-    how = choices.number() % 8
-    raw, kind = how % 2, how // 2
-    content = (
-        choices.rest() if raw else "".join(WORDS[n % len(WORDS)] for n in choices.rest()).encode()
-    )
-    _FILE.write_bytes(content)
-    try:
-        if kind == len(KINDS):
-            table, people = users_table.read_mapping(_FILE, LABELS)
+@pytest.mark.parametrize("outputs", KINDS, ids=("keyboard", "gamepad", "hid"))
+@pytest.mark.parametrize("start", ["", SHIPPED], ids=("empty", "shipped"))
+def test_any_keys_are_read_or_refused_in_a_sentence(
+    start: str, outputs: Outputs, file: Path
+) -> None:
+    @settings(deadline=None, max_examples=60)
+    @given(words)
+    def read(text: str) -> None:
+        file.write_text(start + text)
+        try:
+            key_map = keymap.load(file, outputs)
+        except (KeyMapError, UserError) as error:
+            is_sentence(str(error))
+        else:
+            play(key_map)
+
+    read()
+
+
+@pytest.mark.parametrize("start", ["", GESTURES], ids=("empty", "people"))
+def test_any_commands_of_gestures_are_read_or_refused_in_a_sentence(start: str, file: Path) -> None:
+    @settings(deadline=None, max_examples=100)
+    @given(words)
+    def read(text: str) -> None:
+        file.write_text(start + text)
+        try:
+            table, people = users_table.read_mapping(file, LABELS)
             TWO.overridden(table, people)
+        except UserError as error:
+            is_sentence(str(error))
+        else:
             for own in (table, *people.values()):
                 for label in LABELS:
                     for touch in (None, (0.0, 0.0), (4.0, 4.0)):
                         own.command(label, touch)
-            return
-        key_map = keymap.load(_FILE, KINDS[kind])
-    except (KeyMapError, UserError) as error:
-        _is_sentence(str(error))
-        return
-    _play(key_map)
+
+    read()
 
 
-def _is_sentence(words: str) -> None:
+def is_sentence(words: str) -> None:
     assert words
     assert words.isprintable(), "a refusal must not reach the terminal with control codes"
 
 
-def _play(key_map: KeyMap) -> None:
+def play(key_map: KeyMap) -> None:
     """Give every command in every profile, and look at what is pressed."""
     pressed, now_s = KeyState(key_map), 0.0
     for profile in key_map.profiles:
