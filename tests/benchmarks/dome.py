@@ -249,8 +249,7 @@ def measured(preset: str, path: Path, clicks: int, drags: int) -> Tallies:
 
 def by_pointer(touches: int) -> Iterator[tuple[Point, list[str]]]:
     """Yield places, and the commands of clicks there on the real window, under Xvfb."""
-    from tests.system.desk import Desk
-    from tests.system.desktop import Screen
+    from tests.system.desktop import Desk, Screen
 
     rng = np.random.default_rng([SEED, 1])
     with ExitStack() as stack:

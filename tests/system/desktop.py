@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Self
@@ -229,6 +230,35 @@ class VirtualOrb:
         """End its process without a warning."""
         self._process.kill()
         self._process.wait()
+
+
+class Desk:
+    """A screen, a home folder, and the windows that a scenario opens.
+
+    Attributes:
+        seen: What it measured, by name.
+    """
+
+    def __init__(self, screen: Screen, home: Path, stack: ExitStack) -> None:
+        self._screen, self.home, self._stack = screen, home, stack
+        self.seen: dict[str, float] = {}
+        self.window: Window | None = None
+
+    def open(self, *options: str, python: str = sys.executable, introduced: bool = True) -> Window:
+        """Open the application, and wait until its orb can be touched."""
+        window = Window(self._screen, self.home, options, python)
+        self.window = self._stack.enter_context(window)
+        window.until(lambda shown: shown["link"] == "live" and shown["ready"], "the orb", 30.0)
+        if introduced and "Later" in window.shown["items"]:  # the introduction is offered once
+            window.choose("Later")
+        return window
+
+    def orb(self) -> VirtualOrb:
+        """Start a virtual orb that listens on loopback."""
+        return self._stack.enter_context(VirtualOrb(self.home))
+
+
+Scenario = Callable[[Desk], None]
 
 
 def environment(home: Path) -> dict[str, str]:

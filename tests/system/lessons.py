@@ -4,8 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from .desk import Desk
-from .desktop import ScenarioError, Window
+from .desktop import Desk, ScenarioError, Window
 
 Make = Callable[[Window, int], None]  # makes a gesture, a little differently by number
 

@@ -1,51 +1,19 @@
-"""Measure a link end to end, or play over one: also over Python's own Bluetooth socket.
-
-    python -m tests.system.play URL               how long grants take to the orb's program and back
-    python -m tests.system.play URL SEED SECONDS  a demo game, as `host --demo --json` plays it
-
-URL is whatever `host --link` takes, or socket:ADDRESS/CHANNEL/LOCAL. The last line is JSON.
-"""
-
-from __future__ import annotations
+"""Time grants over a link: python -m tests.system.play URL; the last line is JSON."""
 
 import json
-import socket
 import sys
 import time
 
 from controller.shared.protocol.messages import Grant, Granted
 from host.connection.receiver import Connected, Delivered, Receiver
-from host.connection.transport import Transport, _Selected, open_transport
-from host.demo import demo
+from host.connection.transport import open_transport
 
 GRANTS = 150
 
 
-def plain(words: str) -> socket.socket:
-    """Connect Python's own socket: ADDRESS/CHANNEL/LOCAL."""
-    address, channel, local = words.split("/")
-    connection = socket.socket(31, socket.SOCK_STREAM, 3)
-    connection.bind((local, 0))
-    connection.connect((address, int(channel)))
-    connection.setblocking(False)
-    return connection
-
-
-def opened(url: str) -> Transport:
-    if url.startswith("socket:") and not url.startswith("socket://"):
-        return _Selected(plain(url.partition(":")[2]), url)
-    return open_transport(url)
-
-
-def game(url: str, seed: int, seconds: float) -> None:
-    """Play a demo game, and print what came of it."""
-    vars(demo)["open_transport"] = opened
-    demo.run(seed=seed, seconds=seconds, as_json=True, link=url)
-
-
 def measure(url: str) -> None:
     """Connect, grant, and print how long each grant took."""
-    receiver = Receiver(lambda: opened(url), granted=True)
+    receiver = Receiver(lambda: open_transport(url), granted=True)
     receiver.connect()
     seconds = []
     for number in range(1, GRANTS + 1):
@@ -72,7 +40,4 @@ def answer(receiver: Receiver, until_ms: int) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        game(sys.argv[1], int(sys.argv[2]), float(sys.argv[3]))
-    else:
-        measure(sys.argv[1])
+    measure(sys.argv[1])

@@ -4,8 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Final
 
-from .desk import Desk
-from .desktop import ScenarioError, Window, installed
+from .desktop import Desk, ScenarioError, Window, installed
 
 CLICK_S: Final = 0.08  # how long people's clicks last
 NEXT_S: Final = 0.35  # from one to the next

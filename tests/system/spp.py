@@ -59,12 +59,8 @@ def digits(guest: Guest, process: Process, question: str) -> str:
 
 def game(guest: Guest, link: str | None) -> dict[str, Any]:
     """Play a demo game, over a link or with an orb of its own; return its verdict without bytes."""
-    if link is not None and link.startswith("socket:"):
-        process = guest.python(f"{__package__}.play", link, SEED, SECONDS, name="play")
-    else:
-        words = ["--demo", "--headless", "--seed", SEED, "--seconds", SECONDS]
-        words += ["--json", *(["--link", link] if link else [])]
-        process = guest.python("host", *words, name="host-demo")
+    words = ["--demo", "--headless", "--seed", SEED, "--seconds", SECONDS, "--json"]
+    process = guest.python("host", *words, *(["--link", link] if link else []), name="host-demo")
     if process.wait():
         raise CaseError(f"host ended badly: {process.lines[-3:]}")
     verdict: dict[str, Any] = json.loads(process.lines[-1])

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from .desktop import ScenarioError, Window
+from .desktop import Desk, ScenarioError, Window
 
 Page = tuple[str, str]  # class of the screen, title of its menu
 
@@ -264,3 +264,38 @@ def _home(hand: Hand, first: Page) -> None:
             hand.leave_game()
         time.sleep(_SETTLE_S)
     raise ScenarioError(f"{page(window)} cannot be left by {type(hand).__name__}")
+
+
+EVERY: set[Page] = set()  # pages that the walks before have reached
+
+
+def walk_by_mouse(desk: Desk) -> None:
+    """Reach every page with the pointer, and come back."""
+    _walk(desk, "mouse")
+
+
+def walk_by_keys(desk: Desk) -> None:
+    """The same with the keyboard."""
+    _walk(desk, "keys")
+
+
+def walk_by_pad(desk: Desk) -> None:
+    """The same with a game pad."""
+    _walk(desk, "pad")
+
+
+def walk_by_orb(desk: Desk) -> None:
+    """The same with the orb."""
+    _walk(desk, "orb")
+
+
+def _walk(desk: Desk, name: str) -> None:
+    window = desk.open()
+    hand = HANDS[name](window)
+    found = walk(hand)
+    desk.seen["pages"] = len(found)
+    if isinstance(hand, Orb):
+        desk.seen["missed"] = hand.missed
+    if lacking := EVERY - set(found):
+        raise ScenarioError(f"{sorted(lacking)} cannot be reached")
+    EVERY.update(found)

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from . import lessons, plays, walks
-from .desk import Desk, Scenario
-from .desktop import ScenarioError, Screen, missing
+from . import lessons, plays, walk
+from .desktop import Desk, Scenario, ScenarioError, Screen, missing
 
 SIZE: Final = (1280, 720)
 SCENARIOS: Final[dict[str, Scenario]] = {
@@ -33,10 +32,10 @@ SCENARIOS: Final[dict[str, Scenario]] = {
         lessons.teach_double_tap,
         lessons.keep_and_undo,
         lessons.killed_orb,
-        walks.walk_by_mouse,
-        walks.walk_by_keys,
-        walks.walk_by_pad,
-        walks.walk_by_orb,
+        walk.walk_by_mouse,
+        walk.walk_by_keys,
+        walk.walk_by_pad,
+        walk.walk_by_orb,
     )
 }
 

@@ -1,4 +1,4 @@
-"""A whole game over kernel RFCOMM: paired with digits, found by SDP, and played three ways."""
+"""A whole game over kernel RFCOMM: paired with digits, found by SDP, and played two ways."""
 
 from ..guest import Guest
 from ..spp import game, orb, pair, round_trips, told
@@ -19,11 +19,7 @@ def run(guest: Guest) -> None:
                 "SDP (BlueZ's sdptool): our UUID and Serial Port (0x1101)")  # fmt: skip
     guest.check("Channel: 22" in records, "on channel 22")
 
-    ways = {
-        "URL": f"rfcomm://{far}?local={near}",
-        "tty": "/dev/rfcomm0",
-        "socket": f"socket:{far}/22/{near}",
-    }
+    ways = {"URL": f"rfcomm://{far}?local={near}", "tty": "/dev/rfcomm0"}
     guest.run("rfcomm", "-i", "hci0", "bind", "0", far, "22")
     for way, link in ways.items():
         guest.check(game(guest, link) == reference, f"the same game over RFCOMM by {way}")
