@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from controller.shared.keymap.key_state import Stroke
 from host.injection import watchdog
 from host.injection.backends import Backend, BackendError
-from host.injection.injector import MUTE_MS, DryRunInjector, Injector
+from host.injection.injector import MUTE_MS, Injector, PrintingSender
 from host.injection.watchdog import HANG_MS, Watchdog
 from tests.support import SUPPORT
 from tests.support.waiting import until
@@ -207,11 +207,11 @@ def test_program_that_starts_no_watchdog_is_told_why() -> None:
         Injector("auto", "keyboard", ["a"], command=command).start()
 
 
-def test_a_dry_run_prints_strokes_and_is_new_once() -> None:
+def test_a_sender_that_prints_is_named_once() -> None:
     printed: list[str] = []
-    dry = DryRunInjector(printed.append)
-    assert [dry.start(), dry.start()] == ["dry run", ""]
-    dry.send([Stroke("a", True), Stroke("a", False)])
+    sender = PrintingSender(printed.append)
+    assert [sender.start(), sender.start()] == ["print", ""]
+    sender.send([Stroke("a", True), Stroke("a", False)])
     assert printed == ["press a", "release a"]
 
 
