@@ -12,19 +12,15 @@ import logging
 import threading
 import time
 from functools import partial
-from pathlib import Path
-from urllib.parse import parse_qsl
 
-from controller.links.base import KeyLink, LinkAwayError, LinkError
-from controller.links.bluetooth.hid import hosts
+from controller.links.base import KeyLink, LinkAwayError
+from controller.links.bluetooth.hid import held_keys, hosts
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection
-from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.errors import how_to_install
-from controller.shared.keymap import keymap
 from controller.shared.keymap.keymap import KeyMap
 from controller.shared.protocol.messages import Command, Message, State, Telemetry, Welcome
 
@@ -35,20 +31,13 @@ log = logging.getLogger(__name__)
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
     """Register the HID device; LinkError or KeyMapError if that is not possible."""
-    head, _, query = url.partition(":")[2].partition("?")
-    first, _, second = head.partition(",")
+    form = "hid: or hid:classic, then an adapter as in hid:classic,hci1"
+    device, keys = held_keys.parse(url, form)
+    first, _, second = device.partition(",")
     classic = first == CLASSIC
-    adapter = second if classic else head
-    options = dict(parse_qsl(query, keep_blank_values=True))
-    if head.startswith("//") or "," in adapter or set(options) - {"keys"}:
-        raise LinkError(
-            f"cannot understand {url}; write hid: or hid:classic, then an adapter as in "
-            "hid:classic,hci1, then ?keys=FILE (docs/hid.md)"
-        )
-    keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome, adapter, classic=classic)
+    return HidLink(keys, welcome, second if classic else device, classic=classic)
 
 
 class HidLink(KeyLink, BluetoothLink):

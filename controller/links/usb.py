@@ -12,16 +12,14 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Final
-from urllib.parse import parse_qsl
 
-from controller.links.base import KeyLink, LinkError
+from controller.links.base import KeyLink
 from controller.links.bluetooth.hid import held_keys
-from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, HeldReports, Report
+from controller.links.bluetooth.hid.held_keys import HeldKeys
+from controller.links.bluetooth.hid.reports import RELEASED, Report
 from controller.links.usb_gadget import Gadget
 from controller.shared.errors import reason
-from controller.shared.keymap import keymap
 from controller.shared.keymap.keymap import KeyMap
 from controller.shared.protocol.messages import Command, Message, State, Telemetry, Welcome
 from controller.shared.request_queue import RequestQueue
@@ -36,14 +34,7 @@ log = logging.getLogger(__name__)
 
 def create(url: str, welcome: Welcome, access: object) -> UsbLink:
     """Create the gadget; LinkError or KeyMapError if that is not possible."""
-    udc, _, query = url.partition(":")[2].partition("?")
-    options = dict(parse_qsl(query, keep_blank_values=True))
-    if "/" in udc or set(options) - {"keys"}:
-        raise LinkError(
-            f"cannot understand {url}; write usb:, then a name in /sys/class/udc if there are "
-            "several, then ?keys=FILE (docs/hid.md)"
-        )
-    keys = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
+    udc, keys = held_keys.parse(url, "usb:, then a name in /sys/class/udc if there are several")
     return UsbLink(keys, Gadget(welcome.name, udc), welcome.rate_hz)
 
 
@@ -62,8 +53,7 @@ class UsbReports:
         The device has `rate_hz` frames a second.
         """
         self.ready = False
-        self._keys = held_keys.key_state(key_map, rate_hz)
-        self._held = HeldReports()
+        self._keys = HeldKeys(key_map, rate_hz)
         self._queue: list[Report] = []
         self._blocked_s: dict[int, float] = {}  # since when, by report id
         self._write = write
@@ -71,7 +61,7 @@ class UsbReports:
     def take(self, message: Message, now_s: float) -> None:
         """Press or release keys by a message of the device; without a host, do nothing."""
         if self.ready:
-            held_keys.follow(self._keys, message, now_s)
+            self._keys.take(message, now_s)
 
     def pause_s(self, now_s: float) -> float:
         """Return the seconds until the next `step`."""
@@ -90,10 +80,10 @@ class UsbReports:
         if not self.ready and not self._queue:
             self._queue = list(RELEASED)
         self._keys.tick(now_s)
-        self._queue += self._held.follow(self._keys.strokes)
+        self._queue += self._keys.reports()
         for note in self._keys.notes + ["USB has one host"] * len(self._keys.hosts):
             log.info("%s", note)
-        self._keys.strokes, self._keys.notes, self._keys.hosts = [], [], []
+        self._keys.notes, self._keys.hosts = [], []
         try:
             self._flush(now_s)
         except OSError as error:
@@ -103,9 +93,7 @@ class UsbReports:
 
     def reset(self) -> None:
         """Forget held keys and reports: there is no host."""
-        self._keys.release()
-        self._keys.strokes = []
-        self._held.release()
+        self._keys.reset()
         self._queue, self.ready = [], False
         self._blocked_s.clear()
 

@@ -7,16 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.links.bluetooth.hid.held_keys import GAP_S, follow, key_state
-from controller.links.bluetooth.hid.reports import (
-    OUTPUTS,
-    RELEASED,
-    HeldReports,
-    Report,
-    gamepad,
-    keyboard,
-)
-from controller.shared.keymap.key_state import KeyState
+from controller.links.bluetooth.hid.held_keys import GAP_S, HeldKeys
+from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad, keyboard
 from controller.shared.keymap.keymap import KeyMapError, load, parse
 from controller.shared.protocol.messages import Command, Telemetry
 
@@ -38,55 +30,47 @@ hold = { host = 2 }
 """
 
 
-class Player(KeyState):
-    """A player's keys by a mapping, and their reports."""
-
-    def __init__(self, text: str = MAP) -> None:
-        super().__init__(parse(tomllib.loads(text), OUTPUTS), armed=True, gap_s=GAP_S)
-        self.reports = HeldReports()
-
-    def taken(self) -> list[Report]:
-        """Take the reports that have gathered."""
-        strokes, self.strokes = self.strokes, []
-        return self.reports.follow(strokes)
+def player_of(text: str = MAP) -> HeldKeys:
+    """Return a player's keys by a mapping."""
+    return HeldKeys(parse(tomllib.loads(text), OUTPUTS))
 
 
 def test_two_quick_taps_are_two_presses_with_a_moment_in_between() -> None:
-    player = Player()
+    player = player_of()
     player.command("left", 1.0)
     player.command("left", 1.01)
-    assert player.taken() == [gamepad({"left"}), gamepad(())]
+    assert player.reports() == [gamepad({"left"}), gamepad(())]
     player.tick(1.01 + GAP_S)
-    assert player.taken() == [gamepad({"left"})]
+    assert player.reports() == [gamepad({"left"})]
     player.tick(1.01 + GAP_S + 0.05)
-    assert player.taken() == [gamepad(())]
+    assert player.reports() == [gamepad(())]
 
 
 def test_keys_and_buttons_can_be_down_together() -> None:
-    player = Player()
+    player = player_of()
     player.command("down", 1.0)
     player.command("left", 1.01)
-    assert player.taken() == [keyboard(("down",)), gamepad({"left"})]
+    assert player.reports() == [keyboard(("down",)), gamepad({"left"})]
 
 
 def test_a_key_is_up_300_ms_after_the_last_frame_and_only_a_new_touch_holds_it_again() -> None:
-    keys = key_state(parse(tomllib.loads(MAP), OUTPUTS), 40.0)
-    follow(keys, Command("down", "press", 0.9, None, 1), 1.0)
-    follow(keys, FRAME, 1.025)
+    keys = player_of()
+    keys.take(Command("down", "press", 0.9, None, 1), 1.0)
+    keys.take(FRAME, 1.025)
     assert keys.due_s == pytest.approx(1.325)
     keys.tick(1.326)
     assert keys.down == []
-    follow(keys, FRAME, 11.0)  # the loop goes on, and the finger is still there
+    keys.take(FRAME, 11.0)  # the loop goes on, and the finger is still there
     assert keys.down == []
-    follow(keys, Command("down", "press", 0.9, None, 2), 12.0)
+    keys.take(Command("down", "press", 0.9, None, 2), 12.0)
     assert keys.down == ["down"]
 
 
 def test_another_host_is_a_wish_and_lets_go_of_everything() -> None:
-    player = Player()
+    player = player_of()
     player.command("left", 1.0)
     player.command("menu", 1.01)
-    assert player.taken() == [gamepad({"left"}), gamepad(())]
+    assert player.reports() == [gamepad({"left"}), gamepad(())]
     player.command("pause", 1.02)
     player.command("hold", 1.03)
     assert player.hosts == [0, 2]
@@ -101,7 +85,7 @@ steps = st.tuples(
 @settings(deadline=None)
 @given(st.lists(steps))
 def test_whatever_was_pressed_is_up_once_the_orb_is_silent(script: list[tuple[str, float]]) -> None:
-    player, now_s = Player(), 1.0
+    player, now_s = player_of(), 1.0
     for name, pause_s in script:
         now_s += pause_s
         if name == "state":
@@ -114,16 +98,16 @@ def test_whatever_was_pressed_is_up_once_the_orb_is_silent(script: list[tuple[st
         assert due_s > now_s
         now_s = due_s
         player.tick(now_s)
-    latest = {report.id: report for report in [*RELEASED, *player.taken()]}
+    latest = {report.id: report for report in [*RELEASED, *player.reports()]}
     assert latest == {report.id: report for report in RELEASED}
 
 
 def test_a_quick_tap_after_a_repeated_key_waits_a_moment() -> None:
-    player = Player('[profile.a]\nleft = { key = "a", mode = "repeat" }\ndown = { key = "a" }')
+    player = player_of('[profile.a]\nleft = { key = "a", mode = "repeat" }\ndown = { key = "a" }')
     player.command("left", 1.0)
     player.command("down", 1.01)
     player.tick(1.01 + GAP_S)
-    assert player.taken() == [keyboard(("a",)), keyboard(()), keyboard(("a",))]
+    assert player.reports() == [keyboard(("a",)), keyboard(()), keyboard(("a",))]
 
 
 @pytest.mark.parametrize(

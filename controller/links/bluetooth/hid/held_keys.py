@@ -1,7 +1,13 @@
-"""Keys held by the messages of the control loop, for HID over Bluetooth and USB."""
+"""Keys held by the messages of the control loop, as reports for HID over Bluetooth and USB."""
 
+from itertools import groupby
+from pathlib import Path
 from typing import Final
+from urllib.parse import parse_qsl
 
+from controller.links.base import LinkError
+from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, Report, gamepad, keyboard
+from controller.shared.keymap import keymap
 from controller.shared.keymap.key_state import KeyState
 from controller.shared.keymap.keymap import KeyMap
 from controller.shared.protocol.messages import Command, Message, State, Telemetry, hold_ms
@@ -9,22 +15,55 @@ from controller.shared.protocol.messages import Command, Message, State, Telemet
 GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 
 
-def key_state(key_map: KeyMap, rate_hz: float) -> KeyState:
-    """Return the state of a HID device's keys, which are armed from the beginning.
+class HeldKeys(KeyState):
+    """Keys of a HID device, which are armed from the beginning."""
 
-    A control loop that sends no frames, `rate_hz` a second, holds nothing.
+    def __init__(self, key_map: KeyMap, rate_hz: float = 40.0) -> None:
+        """Begin with released keys; a loop that sends no frames, `rate_hz`, holds nothing."""
+        super().__init__(key_map, armed=True, gap_s=GAP_S, silence_s=hold_ms(rate_hz) / 1000)
+        self._reported: list[str] = []  # what is down in the latest reports
+        self._latest = RELEASED
+
+    def take(self, message: Message, now_s: float) -> None:
+        """Press or release keys by a message of the device: Command, State or Telemetry."""
+        match message:
+            case Command(name=name):
+                self.command(name, now_s)
+            case State(pressed=pressed):
+                self.state(pressed, now_s)
+            case Telemetry(gesture=""):
+                self.state((), now_s)
+            case Telemetry():
+                self.still_held(now_s)
+
+    def reports(self) -> list[Report]:
+        """Return the reports of new strokes: keys that go down, or up, together share a report."""
+        reports, strokes, self.strokes = [], self.strokes, []
+        for down, group in groupby(strokes, lambda stroke: stroke.down):
+            keys = [stroke.key for stroke in group]
+            self._reported = [key for key in self._reported if key not in keys]
+            self._reported += keys if down else []
+            pad = {key.removeprefix("pad_") for key in self._reported if key.startswith("pad_")}
+            typed = [key for key in self._reported if not key.startswith("pad_")]
+            latest = (keyboard(typed), gamepad(pad))
+            reports += [report for report in latest if report not in self._latest]
+            self._latest = latest
+        return reports
+
+    def reset(self) -> tuple[Report, ...]:
+        """Release all keys; return the reports of that, also if nothing was held."""
+        self.release()
+        self.strokes, self._reported, self._latest = [], [], RELEASED
+        return RELEASED
+
+
+def parse(url: str, form: str) -> tuple[str, KeyMap]:
+    """Return the device that a URL names, "" for the first one, and the mapping.
+
+    LinkError if the URL has not the `form`, as text; KeyMapError if the mapping cannot be used.
     """
-    return KeyState(key_map, armed=True, gap_s=GAP_S, silence_s=hold_ms(rate_hz) / 1000)
-
-
-def follow(keys: KeyState, message: Message, now_s: float) -> None:
-    """Press or release keys by a message of the device: Command, State or Telemetry."""
-    match message:
-        case Command(name=name):
-            keys.command(name, now_s)
-        case State(pressed=pressed):
-            keys.state(pressed, now_s)
-        case Telemetry(gesture=""):
-            keys.state((), now_s)
-        case Telemetry():
-            keys.still_held(now_s)
+    device, _, query = url.partition(":")[2].partition("?")
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    if "/" in device or set(options) - {"keys"}:
+        raise LinkError(f"cannot understand {url}; write {form}, then ?keys=FILE (docs/hid.md)")
+    return device, keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)

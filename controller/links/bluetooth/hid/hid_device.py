@@ -10,9 +10,9 @@ import logging
 from abc import abstractmethod
 from collections.abc import Callable
 
-from controller.links.bluetooth.hid import held_keys
+from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.reports import HeldReports, Report
+from controller.links.bluetooth.hid.reports import Report
 from controller.links.bluetooth.registration import Registration
 from controller.shared.bluetooth.bluez import DEVICE, Properties
 from controller.shared.keymap.keymap import KeyMap
@@ -38,9 +38,8 @@ class HidDevice:
         `notify` is called with the address of a new active host, "" if there is none; `store` with
         the hosts to store for the next run.
         """
-        self.keys = held_keys.key_state(key_map, rate_hz)
+        self.keys = HeldKeys(key_map, rate_hz)
         self.hosts = hosts
-        self._reports = HeldReports()
         self._waiting: list[Report] = []
         self._notify = notify
         self._store = store
@@ -69,7 +68,7 @@ class HidDevice:
 
     def take(self, message: Message) -> None:
         """Press or release keys by a message of the device: Command, State or Telemetry."""
-        held_keys.follow(self.keys, message, self._now_s())
+        self.keys.take(message, self._now_s())
         if self.keys.hosts:
             self._release()
         self._update()
@@ -122,14 +121,11 @@ class HidDevice:
 
     def _release(self) -> None:
         """Release all keys, and report that in any case."""
-        self.keys.release()
-        self.keys.strokes = []
-        self._waiting += self._reports.release()
+        self._waiting += self.keys.reset()
 
     def _flush(self) -> None:
         """Send the queued reports, if there is an active host."""
-        reports = self._waiting + self._reports.follow(self.keys.strokes)
-        self._waiting, self.keys.strokes = [], []
+        reports, self._waiting = self._waiting + self.keys.reports(), []
         if self._transport is not None and self._active and self._active == self.hosts.active:
             for report in reports:
                 self._transport.send(report)

@@ -5,12 +5,10 @@ version 1.11, section 6.2.2; usages are those of the "HID Usage Tables", version
 """
 
 import hashlib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Final
 
-from controller.shared.keymap.key_state import Stroke
 from controller.shared.keymap.keymap import Outputs
 
 KEYBOARD: Final = 1  # report ids
@@ -186,29 +184,3 @@ def _way(ways: dict[str, tuple[int, int]], names: Collection[str]) -> tuple[int,
 
 
 RELEASED: Final = (keyboard(()), gamepad(()))
-
-
-class HeldReports:
-    """Held keys and pad buttons as reports; none at the beginning."""
-
-    def __init__(self) -> None:
-        self._down: list[str] = []
-        self._latest = RELEASED
-
-    def follow(self, strokes: Iterable[Stroke]) -> list[Report]:
-        """Return the reports of strokes: keys that go down, or up, together share a report."""
-        reports = []
-        for down, group in groupby(strokes, lambda stroke: stroke.down):
-            keys = [stroke.key for stroke in group]
-            self._down = [key for key in self._down if key not in keys] + (keys if down else [])
-            pad = {key.removeprefix("pad_") for key in self._down if key.startswith("pad_")}
-            typed = [key for key in self._down if not key.startswith("pad_")]
-            latest = (keyboard(typed), gamepad(pad))
-            reports += [report for report in latest if report not in self._latest]
-            self._latest = latest
-        return reports
-
-    def release(self) -> tuple[Report, ...]:
-        """Release all keys; return the reports of that, also if nothing was held."""
-        self._down, self._latest = [], RELEASED
-        return RELEASED
