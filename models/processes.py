@@ -37,20 +37,19 @@ def deaf() -> Iterator[None]:
 
 
 def completed(
-    jobs: Mapping[Key, Callable[[], Result]], workers: int, *, hasty: bool = False
+    jobs: Mapping[Key, Callable[[], Result]], workers: int
 ) -> Iterator[tuple[Key, Result, float]]:
     """Run jobs that can be pickled, and yield key, result and the seconds left as each is done.
 
-    One worker is this process; more are processes of one thread each. When something happens to us,
-    hasty ones end at once; else what is under way is finished.
+    One worker is this process; more are processes of one thread each, which end with it at once.
     """
     begun = time.monotonic()
-    for done, (key, result) in enumerate(_results(jobs, min(workers, len(jobs)), hasty), 1):
+    for done, (key, result) in enumerate(_results(jobs, min(workers, len(jobs))), 1):
         yield key, result, (time.monotonic() - begun) / done * (len(jobs) - done)
 
 
 def _results(
-    jobs: Mapping[Key, Callable[[], Result]], workers: int, hasty: bool
+    jobs: Mapping[Key, Callable[[], Result]], workers: int
 ) -> Iterator[tuple[Key, Result]]:
     if workers < 2:
         yield from ((key, job()) for key, job in jobs.items())
@@ -63,7 +62,7 @@ def _results(
             waiting = {made.submit(job): key for key, job in jobs.items()}
         yield from ((waiting[done], done.result()) for done in as_completed(waiting))
     except BaseException:
-        made.shutdown(wait=not hasty, cancel_futures=True)
+        made.shutdown(wait=False, cancel_futures=True)
         for child in multiprocessing.active_children():
             child.terminate()  # nothing that it does is worth waiting for
         raise

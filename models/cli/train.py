@@ -77,11 +77,11 @@ def _choose(request: Request) -> int:
     """Choose when a gesture counts, and print how."""
     options.require("choosing thresholds", "tomli_w")
     from controller.shared.errors import count
-    from models.reports import markdown, tables
+    from models.reports import tables
     from models.training.train import choose_thresholds
 
     found = choose_thresholds(request, options.say)
-    print(markdown.table(tables.thresholds(found)))
+    print(tables.thresholds(found).markdown())
     print(f"{found.tried} points, {len(found.front)} of them on the front; {found.goal}")
     if (unseen := 3.0 / found.events) > SEEN:
         print(

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from controller.bundles.bundle import Bundle
 from controller.shared.errors import count
-from models.reports import markdown, tables
+from models.reports import tables
 from models.reports.tables import Table
 from models.results.evaluation import Evaluation
 from models.results.training import Training, UserResult
@@ -23,16 +23,16 @@ def evaluation(found: Evaluation) -> str:
         f"Labels {', '.join(found.labels)}. Debouncer: {debounce}. SHA-256 `{found.hash[:16]}…`",
         _made(found.card),
         *found.notes,
-        markdown.table(tables.figures(found.results)),
+        tables.figures(found.results).markdown(),
     ]
     for result in found.results:
         parts += [f"## {result.name}", _listed(map(str, result.verdict))]
-        parts.append(markdown.table(tables.answered(result)))
-        parts.append(markdown.table(tables.gestures(result)))
+        parts.append(tables.answered(result).markdown())
+        parts.append(tables.gestures(result).markdown())
         if result.users > 1:
-            parts.append(markdown.table(tables.sessions("user", result.by_user)))
+            parts.append(tables.sessions("user", result.by_user).markdown())
         if result.sessions > 1:
-            parts.append(markdown.table(tables.sessions("session", result.by_session)))
+            parts.append(tables.sessions("session", result.by_session).markdown())
     return "\n\n".join(parts)
 
 
@@ -47,7 +47,7 @@ def training(loaded: Bundle, found: Training) -> str:
         _made(loaded.card),
         _listed((*found.how, *found.symmetries)),
         headline(found),
-        markdown.table(tables.classes(found)) if found.gesture is not None else "",
+        tables.classes(found).markdown() if found.gesture is not None else "",
         _listed(map(str, found.gesture.verdict)) if found.gesture is not None else "",
         _listed(found.advice),
         _listed(found.notes),
@@ -59,7 +59,7 @@ def headline(found: Training) -> str:
     """Return the scores of a training beside those of the paper's protocol."""
     held = [found.split, *([found.location.unseen] if found.location else [])]
     unseen = " ".join(f"Unseen: {part}." for part in held if part)
-    return "\n\n".join(filter(None, [markdown.table(tables.honesty(found)), unseen]))
+    return "\n\n".join(filter(None, [tables.honesty(found).markdown(), unseen]))
 
 
 def users(found: UserResult) -> str:
@@ -69,7 +69,7 @@ def users(found: UserResult) -> str:
         f"`{found.command}`",
         f"Identified by {', '.join(found.gestures)}. {found.split}",
         *found.notes,
-        *(markdown.table(one) for one in tables.users(found)),
+        *(one.markdown() for one in tables.users(found)),
         USERS_WARNING,
     ]
     return "\n\n".join(parts)
@@ -77,7 +77,7 @@ def users(found: UserResult) -> str:
 
 def _made(card: Mapping[str, object]) -> str:
     rows = [[key.replace("_", " "), str(value)] for key, value in card.items()]
-    return markdown.table(Table(["made", ""], rows))
+    return Table(["made", ""], rows).markdown()
 
 
 def _listed(lines: Iterable[str]) -> str:

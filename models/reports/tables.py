@@ -37,6 +37,15 @@ class Table:
     rows: Sequence[Sequence[str]]  # their cells
     words: int = 1  # number of columns on the left that hold words; the others hold numbers
 
+    def markdown(self) -> str:
+        """Return it as Markdown."""
+        lines = [self.head, ["---"] * len(self.head), *self.rows]
+        return "\n".join(f"|{'|'.join(map(_markdown_cell, line))}|" for line in lines)
+
+
+def _markdown_cell(text: str) -> str:
+    return f" {text.replace('|', chr(92) + '|')} " if text else " "
+
 
 def table(columns: Sequence[Column], rows: Iterable[Any], words: int = 1) -> Table:
     """Return a table with a row for each value."""

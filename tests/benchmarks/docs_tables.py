@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from models.reports import cards, markdown
+from models.reports import cards
 from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Evaluation
@@ -84,7 +84,7 @@ def tapping(preset: str) -> Callable[[Found], str]:
             cells = ([row for row in own if row["rate_hz"] == rate] for rate in rates)
             lines.append([_ms(dwell_s), _ms(contact_s), *map(_mean_and_least, cells)])
         head = [f"`{preset}`: down for", "contact", *(f"{rate:g} a second" for rate in rates)]
-        return markdown.table(Table(head, lines))
+        return Table(head, lines).markdown()
 
     return render
 
@@ -104,7 +104,7 @@ def tapping_longer(found: Found) -> str:
         contact_s = np.mean([row["contact_s"] for _, row in own])
         cells = [_counted([row for of, row in own if of == preset]) for preset in _PRESETS]
         lines.append([kind[0], _ms(kind[1]), _ms(float(contact_s)), *cells])
-    return markdown.table(Table(["", "down for", "contact", *_PRESETS], lines))
+    return Table(["", "down for", "contact", *_PRESETS], lines).markdown()
 
 
 def _rows(stored: Stored) -> list[dict[str, Any]]:
@@ -144,24 +144,24 @@ def driver(found: Found) -> str:
             for way in _WAYS
         ]
         lines.append([f"`{preset}`, {events} gestures", *cells])
-    return markdown.table(Table(["F1 of gestures, median latency", *_WAYS.values()], lines))
+    return Table(["F1 of gestures, median latency", *_WAYS.values()], lines).markdown()
 
 
 def _study(stored: Stored) -> Any:
     """Return the results of `models paper`, NaN where a list has null."""
-    return paper.with_nan(stored.results)
+    return stored.results
 
 
 def games(found: Found) -> str:
     """Return the channels of played games."""
-    return markdown.table(paper.games(_study(found["games"])))
+    return paper.games(_study(found["games"])).markdown()
 
 
 def play(found: Found) -> str:
     """Return what a player notices of the played games."""
     table = paper.games(_study(found["games"]))
     rows = {row[0]: row for row in table.rows}
-    return markdown.table(Table(["the demo's hand", *table.head[1:]], [rows[one] for one in _PLAY]))
+    return Table(["the demo's hand", *table.head[1:]], [rows[one] for one in _PLAY]).markdown()
 
 
 def study(name: str) -> Callable[[Found], str]:
@@ -178,7 +178,7 @@ def command_cost(found: Found) -> str:
         ]
         for row in _rows(found["command-cost"])
     ]
-    return markdown.table(Table(["a command costs", "lines"], lines))
+    return Table(["a command costs", "lines"], lines).markdown()
 
 
 CARD, PAPER = "models/README.md", "docs/paper.md"

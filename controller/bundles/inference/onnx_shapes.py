@@ -61,34 +61,18 @@ _Weights = dict[str, Tensor]
 _Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
 
 
-@dataclass(frozen=True, slots=True)
-class Sliding:
-    """Geometry of a sliding kernel: sizes along each axis after batch and channel."""
-
-    kernel: Shape
-    strides: Shape
-    before: Shape  # pads
-    after: Shape
-
-    @classmethod
-    def of(cls, node: Node, kernel: Shape) -> "Sliding":
-        """Return the attributes of a convolution; ValueError if they do not fit its kernel."""
-        axes = len(kernel)
-        strides, pads = (
-            attribute(node, "strides", (1,) * axes),
-            attribute(node, "pads", (0,) * 2 * axes),
-        )
-        if (len(strides), len(pads)) != (axes, 2 * axes):
-            raise ValueError("strides or pads are not one for each axis")
-        if min(strides + kernel) < 1 or min(pads) < 0:
-            raise ValueError("strides and kernel must be above zero, pads not below")
-        return cls(kernel, strides, pads[:axes], pads[axes:])
-
-    def out(self, shape: Shape) -> Shape:
-        """Return the sizes of the output for axes of these sizes."""
-        padded = map(sum, zip(shape, self.before, self.after, strict=True))
-        along = zip(padded, self.kernel, self.strides, strict=True)
-        return tuple((size - kernel) // stride + 1 for size, kernel, stride in along)
+def _slid(node: Node, kernel: Shape, shape: Shape) -> Shape:
+    """Return the output sizes of a convolution along its axes; ValueError if it does not fit."""
+    axes = len(kernel)
+    strides = attribute(node, "strides", (1,) * axes)
+    pads = attribute(node, "pads", (0,) * 2 * axes)
+    if (len(strides), len(pads)) != (axes, 2 * axes):
+        raise ValueError("strides or pads are not one for each axis")
+    if min(strides + kernel) < 1 or min(pads) < 0:
+        raise ValueError("strides and kernel must be above zero, pads not below")
+    padded = map(sum, zip(shape, pads[:axes], pads[axes:], strict=True))
+    along = zip(padded, kernel, strides, strict=True)
+    return tuple((size - span) // stride + 1 for size, span, stride in along)
 
 
 _Setting = TypeVar("_Setting", int, Shape)
@@ -131,7 +115,7 @@ def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, in
         )
     if len(inputs) == 3 and inputs[2] != kernel[:1]:
         raise ValueError("the bias is not one for each map")
-    shape = (data[0], kernel[0], *Sliding.of(node, kernel[2:]).out(data[2:]))
+    shape = (data[0], kernel[0], *_slid(node, kernel[2:], data[2:]))
     return shape, math.prod(shape) * math.prod(kernel[1:])
 
 

@@ -19,7 +19,6 @@ from models.data.simulated_people import People
 from models.results import storage
 from models.studies.paper import bound, figure7, section6
 from models.studies.paper.figure7 import Settings
-from models.studies.paper.tables import with_nan
 
 MEASURED: Final = "paper.json"
 SEED: Final = TEST_SEEDS.start + 20  # no training accepts it
@@ -58,8 +57,7 @@ def measure(
     `only` has first words of parts' names; if it is empty, all are measured. `path` is that of the
     bundle.
     """
-    found = storage.read_tables(kept, *_EMPTY)
-    found = {name: {} for name in _EMPTY} if found is None else dict(with_nan(found))
+    found = storage.read_tables(kept, *_EMPTY) or {name: {} for name in _EMPTY}
     jobs = {}
     for one in sets:
         for name, (how, job) in parts(one, path, settings).items():
@@ -69,7 +67,7 @@ def measure(
             found["settings"][key] = how
             if key not in found["parts"] and (not only or name.split()[0] in only):
                 jobs[key] = job
-    done = processes.completed(jobs, os.cpu_count() or 1, hasty=True)
+    done = processes.completed(jobs, os.cpu_count() or 1)
     for number, (key, result, left_s) in enumerate(done, 1):
         left = formatting.duration(left_s)
         say(f"{number}/{len(jobs)} {key.replace('|', ': ')}; {left} left")

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from models.formatting import NONE, number, percent, points
-from models.reports import markdown
 from models.reports.tables import Table
 from models.studies.paper.section6 import (
     BITS,
@@ -58,15 +57,6 @@ NETWORKS: Final = {"CNN-3D": "events", "users": "events", "CNN-2D": "presses"}
 Found = Mapping[str, Any]
 
 
-def with_nan(inside: Any) -> Any:
-    """Return plain data with NaN where a list of numbers has null."""
-    if isinstance(inside, dict):
-        return {key: with_nan(one) for key, one in inside.items()}
-    if isinstance(inside, list):
-        return [math.nan if one is None else with_nan(one) for one in inside]
-    return inside
-
-
 def part(found: Found, name: str) -> dict[str, Any]:
     """Return the values of a part by the names of the sets that have it."""
     keys = {key: key.rpartition("|") for key in found["parts"]}
@@ -76,7 +66,7 @@ def part(found: Found, name: str) -> dict[str, Any]:
 def text(found: Found) -> str:
     """Return all tables with rows, as Markdown."""
     made = (of(found) for of in (figure7, lateness, section6, bounds, games))
-    return "\n\n".join(markdown.table(table) for table in made if table.rows)
+    return "\n\n".join(table.markdown() for table in made if table.rows)
 
 
 def figure7(found: Found) -> Table:
@@ -143,9 +133,9 @@ def _columns(title: str, cells: Mapping[str, Callable[[Found], str]], of: Found)
     return Table([title, *of], rows)
 
 
-def interval(figure: Sequence[float]) -> str:
+def interval(figure: Sequence[Any]) -> str:
     """Return [value, low, high] in nats as bits, with the interval if there is one."""
-    if math.isnan(figure[1]):
+    if figure[1] is None or math.isnan(figure[1]):  # null in the file
         return _bits(figure[0])
     middle, low, high = (f"{one * BITS:.2f}".replace("-", "−") for one in figure)
     return f"{middle} ({low}–{high})"

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from controller.shared.errors import count
 from models.evaluation import bootstrap
-from models.reports import markdown
 from models.reports.tables import Table
 from models.results.evaluation import Figure
 from models.studies.sweep.plan import AMOUNTS
@@ -142,7 +141,7 @@ def table(found: Mapping[str, Any]) -> str:
         f"{title(held)}; scores: {_measure(found).words}"
     ]
     if made:
-        parts.append(markdown.table(rows(made)))
+        parts.append(rows(made).markdown())
     fewest = min((point.held for point in made), default=FEW)
     if fewest < FEW:
         parts.append(
