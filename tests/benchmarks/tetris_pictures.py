@@ -70,7 +70,7 @@ def play_some(data: Path) -> None:
     saves = Saves(data)
     for mode, seeds in (("sprint", range(1, 7)), ("marathon", range(3))):
         for seed in seeds:
-            session = Session(MODES[mode], seed, Settings())
+            session = Session.new(MODES[mode], seed, Settings())
             plan, now_s = BOTS["dellacherie"], 0.0
             session.update(now_s)
             while session.game.in_play and session.game.pieces_placed < 120:

@@ -60,9 +60,9 @@ class HighScores:
         trouble: A sentence about the last reading or writing that went wrong; "" if none did.
     """
 
-    def __init__(self, folder: Path) -> None:
-        """Read them; a folder or a file that is not there yet is no trouble."""
-        self._path = folder / FILE_NAME
+    def __init__(self, folder: Path | None) -> None:
+        """Read them; a file that is not there yet is no trouble. Without a folder none are kept."""
+        self._path = None if folder is None else folder / FILE_NAME
         self.trouble = ""
         self._records: dict[str, _Record] = {}
         self._read()
@@ -98,9 +98,12 @@ class HighScores:
     # -- the file ----------------------------------------------------------------------
 
     def _read(self) -> None:
-        self._records, self.trouble = load(self._path, _load, self._records)
+        if self._path is not None:
+            self._records, self.trouble = load(self._path, _load, self._records)
 
     def _write(self) -> None:
+        if self._path is None:
+            return
         modes = {
             name: {
                 "best": [dataclasses.asdict(entry) for entry in record.best],

@@ -31,39 +31,29 @@ class Session:
         statistics: The player's figures so far.
     """
 
-    def __init__(
-        self, mode: Mode, seed: int, settings: Settings, *, level: int | None = None
-    ) -> None:
-        """Set up a game; its time begins with the first update; level None: the settings'."""
-        config = mode.config(level or settings.level, seed)
-        config = replace(
-            config,
-            soft_drop_factor=settings.soft_drop,
-            guard_s=max(config.guard_s, settings.guard_ms / 1000),
-        )
-        self._begin(mode, Recorder(seed, config, mode.name))
-
-    @classmethod
-    def going_on(cls, mode: Mode, recorder: Recorder) -> "Session":
-        """Return a game that plays on from where a replay was left."""
-        session = cls.__new__(cls)
-        session._begin(mode, recorder)
-        session.ranked = False
-        if not recorder.begun:
-            return session
-        past = Player(recorder.replay())
-        session.statistics.update(past.first_events)
-        given = [each for moment in past.replay.moments for each in moment.inputs]
-        # Repeats of a held key are counted, too: a recording does not tell them apart.
-        session.statistics.update(past.advance(past.end_s), sum(each in COMMANDS for each in given))
-        return session
-
-    def _begin(self, mode: Mode, recorder: Recorder) -> None:
+    def __init__(self, mode: Mode, recorder: Recorder) -> None:
+        """Play on with a recorder; its time begins with the first update, if it has not begun."""
         self.mode, self.recorder = mode, recorder
-        self.ranked = True  # whether it counts for the best list; one taken over does not
+        self.ranked = not recorder.begun  # whether it counts for the best list
         self.statistics = Statistics(recorder.game)
         self._pace = Pace() if mode.paced else None
         self._fresh = False  # whether a piece has entered since the last update
+        if recorder.begun:
+            past = Player(recorder.replay())
+            given = [each for moment in past.replay.moments for each in moment.inputs]
+            # Repeats of a held key are counted, too: a recording does not tell them apart.
+            commands = sum(each in COMMANDS for each in given)
+            self.statistics.update(past.first_events + past.advance(past.end_s), commands)
+
+    @classmethod
+    def new(
+        cls, mode: Mode, seed: int, settings: Settings, *, level: int | None = None
+    ) -> "Session":
+        """Return a new game; without a level, with that of the settings."""
+        config = mode.config(level or settings.level, seed)
+        guard_s = max(config.guard_s, settings.guard_ms / 1000)
+        config = replace(config, soft_drop_factor=settings.soft_drop, guard_s=guard_s)
+        return cls(mode, Recorder(seed, config, mode.name))
 
     @property
     def game(self) -> Game:
@@ -147,12 +137,11 @@ class SavedGame:
 
 
 class Saves:
-    """The player's games."""
+    """The player's games; `records` are the best lists."""
 
     def __init__(self, folder: Path | None) -> None:
         """Keep them in a folder; None keeps nothing."""
-        self._folder = folder
-        self._records = None if folder is None else HighScores(folder)
+        self._folder, self.records = folder, HighScores(folder)
 
     def keep(self, session: Session) -> SavedGame:
         """Put a game on the store that is over; or one that was left, as far as it went.
@@ -160,7 +149,7 @@ class Saves:
         A game that was left has no place, unless it is of a mode that has no end of its own.
         """
         game, mode = session.game, session.mode
-        if self._folder is None or self._records is None:
+        if self._folder is None:
             return SavedGame()
         over = game.phase is Phase.OVER
         if not over and game.pieces_placed < _LEAST_PIECES:
@@ -179,21 +168,8 @@ class Saves:
             return SavedGame(notice=notice)
         date, replay = f"{datetime.now():%Y-%m-%d %H:%M}", "" if notice else path.name
         entry = Entry(game.score, game.lines, game.pieces_placed, game.time_s, date, replay)
-        place = self._records.add(mode, entry, won=isinstance(game.result, Finish))
-        return SavedGame(place, notice or self._records.trouble)
-
-    def best(self, mode: str) -> tuple[Entry, ...]:
-        """Return a mode's best games, the best first."""
-        return self._records.best(mode) if self._records else ()
-
-    def games(self, mode: str) -> tuple[int, int]:
-        """Return how many games of a mode ended, and how many of them reached their goal."""
-        return self._records.games(mode) if self._records else (0, 0)
-
-    @property
-    def trouble(self) -> str:
-        """A sentence if the best lists could not be read, "" when all is well."""
-        return self._records.trouble if self._records else ""
+        place = self.records.add(mode, entry, won=isinstance(game.result, Finish))
+        return SavedGame(place, notice or self.records.trouble)
 
     def replays(self) -> list[Path]:
         """Return the replays' files, the newest first."""

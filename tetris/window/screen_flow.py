@@ -113,7 +113,7 @@ class ScreenFlow:
     ) -> None:
         """Begin a game."""
         chosen = secrets.randbits(_SEED_BITS) if seed is None else seed
-        session = Session(mode, chosen, self._stage.settings, level=level)
+        session = Session.new(mode, chosen, self._stage.settings, level=level)
         self._show(session, mode, level, player)
 
     def _show(
@@ -207,4 +207,4 @@ class ScreenFlow:
     def go_on(self, recorder: Recorder) -> None:
         """Let the player go on with a game that was recorded so far; it is not ranked."""
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))
-        self._show(Session.going_on(mode, recorder), mode)
+        self._show(Session(mode, recorder), mode)

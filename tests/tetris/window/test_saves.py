@@ -16,7 +16,7 @@ from tetris.window.game_session import Saves, Session
 
 def played(mode: str, pieces: int = 10_000, *, seed: int = 1, action_s: float = 0.1) -> Session:
     """Let the bot play a game to its end, or so many pieces."""
-    session, now_s = Session(MODES[mode], seed, Settings()), 0.0
+    session, now_s = Session.new(MODES[mode], seed, Settings()), 0.0
     session.update(now_s)
     game = session.game
     while game.phase is Phase.RUNNING and game.pieces_placed < pieces:
@@ -27,7 +27,7 @@ def played(mode: str, pieces: int = 10_000, *, seed: int = 1, action_s: float = 
 
 
 def lost(mode: str = "marathon") -> Session:
-    session = Session(MODES[mode], 1, Settings())
+    session = Session.new(MODES[mode], 1, Settings())
     now_s = 0.0
     while session.game.phase is Phase.RUNNING:
         now_s += 1.0
@@ -44,10 +44,13 @@ def test_a_finished_sprint_has_a_place_and_a_replay(tmp_path: Path) -> None:
     saves = Saves(tmp_path)
     assert saves.keep(slow).place == 1
     assert saves.keep(quick).place == 1
-    assert [entry.time_s for entry in saves.best("sprint")] == [quick.game.time_s, slow.game.time_s]
+    assert [entry.time_s for entry in saves.records.best("sprint")] == [
+        quick.game.time_s,
+        slow.game.time_s,
+    ]
     assert len(replays(tmp_path)) == 2
-    assert Saves(tmp_path).best("sprint") == saves.best("sprint")
-    assert (tmp_path / "replays" / saves.best("sprint")[0].replay).exists()
+    assert Saves(tmp_path).records.best("sprint") == saves.records.best("sprint")
+    assert (tmp_path / "replays" / saves.records.best("sprint")[0].replay).exists()
 
 
 def test_a_lost_sprint_has_no_place_but_a_replay(tmp_path: Path) -> None:
@@ -71,7 +74,7 @@ def test_a_game_that_was_taken_over_is_kept_but_counts_for_no_list(tmp_path: Pat
     first = lost()
     player = Player(first.recorder.replay())
     player.seek(player.start_s + 5.0)
-    session = Session.going_on(MODES["marathon"], player.take_over())
+    session = Session(MODES["marathon"], player.take_over())
     while session.game.phase is Phase.RUNNING:
         session.update(session.recorder.time_s + 0.5, [Action.HARD_DROP], commands=1)
     assert session.statistics.commands == session.game.pieces_placed
@@ -93,18 +96,18 @@ def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_goes_on(tmp_
 def test_without_a_folder_nothing_is_kept() -> None:
     saves = Saves(None)
     assert saves.keep(lost()).place is None
-    assert saves.best("marathon") == ()
+    assert saves.records.best("marathon") == ()
     assert saves.replays() == []
 
 
 @pytest.mark.parametrize("name", list(MODES))
 def test_the_players_settings_reach_the_rules_of_every_mode(name: str) -> None:
     settings = Settings(soft_drop=7, guard_ms=900, level=5)
-    config = Session(MODES[name], 3, settings).game.config
+    config = Session.new(MODES[name], 3, settings).game.config
     assert config.soft_drop_factor == 7
     assert config.guard_s == 0.9
     assert config.start_level == (5 if MODES[name].levels else 1)
-    assert Session(MODES[name], 3, settings, level=9).game.config.start_level in (1, 9)
+    assert Session.new(MODES[name], 3, settings, level=9).game.config.start_level in (1, 9)
 
 
 def test_a_game_that_no_file_can_hold_is_a_sentence_and_has_its_place(tmp_path: Path) -> None:

@@ -34,14 +34,14 @@ def best_screen(stage: Stage, saves: Saves, attract: AttractMode, first: str) ->
 
     def build() -> Menu:
         words, name = stage.look.words, names[place]
-        entries = saves.best(name)
+        entries = saves.records.best(name)
         title = words(f"modes.{name}.title")
         items = [Item(words("best.mode"), value=title, step=turn), back_item(stage)]
         none = [Row((words("best.none"),))]
         table = _table(entries, MODES[name].ranking, words) if entries else none
-        games, won = saves.games(name)
+        games, won = saves.records.games(name)
         played = words("best.games", games=games, won=won) if won < games else ""
-        return Menu(words("best.title"), items, table, notice=saves.trouble or played)
+        return Menu(words("best.title"), items, table, notice=saves.records.trouble or played)
 
     return MenuScreen(stage, build, attract=attract)
 
