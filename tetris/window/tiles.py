@@ -1,7 +1,8 @@
 """Blocks and ghosts as small pictures, with a mark for each piece."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from math import cos, pi, sin
 from typing import Final
 
 import pygame
@@ -17,8 +18,6 @@ _GHOST_FILL: Final = 0.2  # of the outline's opacity
 _DIM_ALPHA: Final = 80
 _LEAST: Final = 5  # pixels; a smaller block is plain
 _MOST: Final = 256  # pictures kept; a window that is dragged larger passes through many sizes
-Size = tuple[int, int]  # pixels
-_Draw = Callable[[pygame.Surface, pygame.Rect, Colour, int], object]
 
 
 def colours(palette: Palette) -> dict[str, Colour]:
@@ -102,7 +101,7 @@ class Tiles:
             top, bottom = theme.shade(colour, -0.06 * bevel), theme.shade(colour, 0.07 * bevel)
             _gradient(picture, inset, top, bottom, radius // 2)
         if self._patterns:
-            draw_pattern(picture, face, mark, theme.shade(colour, -0.62))
+            _draw_pattern(picture, face, mark, theme.shade(colour, -0.62))
         return pygame.transform.smoothscale(picture, (size, size))
 
     def _draw_ghost(self, mark: str, size: int) -> pygame.Surface:
@@ -154,41 +153,23 @@ def _gradient(
     picture.blit(band, rect)
 
 
-def draw_pattern(picture: pygame.Surface, face: pygame.Rect, mark: str, colour: Colour) -> None:
+def _draw_pattern(picture: pygame.Surface, face: pygame.Rect, mark: str, colour: Colour) -> None:
     """Draw a piece's mark into the face of a block; garbage has none."""
-    if draw := _PATTERNS.get(mark):
-        side = round(min(face.size) * 0.52)
-        box = pygame.Rect(0, 0, side, side)
-        box.center = face.center
-        draw(picture, box, colour, max(1, side // 5))
+    side = round(min(face.size) * 0.52)
+    box = pygame.Rect(0, 0, side, side)
+    box.center = face.center
+    for line in _PATTERNS.get(mark, ()):
+        points = [(box.left + x * side, box.top + y * side) for x, y in line]
+        pygame.draw.lines(picture, colour, False, points, max(1, side // 4))
 
 
-def _band(picture: pygame.Surface, box: pygame.Rect, colour: Colour, size: Size) -> None:
-    band = pygame.Rect((0, 0), size)
-    band.center = box.center
-    pygame.draw.rect(picture, colour, band)
-
-
-def _plus(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    wide = round(1.4 * stroke)
-    _band(picture, box, colour, (box.width, wide))
-    _band(picture, box, colour, (wide, box.height))
-
-
-_PATTERNS: Final[Mapping[str, _Draw]] = {
-    "I": lambda to, box, ink, stroke: _band(to, box, ink, (box.width, round(1.4 * stroke))),
-    "O": lambda to, box, ink, stroke: pygame.draw.circle(
-        to, ink, box.center, box.width // 2, stroke
-    ),
-    "T": lambda to, box, ink, stroke: pygame.draw.polygon(
-        to, ink, (box.midtop, box.bottomright, box.bottomleft)
-    ),
-    "S": lambda to, box, ink, stroke: pygame.draw.line(
-        to, ink, box.bottomleft, box.topright, round(1.6 * stroke)
-    ),
-    "Z": lambda to, box, ink, stroke: pygame.draw.line(
-        to, ink, box.topleft, box.bottomright, round(1.6 * stroke)
-    ),
-    "J": lambda to, box, ink, stroke: pygame.draw.rect(to, ink, box, stroke),
-    "L": _plus,
+# Lines through points (x, y) of a square, from 0 to 1: bar, ring, triangle, slopes, square, cross.
+_PATTERNS: Final[Mapping[str, Sequence[Sequence[tuple[float, float]]]]] = {
+    "I": [[(0, 0.5), (1, 0.5)]],
+    "O": [[(cos(turn * pi / 8) / 2 + 0.5, sin(turn * pi / 8) / 2 + 0.5) for turn in range(17)]],
+    "T": [[(0.5, 0), (1, 1), (0, 1), (0.5, 0)]],
+    "S": [[(0, 1), (1, 0)]],
+    "Z": [[(0, 0), (1, 1)]],
+    "J": [[(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]],
+    "L": [[(0, 0.5), (1, 0.5)], [(0.5, 0), (0.5, 1)]],
 }
