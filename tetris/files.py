@@ -9,6 +9,7 @@ import os
 import stat
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -69,7 +70,12 @@ def write_beside(path: Path, content: bytes) -> None:
     Raises:
         OSError: The disk is full, or the folder may not be written; the old file is as it was.
     """
-    check_replaceable(path)
+    try:
+        _check_regular(path.stat().st_mode, path)
+    except FileNotFoundError:
+        pass
+    except ValueError as error:
+        raise OSError(errno.EINVAL, str(error), str(path)) from None
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", dir=path.parent)
     beside = Path(name)
@@ -83,17 +89,6 @@ def write_beside(path: Path, content: bytes) -> None:
         beside.unlink(missing_ok=True)
         raise
     _sync_folder(path.parent)
-
-
-def check_replaceable(path: Path) -> None:
-    """Raise OSError if a path stands for something else than a regular file, or nothing."""
-    try:
-        mode = path.stat().st_mode
-    except FileNotFoundError:
-        return
-    except ValueError as error:
-        raise OSError(errno.EINVAL, str(error), str(path)) from None
-    _check_regular(mode, path)
 
 
 def load(path: Path, read: Callable[[Path], Content], usual: Content) -> tuple[Content, str]:
@@ -126,13 +121,9 @@ def _check_regular(mode: int, path: Path) -> None:
 
 def _sync_folder(folder: Path) -> None:
     """Make a rename last through a power cut, where folders can be opened (not on Windows)."""
-    try:
+    with suppress(OSError):  # some network drives refuse; the file itself is safe
         handle = os.open(folder, os.O_RDONLY)
-    except OSError:
-        return
-    try:
-        os.fsync(handle)
-    except OSError:  # some network drives refuse; the file itself is safe
-        pass
-    finally:
-        os.close(handle)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -32,7 +32,7 @@ from tetris.files import config_folder, data_folder
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, MenuStep
 from tetris.kit.stage import Screen, Stage
-from tetris.window.app import App, HostWindow, Start
+from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import PlayScreen
 
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
@@ -78,7 +78,7 @@ class OrbApp(Orb):
             config=config,
             data=data,
             sound=sound,
-            host=HostWindow(self._items, mode_setting="orb_mode"),
+            items=self._items,
         )
         self.panel = Panel()
         self.stage.watch = self._happened

@@ -15,7 +15,7 @@ from tetris.bots.placements import paths
 from tetris.engine.board import ROW, full_rows, open_row, row_shift, without_rows
 from tetris.engine.events import Action
 from tetris.engine.game import Game, Phase
-from tetris.engine.pieces import COLUMNS, STRIDE, VISIBLE_ROWS, Kicks, Piece
+from tetris.engine.pieces import COLUMNS, STRIDE, VISIBLE_ROWS, Piece
 from tetris.engine.rules import Config
 
 LOST: Final = -1e6  # of a landing that ends the game: the last resort
@@ -174,7 +174,7 @@ def plan_piece(
     """Plan a piece on a board's bits; otherwise like `plan`."""
     kept = None if target is None else target.mask
     best: Plan | None = None
-    for landing, actions in landings(bits, piece, config.kicks):
+    for landing, _, actions in paths(bits, piece, config.kicks, lowers=False):
         worth = value(bits, landing, config) - command_cost * len(actions)
         found = Plan(actions, landing, worth)
         if landing.mask == kept:
@@ -183,16 +183,6 @@ def plan_piece(
             best = found
     assert best is not None  # a piece can always fall from where it is
     return best
-
-
-def landings(
-    bits: int, piece: Piece, kicks: Kicks = "srs"
-) -> list[tuple[Piece, tuple[Action, ...]]]:
-    """Return every landing in reach with the fewest actions to it, the shortest first."""
-    found: dict[int, tuple[Piece, tuple[Action, ...]]] = {}  # turns often fill the same cells
-    for landing, _, actions in paths(bits, piece, kicks, lowers=False):
-        found.setdefault(landing.mask, (landing, actions))
-    return list(found.values())
 
 
 def value(bits: int, landing: Piece, config: Config = _GUIDELINE) -> float:

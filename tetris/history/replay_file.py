@@ -4,7 +4,6 @@ Everything in a file is bounded and checked before a game is made of it; a file 
 read is refused with one sentence.
 """
 
-import dataclasses
 import hashlib
 import math
 import re
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from tetris.engine import rules
-from tetris.engine.events import Action, GravityCap, Input
+from tetris.engine.events import Action, GravityCap
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
 from tetris.history.replay import Moment, Outcome, Replay, check_game
@@ -51,8 +50,9 @@ _MOMENT: Final = re.compile(
 _INPUT: Final = re.compile(r"g\d+|.", re.ASCII)
 _WHOLE: Final = re.compile(r"0|[1-9]\d{0,19}", re.ASCII)
 _NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,25})?(e[+-]?\d{1,3})?", re.ASCII)
-_TYPES: Final = {  # in the order of the file
-    field.name: typing.get_type_hints(Config)[field.name] for field in dataclasses.fields(Config)
+_KINDS: Final = {  # types or words that `Config` declares for its fields, in the order of the file
+    name: typing.get_args(declared) or (declared,)
+    for name, declared in typing.get_type_hints(Config).items()
 }
 _WITHOUT_DIGITS: Final = str.maketrans("", "", "0123456789")
 _WRAPPER: Final = textwrap.TextWrapper(_LINE, break_long_words=False, break_on_hyphens=False)
@@ -90,7 +90,7 @@ def encode(replay: Replay) -> bytes:
         f"rules {rules.VERSION}",
         f"seed {replay.seed}",
         f"mode {replay.mode}",
-        *(f"{name} {_written(name, getattr(replay.config, name))}" for name in _TYPES),
+        *(f"{name} {_written(name, getattr(replay.config, name))}" for name in _KINDS),
         f"outcome {outcome.score} {outcome.lines} {outcome.pieces} {outcome.over:d}",
         f"end {replay.end_us}",
         f"moments {len(replay.moments)}",
@@ -144,7 +144,7 @@ def _number(lines: Iterator[str], name: str, most: int = _MOST_NUMBER) -> int:
 
 def _replay(lines: Iterator[str]) -> Replay:
     seed, mode = _number(lines, "seed"), _value(lines, "mode")
-    rules_of = {name: _read(name, _value(lines, name)) for name in _TYPES}
+    rules_of = {name: _read(name, _value(lines, name)) for name in _KINDS}
     try:
         check_game(seed, mode)
         config = Config(**rules_of)
@@ -171,7 +171,7 @@ def _outcome(value: str) -> Outcome:
 
 def _written(name: str, value: typing.Any) -> str:
     """Return a value of the rules as one word, by the type that `Config` declares."""
-    kinds = _kinds(name)
+    kinds = _KINDS[name]
     if value is None:
         return "none"
     if bool in kinds:
@@ -183,15 +183,9 @@ def _written(name: str, value: typing.Any) -> str:
     return "/".join(value.split()) or "-"
 
 
-def _kinds(name: str) -> tuple[object, ...]:
-    """Return the types that `Config` declares for a rule, or the words of a Literal."""
-    declared = _TYPES[name]
-    return typing.get_args(declared) or (declared,)
-
-
 def _read(name: str, word: str) -> typing.Any:
     """Read one value of the rules by the type that `Config` declares."""
-    kinds = _kinds(name)
+    kinds = _KINDS[name]
     if word == "none" and types.NoneType in kinds:
         return None
     if bool in kinds and word in ("yes", "no"):
@@ -241,7 +235,9 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
             raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
         before = Moment(
             before.time_us + int(wait),
-            tuple(_input(code) for code in _INPUT.findall(codes)),
+            tuple(
+                _ACTIONS.get(code) or GravityCap(int(code[1:])) for code in _INPUT.findall(codes)
+            ),
             soft == "S" if soft else before.soft_drop,
             before.initial if held is None else tuple(_ACTIONS[code] for code in held[1:-1]),
         )
@@ -249,10 +245,6 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
     if games > _MOST_GAMES:
         raise ReplayError(f"a replay has {_MOST_GAMES} games at most; this one has {games}")
     return tuple(moments)
-
-
-def _input(code: str) -> Input:
-    return GravityCap(int(code[1:])) if code[0] == "g" else _ACTIONS[code]
 
 
 def _digest(text: str) -> str:

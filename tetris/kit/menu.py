@@ -71,29 +71,24 @@ OF_ACTION: Final[Mapping[str, MenuStep]] = {
 }
 """By the name of an action, for controllers that give actions, such as the orb."""
 
-OF_CODE: Final[Mapping[Code, MenuStep]] = {
-    pygame.K_UP: MenuStep.UP,
-    pygame.K_DOWN: MenuStep.DOWN,
-    pygame.K_LEFT: MenuStep.LEFT,
-    pygame.K_RIGHT: MenuStep.RIGHT,
-    pygame.K_RETURN: MenuStep.CONFIRM,
-    pygame.K_KP_ENTER: MenuStep.CONFIRM,
-    pygame.K_SPACE: MenuStep.CONFIRM,
-    pygame.K_ESCAPE: MenuStep.BACK,
-    pygame.K_BACKSPACE: MenuStep.BACK,
-    "pad_up": MenuStep.UP,
-    "pad_down": MenuStep.DOWN,
-    "pad_left": MenuStep.LEFT,
-    "pad_right": MenuStep.RIGHT,
-    "stick_up": MenuStep.UP,
-    "stick_down": MenuStep.DOWN,
-    "stick_left": MenuStep.LEFT,
-    "stick_right": MenuStep.RIGHT,
-    "pad_a": MenuStep.CONFIRM,
-    "pad_start": MenuStep.CONFIRM,
-    "pad_b": MenuStep.BACK,
-    "pad_back": MenuStep.BACK,
+_CODES: Final[Mapping[MenuStep, tuple[Code, ...]]] = {
+    MenuStep.UP: (pygame.K_UP, "pad_up", "stick_up"),
+    MenuStep.DOWN: (pygame.K_DOWN, "pad_down", "stick_down"),
+    MenuStep.LEFT: (pygame.K_LEFT, "pad_left", "stick_left"),
+    MenuStep.RIGHT: (pygame.K_RIGHT, "pad_right", "stick_right"),
+    MenuStep.CONFIRM: (
+        pygame.K_RETURN,
+        pygame.K_KP_ENTER,
+        pygame.K_SPACE,
+        "pad_a",
+        "pad_start",
+    ),
+    MenuStep.BACK: (pygame.K_ESCAPE, pygame.K_BACKSPACE, "pad_b", "pad_back"),
 }
+OF_CODE: Final[Mapping[Code, MenuStep]] = {
+    code: step for step, codes in _CODES.items() for code in codes
+}
+"""By a key, or the name of a pad's button."""
 
 _REPEATED: Final = frozenset({MenuStep.UP, MenuStep.DOWN, MenuStep.LEFT, MenuStep.RIGHT})
 _FIRST_S: Final = 0.35  # a held direction repeats after this, and then every

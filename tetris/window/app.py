@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -56,14 +55,6 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
     return app.game
 
 
-@dataclass(frozen=True, slots=True)
-class HostWindow:
-    """A larger window that the game is a part of."""
-
-    items: Callable[[Stage], Sequence[Item]]  # that the title page offers besides its own
-    mode_setting: str = "mode"  # name of the setting with the mode that is offered
-
-
 def _next_events(frames_hz: int) -> list[pygame.event.Event]:
     """Return what has happened; if nothing has, look again until the screen's next frame.
 
@@ -90,11 +81,12 @@ class App:
         config: Path | None = None,
         data: Path | None = None,
         sound: bool = True,
-        host: HostWindow | None = None,
+        items: Callable[[Stage], Sequence[Item]] | None = None,
     ) -> None:
         """Set up the first screen; without a folder, settings or games are not kept.
 
-        With a host window, the surface is a part of it, which `place` changes.
+        With `items` for its title page, the game is a part of a larger window with an orb: `place`
+        changes the part, and the mode chosen for the orb is offered.
         """
         settings, notice = Settings(), ""
         if config is not None:
@@ -105,10 +97,10 @@ class App:
         self._drawn: Screen | None = None  # the screen that the surface shows
         self.stage = Stage(settings, config, surface.get_rect())
         self.stage.notice = notice
-        self._host = host
-        if host is not None:
-            self.stage.mode_setting = host.mode_setting
-            self.stage.further = partial(host.items, self.stage)
+        self._whole = items is None  # whether the surface is the whole window
+        if items is not None:
+            self.stage.mode_setting = "orb_mode"
+            self.stage.further = partial(items, self.stage)
         self._flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
         self._window: tuple[tuple[int, int], tuple[int, int] | None] = _SIZE, None  # size, place
@@ -159,7 +151,7 @@ class App:
         """Draw the screen that is seen, or what of it has changed."""
         screen = self.stage.screen
         assert screen
-        if self._host is None and screen.pointer is not pygame.mouse.get_visible():
+        if self._whole and screen.pointer is not pygame.mouse.get_visible():
             pygame.mouse.set_visible(screen.pointer)
         self.stage.kept, self._drawn = self._drawn is screen, screen
         self.changed = screen.draw(self._surface, time_s)
@@ -207,7 +199,7 @@ class App:
             case pygame.WINDOWFOCUSLOST if time_s >= self._settled_s:
                 stage.pads.release_all()
                 screen.release_all("pause.focus")
-            case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED if self._host is None:
+            case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED if self._whole:
                 self._resize()
             case pygame.WINDOWEXPOSED:
                 self._drawn = None

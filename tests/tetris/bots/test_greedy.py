@@ -5,6 +5,7 @@ import pytest
 from tests.support.tetris_games import set_up
 from tetris.bots import greedy
 from tetris.bots.greedy import BCTS, DELLACHERIE, Weights, loses, middle, settled, surface
+from tetris.bots.placements import paths
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game, Phase
@@ -28,8 +29,8 @@ def test_every_landing_is_reached_by_its_actions() -> None:
     """)
     for kind in "IOTSZJL":
         entering = Piece.entering(kind)  # type: ignore[arg-type]
-        found = greedy.landings(board.bits, entering)
-        for landing, actions in found:
+        found = [*paths(board.bits, entering, lowers=False)]
+        for landing, _, actions in found:
             game = Game(seed=1)
             set_up(game, Board.parse(str(board)), entering)
             (locked,) = [event for event in game.update(0.0, actions) if isinstance(event, Locked)]
