@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from string import Formatter
-from typing import Final
+from typing import Any, Final
 
 LIST: Final = "list"  # its arguments, at least one, are joined: "a, b and c"
 _FIELD: Final = re.compile(r"\{(\w+)(?:!(\w))?(?::([^}]*))?\}")  # name, conversion, format
@@ -57,6 +57,20 @@ def notice(code: str, *values: object) -> Notice:
 def listed(items: Iterable[object]) -> Notice:
     """Return "a, b and c"; at least one item."""
     return notice(LIST, *items)
+
+
+def packed(text: str) -> Any:
+    """Return a text for JSON: a notice as a table, free text as it is."""
+    if not isinstance(text, Notice):
+        return text
+    return {"text": text, "code": text.code, "arguments": [packed(one) for one in text.arguments]}
+
+
+def unpacked(value: Any) -> str:
+    """Return the text of `packed`; KeyError, TypeError, ValueError if it is none."""
+    if isinstance(value, str):
+        return value
+    return Notice(value["code"], [unpacked(one) for one in value["arguments"]])
 
 
 def worded(code: str, template: str, arguments: Sequence[str]) -> str:

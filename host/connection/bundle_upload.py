@@ -9,6 +9,7 @@ from typing import Final, Literal
 
 from controller.shared.errors import UserError, reason
 from controller.shared.files import read_bytes
+from controller.shared.notices import notice
 from controller.shared.protocol.codec import fitted
 from controller.shared.protocol.link_events import Connected, Delivered, Lost, Received
 from controller.shared.protocol.messages import (
@@ -29,7 +30,7 @@ PATIENCE_S: Final = 1.0  # without an answer: what was under way is sent again
 REPEATS: Final = 30  # without progress, then it is given up
 PROOF_REPEATS: Final = 600  # the same while the orb proves it; a slow board may take minutes
 PROOFS: Final = 3  # begun, without an outcome; then it is given up as well
-NO_OUTCOME: Final = "it did not say what became of it; look at its log, and send it once more"
+NO_OUTCOME: Final = notice("no_outcome")
 
 Stage = Literal["waiting", "sending", "proving", "in use", "declined"]
 
@@ -143,5 +144,4 @@ def load(path: Path) -> BundleUpload:
 
 def outcome(upload: BundleUpload) -> str:
     """Return the sentence about an upload that is over."""
-    declined = upload.stage == "declined"
-    return f"the orb does not take it: {upload.told}" if declined else upload.told
+    return notice("refused", upload.told) if upload.stage == "declined" else upload.told

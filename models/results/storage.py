@@ -13,6 +13,7 @@ from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from controller.shared import config, files
 from controller.shared.errors import UserError, reason
+from controller.shared.notices import Notice, packed, unpacked
 
 MAX_BYTES: Final = 64 << 20  # of a report, a page, a list of games: ours have a few megabytes
 DIGITS: Final = 6  # of numbers in JSON, after the point
@@ -98,6 +99,8 @@ def plain(value: Any) -> Any:
     """Return dataclasses and mappings as dictionaries, sequences as lists, numbers rounded."""
     if is_dataclass(value) and not isinstance(value, type):
         value = asdict(value)
+    if isinstance(value, Notice):
+        return packed(value)
     if isinstance(value, Mapping):
         return {str(key): plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
@@ -127,6 +130,8 @@ def from_plain(kind: Any, value: Any) -> Any:
         return {key: from_plain(inner[1], item) for key, item in value.items()}
     if kind is float:
         return math.nan if value is None else float(value)
+    if kind is str and isinstance(value, dict):
+        return unpacked(value)
     if kind in (int, str, bool) and type(value) is not kind:
         raise TypeError(f"{value!r} is no {kind.__name__}")
     return value

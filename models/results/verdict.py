@@ -4,20 +4,23 @@ Terminal, report and JSON show the same words, the worst gesture first.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial, reduce
 from typing import Final
+
+from controller.shared.notices import notice
 
 Table = Sequence[Sequence[int]]
 
 # Why an event was not answered, and what would help.
-REASONS: Final = {
-    "too light": "a firmer touch",
-    "too short": "0.2 s longer",
-    "undecided": "a movement less like the others",
-    "unclear": "a more distinct movement",
+REASONS: Final[Mapping[str, str]] = {
+    notice("too_light"): notice("firmer"),
+    notice("too_short"): notice("longer"),
+    notice("undecided"): notice("less_alike"),
+    notice("unclear"): notice("more_distinct"),
 }
-_UNKNOWN: Final = ("not answered", "a firmer or longer touch")
+_UNKNOWN: Final = (notice("unanswered"), notice("firmer_longer"))
 _SHARE: Final = 0.05  # of a gesture's events that may be missed without advice
 _LEAST: Final = 2  # events: a single one may be chance
 _STEP: Final = 10  # examples: more are advised in such steps
@@ -76,18 +79,19 @@ def _gesture(
     reasons: Sequence[int],
 ) -> GestureVerdict:
     """Return the verdict on a class, of which a row of `answered` and of `unanswered` are given."""
-    causes = [
-        (count, f"taken for {labels[other]}", f"a movement less like {labels[other]}")
+    causes: list[tuple[int, str, str]] = [
+        (count, notice("taken_for", label), notice("less_like", label))
         for other, count in enumerate(row)
-        if count and other not in (0, number)
+        if count and other not in (0, number) and (label := notice("gesture", labels[other]))
     ]
     known = zip(reasons, REASONS.items(), strict=True) if reasons else [(row[0], _UNKNOWN)]
     causes += [(count, why, remedy) for count, (why, remedy) in known if count]
     causes.sort(key=lambda cause: -cause[0])
     total, missed = sum(row), sum(row) - row[number]
-    why = ", ".join(f"{count} {why}" if causes[1:] else why for count, why, _ in causes)
+    whys = [notice("counted", count, why) if causes[1:] else why for count, why, _ in causes]
+    why = reduce(partial(notice, "also"), whys) if whys else ""
     advice = ""
     if missed >= _LEAST and missed > _SHARE * total:
         examples = math.ceil(missed / _STEP) * _STEP
-        advice = f"{examples} more examples or {causes[0][2]}"
+        advice = notice("more_or", examples, causes[0][2])
     return GestureVerdict(labels[number], row[number], total, why, advice)

@@ -109,6 +109,10 @@ def test_card_and_json_have_the_same_verdict() -> None:
         "label": "knock",
         "understood": 13,
         "of": 20,
-        "why": "too short",
-        "advice": "10 more examples or 0.2 s longer",
+        "why": {"text": "too short", "code": "too_short", "arguments": []},
+        "advice": {
+            "text": "10 more examples or 0.2 s longer",
+            "code": "more_or",
+            "arguments": ["10", {"text": "0.2 s longer", "code": "longer", "arguments": []}],
+        },
     }

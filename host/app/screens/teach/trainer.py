@@ -16,6 +16,7 @@ from typing import Final
 
 from controller.shared.errors import reason
 from controller.shared.files import read_text
+from controller.shared.notices import notice, unpacked
 
 COMMAND: Final = (sys.executable, "-m", "models")
 NEEDED: Final = ("models", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
@@ -63,14 +64,19 @@ def results(found: Path) -> list[GestureResult]:
                 str(one["label"]),
                 int(one["understood"]),
                 int(one["of"]),
-                "; ".join(str(one[key]) for key in ("why", "advice") if one[key]),
+                _joined(unpacked(one["why"]), unpacked(one["advice"])),
             )
             for one in sets[0]["verdict"]
         ]
     except OSError as error:
-        raise ValueError(f"{found} cannot be read: {reason(error)}") from None
+        raise ValueError(notice("unreadable", found, reason(error))) from None
     except (KeyError, IndexError, TypeError, ValueError):
-        raise ValueError(f"{found} is no evaluation") from None
+        raise ValueError(notice("no_evaluation", found)) from None
+
+
+def _joined(why: str, advice: str) -> str:
+    """Return both as one sentence, or the one that is not empty."""
+    return notice("joined", why, advice) if why and advice else why or advice
 
 
 class TrainingProgress:
@@ -130,7 +136,7 @@ class TrainingRun:
             return
         if self._process.returncode:
             words = self._last.removeprefix("models: ")
-            self.problem = words or f"the training ended with status {self._process.returncode}"
+            self.problem = words or notice("trained_status", self._process.returncode)
             self.step = ""
         else:
             self.progress.next()
