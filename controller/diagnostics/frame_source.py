@@ -6,13 +6,15 @@ from typing import Final
 
 import numpy as np
 
-from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
+from controller.diagnostics.touch_checks import Place
 from controller.recognition.images.frames import Frame
 from controller.sensors.base import Sensor
 from controller.shared import errors
 from controller.shared.aliases import Frames
 from controller.shared.protocol.messages import Contact
 
+DEPTH_MM: Final = 8.0  # of a firm press
+RADIUS_MM: Final = 7.0
 _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _REST_S: Final = 1.0  # from one press to the next, on a simulated skin
 

@@ -39,18 +39,15 @@ def faulty(rows: Iterable[Row]) -> bool:
 
 def table(rows: Sequence[Row]) -> str:
     """Return the rows as a table for people; advice stands under what was found."""
-    wide = max((len(row.name) for row in rows), default=0)
-    middle = max((len(row.verdict) for row in rows), default=0)
-    indent = " " * (wide + middle + 2 * len(_GAP))
-    room = max(30, _WIDTH - len(indent))
+    names = max((len(row.name) for row in rows), default=0)
+    verdicts = max((len(row.verdict) for row in rows), default=0)
+    indent = " " * (names + verdicts + 2 * len(_GAP))
     lines = []
     for row in rows:
-        head = f"{row.name:<{wide}}{_GAP}{row.verdict:<{middle}}{_GAP}"
-        found = wrap(row.found, room) or [""]
-        advice = wrap(row.advice, room - 3)
-        lines.append(head + found[0])
-        lines += [indent + line for line in found[1:]]
-        lines += [indent + ("-> " if i == 0 else "   ") + line for i, line in enumerate(advice)]
+        head = f"{row.name:<{names}}{_GAP}{row.verdict:<{verdicts}}{_GAP}"
+        width = max(30 + len(indent), _WIDTH)
+        lines += wrap(row.found, width, initial_indent=head, subsequent_indent=indent)
+        lines += wrap(row.advice, width, initial_indent=f"{indent}-> ", subsequent_indent=indent)
     return "\n".join(lines)
 
 

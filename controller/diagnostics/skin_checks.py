@@ -63,7 +63,7 @@ def skin_rows(
         advice = "Press firmly, a centimetre deep, and start again."
         words = "some presses were hardly felt"
         yield Row("touches", Verdict.DOUBTFUL, words, advice, "unfelt")
-    told = touch_checks.judge(changes, grid.pitch_mm, bad)
+    told = touch_checks.judge(changes, bad)
     yield from told
     if not faulty(told):
         yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")

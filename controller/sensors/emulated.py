@@ -15,7 +15,7 @@ from controller.sensors import virtual as virtuals
 from controller.sensors.geometry import RATE_HZ
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.circuit import WiringFault
 from controller.sensors.hardware.wiring import read
 from controller.sensors.virtual import Virtual
@@ -49,11 +49,10 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     rate_hz = Driver(EmulatedBoard(wiring, faults=faults).board).affordable(rate_hz or RATE_HZ)
     orb = virtuals.arguments(replace(options, fault=others), rate_hz, model)
     readout = model.electronics.readout
-    around = BoardModel(readout.noise_lsb, readout.mains, readout.mains_hz, readout.finger_pf)
     seeds = np.random.SeedSequence([options.seed, 1])
     emulated = Emulated(**orb, options=options)
     skin = emulated.skin[0]
-    emulated.attach(EmulatedBoard(wiring, seeds, model=around, picofarads=skin, faults=faults))
+    emulated.attach(EmulatedBoard(wiring, seeds, model=readout, picofarads=skin, faults=faults))
     return emulated
 
 

@@ -26,11 +26,12 @@ from controller.recognition.images.frames import Frame
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import RATE_HZ, Geometry
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.circuit import KINDS, WiringFault
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.protocol.messages import Contact
 from controller.simulator.orb import PRESETS, preset
+from tests.support.presses import pressed
 
 from .results import Results, command_line
 
@@ -70,7 +71,7 @@ def presses(hand: int) -> NDArray[np.float64]:
     rng = np.random.default_rng([7, hand])
     return np.array(
         [
-            touch_checks.pressed(
+            pressed(
                 ROWS, COLUMNS, PITCH_MM, place,
                 off_mm=complex(*rng.normal(0.0, AIM_MM, 2)),
                 depth_mm=float(rng.uniform(*DEPTHS_MM)),
@@ -90,24 +91,22 @@ class Wired(Sensor):
 
     def __init__(
         self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 2.0,
-        turned: bool = False, mirrored: str = "",
+        turned: bool = False, mirrored: str = "", stiff: tuple[int, int] | None = None,
     ) -> None:  # fmt: skip
         rng = np.random.default_rng([11, seed])
         self.rate_hz, self.turned, self.mirrored = rate_hz, turned, mirrored
-        readout, parts = preset(name).electronics.readout, preset(name).electronics
-        model = BoardModel(
-            noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
-            finger_pf=readout.finger_pf,
-        )  # fmt: skip
+        parts = preset(name).electronics
         self._rest = rng.normal(*parts.rest_pf, (ROWS, COLUMNS))
         broken = [WiringFault.parse(fault) for fault in faults]
         wiring = replace(Wiring(), pump=None)
         # on which it lies
-        self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
+        self.bench = EmulatedBoard(
+            wiring, seed, model=parts.readout, faults=broken, picofarads=self._rest
+        )
         self.board = self.bench.board
         self.driver = Driver(self.board)
         self._hand, self._rng = int(rng.integers(HANDS)), rng
-        self._stiff = [(f.row, f.column) for f in broken if f.kind == "stiff"]
+        self._stiff = stiff
 
     def read(self, t_s: float) -> Frame:
         frame = self.driver.frame(t_s)
@@ -123,6 +122,8 @@ class Wired(Sensor):
             place = (round(ROWS - 1 - contact.y), round(contact.x))
             change = presses(self._hand)[touch_checks.places(ROWS, COLUMNS).index(place)].copy()
             fingers[place[0]] = 1.0
+        if self._stiff is not None:
+            change[self._stiff] = 0.0
         drift = 1.0 + _DRIFT * self._rng.standard_normal((ROWS, COLUMNS))
         self.bench.touch(self._rest * (1.0 + change) * drift, fingers)
 
@@ -135,6 +136,8 @@ def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
     rng = np.random.default_rng([_FAMILY, seed])
     if kind == "turned":
         return "", {"turned": True}
+    if kind == "stiff":
+        return "", {"stiff": (int(rng.integers(ROWS)), int(rng.integers(COLUMNS)))}
     if kind == "mirrored":
         return "", {"mirrored": str(rng.choice(["rows", "columns"]))}
     place = ",".join(str(rng.integers(limit)) for limit in _PLACES[KINDS[kind].place])
@@ -170,6 +173,7 @@ def one(kind: str, name: str, number: int) -> tuple[str, bool]:
         return NOTHING, False
     first = faults[0]
     numbers = "".join(c if c.isdigit() else " " for c in first.name).split()
+    text = text or f":{more['stiff'][0]},{more['stiff'][1]}" if "stiff" in more else text
     wanted = text.partition(":")[2].partition("=")[0].split(",") if ":" in text else numbers
     return first.code, numbers == wanted
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from controller.__main__ import main
 from controller.diagnostics.calibration import calibrate
 from controller.diagnostics.report import Verdict
-from controller.diagnostics.touch_checks import pressed
 from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
+from tests.support.presses import pressed
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 

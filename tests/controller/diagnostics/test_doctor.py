@@ -13,6 +13,7 @@ from controller.bundles import bundle
 from controller.diagnostics import skin_checks, system_checks, touch_checks
 from controller.diagnostics.frame_source import Finger
 from controller.diagnostics.report import Row, Verdict, faulty, table
+from tests.support.presses import pressed
 
 SOUND = np.zeros((5, 5), dtype=np.bool_)
 
@@ -82,7 +83,7 @@ def felt(noise: float = 0.01) -> np.ndarray:
     """What is felt of every press that the doctor asks for, by somebody who misses a little."""
     rng = np.random.default_rng(3)
     changes = [
-        touch_checks.pressed(5, 5, 10.0, place, off_mm=complex(*rng.normal(0.0, 1.5, 2)))
+        pressed(5, 5, 10.0, place, off_mm=complex(*rng.normal(0.0, 1.5, 2)))
         for place in touch_checks.places(5, 5)
     ]
     return np.array(changes) + noise * rng.standard_normal((len(changes), 5, 5))
@@ -99,10 +100,10 @@ def test_presses_on_both_diagonals_touch_every_line_twice() -> None:
 def test_lines_that_are_swapped_are_named(pair: tuple[int, int]) -> None:
     order = list(range(5))
     order[pair[0]], order[pair[1]] = order[pair[1]], order[pair[0]]
-    [row] = touch_checks.judge(felt()[:, order], 10.0, SOUND)
+    [row] = touch_checks.judge(felt()[:, order], SOUND)
     assert (row.code, row.name) == ("swapped_rows", f"row {pair[0]}")
     assert f"row {pair[1]}" in row.found
-    [row] = touch_checks.judge(felt()[:, :, order], 10.0, SOUND)
+    [row] = touch_checks.judge(felt()[:, :, order], SOUND)
     assert (row.code, row.name) == ("swapped_columns", f"column {pair[0]}")
 
 
@@ -114,16 +115,16 @@ def test_plugs_the_wrong_way_round_are_told_and_a_sound_skin_is_accused_of_nothi
         (changes[:, :, ::-1], ["mirrored"]),
         (changes.transpose(0, 2, 1), ["turned"]),
     ):
-        assert codes(touch_checks.judge(seen, 10.0, SOUND)) == told
+        assert codes(touch_checks.judge(seen, SOUND)) == told
 
 
 def test_a_taxel_that_feels_nothing_is_named_unless_leads_are_swapped() -> None:
     changes = felt()
     changes[:, 1, 3] = 0.0
-    [row] = touch_checks.judge(changes, 10.0, SOUND)
+    [row] = touch_checks.judge(changes, SOUND)
     assert (row.code, row.name) == ("stiff", "taxel (1,3)")
     swapped = changes[:, [1, 0, 2, 3, 4]]
-    assert [row.name for row in touch_checks.judge(swapped, 10.0, SOUND)] == ["row 0"]
+    assert [row.name for row in touch_checks.judge(swapped, SOUND)] == ["row 0"]
 
 
 def test_whoever_does_not_want_to_press_need_not() -> None:

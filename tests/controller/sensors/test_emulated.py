@@ -17,11 +17,12 @@ from controller.sensors import base as sensors
 from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.circuit import KINDS, Circuit, WiringFault
 from controller.sensors.hardware.pins import GpioPins
 from controller.sensors.hardware.wiring import CircuitWiring, Electrodes, Scheme, Wiring
 from controller.shared.protocol.messages import Contact
+from controller.simulator.dome.readout import ReadoutModel
 
 
 @pytest.mark.parametrize("scheme", get_args(Scheme))
@@ -60,7 +61,7 @@ def test_every_fault_can_be_switched_on_and_off_again() -> None:
 )
 @pytest.mark.parametrize("noise_lsb", [1.0, 42.0])  # the presets'
 def test_what_is_unplugged_blinks_and_comes_back(fault: str, told: str, noise_lsb: float) -> None:
-    bench = EmulatedBoard(seed=3, model=BoardModel(noise_lsb=noise_lsb))
+    bench = EmulatedBoard(seed=3, model=ReadoutModel(noise_lsb=noise_lsb))
     driver = Driver(bench.board)
     before = driver.frame(0.0)
     assert bench.lit

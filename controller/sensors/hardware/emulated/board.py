@@ -15,7 +15,7 @@ from controller.sensors.hardware.pins import Controls, GpioPins
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.aliases import Array
 from controller.shared.errors import how_to_install
-from controller.simulator.dome.readout import NOMINAL_PF
+from controller.simulator.dome.readout import NOMINAL_PF, ReadoutModel
 
 _COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
 _SPREAD_PF: Final = 2.9  # of the taxels: paper, section 3.2
@@ -57,16 +57,6 @@ class FakeChip:
         """Nothing is held."""
 
 
-@dataclass(frozen=True, slots=True)
-class BoardModel:
-    """What is heard on the board."""
-
-    noise_lsb: float = 1.0  # deviation of a row's conversion, counts of 4096; other inputs have 1
-    mains: float = 0.0015  # relative hum, quadruple under a firm finger
-    mains_hz: float = 60.0  # its frequency
-    finger_pf: float = 2.0  # what a firm finger adds to its row
-
-
 class EmulatedBoard:
     """Emulated hardware.
 
@@ -82,14 +72,14 @@ class EmulatedBoard:
         wiring: Wiring = Wiring(),  # noqa: B008 (it is frozen)
         seed: int | np.random.SeedSequence = 0,
         *,
-        model: BoardModel = BoardModel(),  # noqa: B008 (it is frozen)
+        model: ReadoutModel = ReadoutModel(),  # noqa: B008 (it is frozen)
         faults: Sequence[WiringFault] = (),
         picofarads: Array | None = None,
     ) -> None:
         """Build an orb with faults; the seed draws the parts' tolerances and the noise.
 
-        The taxels, pF, (rows, columns), are drawn as well if they are not given. Without gpiozero
-        it raises MissingHardwareError.
+        The model gives noise, hum and finger. The taxels, pF, (rows, columns), are drawn as well if
+        they are not given. Without gpiozero it raises MissingHardwareError.
         """
         try:
             from controller.sensors.hardware.emulated.pins import CircuitFactory
@@ -104,7 +94,7 @@ class EmulatedBoard:
         self.circuit = Circuit(wiring, parts)
         if picofarads is None:
             picofarads = parts.normal(NOMINAL_PF, _SPREAD_PF, (wiring.rows, wiring.columns))
-        self._taxels = self._first = np.asarray(picofarads, dtype=np.float64)
+        self._taxels = np.asarray(picofarads, dtype=np.float64)
         self._fingers = np.zeros(wiring.rows)
         self._phase = float(parts.uniform(0.0, 2 * np.pi))
         self._faults: dict[WiringFault, float] = {}  # -> since when
@@ -142,10 +132,6 @@ class EmulatedBoard:
     def touch(self, picofarads: Array, fingers: Array | None = None) -> None:
         """Set the taxels, pF, (rows, columns), and the finger over each row, 0 ... 1, (rows,)."""
         self._taxels = np.array(picofarads, dtype=np.float64)
-        for fault in self._faults:
-            if fault.kind == "stiff":
-                place = fault.row, fault.column
-                self._taxels[place] = self._first[place]
         if fingers is not None:
             self._fingers = fingers
         self.circuit.skin(self._taxels, self._model.finger_pf * self._fingers)

@@ -185,16 +185,21 @@ class Circuit:
         joins = list(range(ends))
         for fault in self._faults:
             r, c = columns + fault.row, fault.column
+            one = r if c < 0 else c
             if fault.kind == "dead":
                 taxels[fault.row, c] = 0.0
             elif fault.kind in ("open_row", "open_column"):
-                lead[r if c < 0 else c] = _OPEN
+                lead[one] = _OPEN
             elif fault.kind == "unplugged":
                 lead[:] = _OPEN
-            elif fault.kind == "swapped_rows":
-                joins[r], joins[r + 1] = joins[r + 1], joins[r]
-            elif fault.kind == "swapped_columns":
-                joins[c], joins[c + 1] = joins[c + 1], joins[c]
+            elif fault.kind in ("swapped_rows", "swapped_columns"):
+                joins[one], joins[one + 1] = joins[one + 1], joins[one]
+            elif fault.kind in ("short_rows", "short_columns"):
+                self._join(self._conductance, one, one + 1, _SHORT)
+            elif fault.kind == "short_taxel":
+                self._join(self._conductance, r, c, _SHORT)
+            elif fault.kind in ("grounded_row", "grounded_column"):
+                self._conductance[one, one] += _SHORT
             elif fault.kind == "no_bleed":
                 bleed[fault.row] = _OPEN
             elif fault.kind == "no_row_capacitor":
@@ -211,20 +216,6 @@ class Circuit:
             self._capacitance[columns + row, columns + row] += self._fingers[row]
             self._conductance[node, node] += bleed[row]
             self._source[node] = self._leak_ua[row]
-        for fault in self._faults:
-            self._touching(fault)
-
-    def _touching(self, fault: WiringFault) -> None:
-        """Join what a fault lets touch."""
-        columns = self._columns
-        r, c = columns + fault.row, fault.column
-        one = r if c < 0 else c
-        if fault.kind in ("short_rows", "short_columns"):
-            self._join(self._conductance, one, one + 1, _SHORT)
-        elif fault.kind == "short_taxel":
-            self._join(self._conductance, r, c, _SHORT)
-        elif fault.kind in ("grounded_row", "grounded_column"):
-            self._conductance[one, one] += _SHORT
 
     @staticmethod
     def _join(matrix: Array, one: int, other: int, value: float) -> None:
