@@ -154,15 +154,10 @@ def test_an_entry_for_a_line_that_is_no_more_is_out_of_date(
     assert "if now_s < 5:" in capsys.readouterr().err
 
 
-def test_a_listed_file_that_was_moved_is_told(
-    tree: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(mutants, "ROOT", tree)
-    monkeypatch.setattr(mutants, "related", lambda: {"late.py": ["tests/test_moved.py"]})
-    monkeypatch.setattr(mutants, "equivalent", dict)
-    with pytest.raises(SystemExit):
-        mutants.main([])
-    assert "names tests/test_moved.py, which is not there" in capsys.readouterr().err
+def test_a_test_that_fails_without_the_mutation_ends_the_run(tree: Path) -> None:
+    (tree / "tests" / "test_late.py").write_text("def test_it() -> None:\n    assert False\n")
+    with pytest.raises(SystemExit, match="fail without the mutation, too"):
+        mutants.judge(tree, HARMFUL, TESTS, 60.0)
 
 
 def test_equivalent_mutations_are_not_drawn(
