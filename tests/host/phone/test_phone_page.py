@@ -3,15 +3,24 @@
 `python -m tests.host.phone.test_phone_page` prints how many of ten are understood, and how fast.
 """
 
+import base64
+import json
 import math
 import os
+import shutil
 import statistics
+import subprocess
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from urllib.request import urlopen
 
 import pytest
+from websockets.sync.client import ClientConnection, connect
 
 from controller.shared.protocol.messages import Command, Contacts
 from host.app.application import OrbApp
@@ -21,15 +30,16 @@ from host.phone import open_phone, page
 from host.phone.server import PhoneServer
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import DomeArea
-from tests.support import devtools
-from tests.support.devtools import Page, Point
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import PATIENCE_S, until
 from tetris.kit import language
 
+CHROMIUM = shutil.which("chromium")
+Point = tuple[float, float]  # CSS pixels from the page's top left
+
 pytestmark = [
     pytest.mark.system,
-    pytest.mark.skipif(devtools.CHROMIUM is None, reason="needs Chromium"),
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
 ]
 
 SIZE = (390, 844)
@@ -37,6 +47,76 @@ STATE = "document.getElementById('status').textContent"
 LAST = "document.getElementById('last').textContent"
 STEP_S = 1 / 60
 APART_S = 0.8  # between two gestures
+
+
+class Page:
+    """A page as a phone would show it, and fingers on it."""
+
+    def __init__(self, socket: ClientConnection, size: tuple[int, int]) -> None:
+        self._socket, self._number = socket, 0
+        self.call("Page.enable")
+        self.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=10)
+        self.resize(size)
+
+    def resize(self, size: tuple[int, int]) -> None:
+        width, height = size
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width, height=height, deviceScaleFactor=2, mobile=True,
+        )  # fmt: skip
+
+    def open(self, url: str) -> None:
+        self.call("Page.navigate", url=url)
+
+    def value(self, script: str) -> Any:
+        """Return the value of an expression in the page."""
+        answer = self.call("Runtime.evaluate", expression=script, returnByValue=True)
+        return answer["result"].get("value")
+
+    def touch(self, kind: str, points: Sequence[Point], radius: float = 22.0) -> None:
+        """Put fingers down ("touchStart"), move them all ("touchMove"), or lift ("touchEnd")."""
+        fingers = [
+            {"x": x, "y": y, "id": number, "radiusX": radius, "radiusY": radius, "force": 0.5}
+            for number, (x, y) in enumerate(points)
+        ]
+        self.call("Input.dispatchTouchEvent", type=kind, touchPoints=fingers)
+
+    def picture(self, path: Path) -> None:
+        """Save what the page shows as a PNG file."""
+        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
+
+    def call(self, method: str, **options: Any) -> Any:
+        """Call a method of the protocol; return its result."""
+        self._number += 1
+        self._socket.send(json.dumps({"id": self._number, "method": method, "params": options}))
+        while True:
+            answer = json.loads(self._socket.recv(PATIENCE_S))
+            if answer.get("id") == self._number:
+                assert "error" not in answer, answer
+                return answer["result"]
+
+
+@contextmanager
+def browser_page(size: tuple[int, int] = (390, 844)) -> Iterator[Page]:
+    """Start Chromium with an empty page of a phone's size, and end it."""
+    assert CHROMIUM is not None
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        options = ["--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run"]
+        process = subprocess.Popen(
+            [CHROMIUM, *options, "--remote-debugging-port=0", f"--user-data-dir={folder}"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            said = Path(folder, "DevToolsActivePort")
+            port = until(lambda: (said.read_text() or "").split()[0], passing=(OSError, IndexError))
+            with urlopen(f"http://127.0.0.1:{port}/json/list") as answer:
+                found = [one for one in json.load(answer) if one["type"] == "page"]
+            with connect(found[0]["webSocketDebuggerUrl"], max_size=None) as socket:
+                yield Page(socket, size)
+        finally:
+            process.terminate()
+            process.wait(PATIENCE_S)
 
 
 @dataclass
@@ -105,7 +185,7 @@ def playing() -> Iterator[Play]:
     receiver = Receiver(own.open, token=own.token)
     receiver.start()
     try:
-        with devtools.page(SIZE) as browser:
+        with browser_page(SIZE) as browser:
             play = Play(app, receiver, browser)
             browser.open(app.phone.url)
             play.until_ready()
@@ -202,7 +282,7 @@ def test_a_finger_that_leaves_the_dome_slides_along_its_edge(play: Play) -> None
 def test_a_second_phone_and_one_whose_page_ends_read_a_sentence() -> None:
     phone = open_phone("127.0.0.1:0")
     phone.view = page.view(OrbState(), language.load("en"), DomeArea(), 0.0)
-    with devtools.page(SIZE) as browser:
+    with browser_page(SIZE) as browser:
         with opened(phone.url) as first:
             join(first)
             browser.open(phone.url)
