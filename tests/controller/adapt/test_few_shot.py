@@ -234,6 +234,14 @@ def test_an_example_begins_and_ends_at_the_quietest_frames_of_the_pauses() -> No
     assert len(found(Example("tap", images)).images) == 30 + 1 - 14
 
 
+def test_a_gap_within_a_touch_is_no_pause_before_it() -> None:
+    images = images_touched((3, 9), (20, 23), (25, 28))
+    images[:, 0, 0] = 0.97
+    images[14, 0, 0] = 0.98
+    images[23:25, 0, 0] = 1.0
+    assert len(found(Example("double_tap", images)).images) == len(images) - 14
+
+
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
 def test_the_pause_that_parts_touches_is_a_time_not_frames(rate_hz: float) -> None:
     def at(*seconds: float) -> tuple[int, ...]:
