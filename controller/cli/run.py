@@ -20,10 +20,9 @@ from controller import __version__
 from controller.cli import COMMANDS
 from controller.cli.sensor_options import add_sensor, rate
 from controller.links import PRINT, LinkAwayError
-from controller.runtime.assemble import open_device, prepare
+from controller.runtime.assemble import Parts, RunOptions, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Handler, Loop
-from controller.runtime.parts import Parts, RunOptions
 from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
 from controller.shared import errors

@@ -11,9 +11,9 @@ import numpy as np
 from controller.diagnostics.report import Row, fault
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.converters import CHANNELS
 from controller.sensors.hardware.inversion import picofarads
 from controller.sensors.hardware.scanner import Scanner
+from controller.sensors.hardware.wiring import CHANNELS
 from controller.shared.aliases import Array
 
 LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: other resistors show

@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.recognition.images.frames import Image
+from controller.runtime.assemble import Parts
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
 from controller.shared.errors import reason
 from controller.shared.notices import notice
 from controller.shared.protocol.messages import (

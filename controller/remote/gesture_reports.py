@@ -17,10 +17,9 @@ from controller.bundles.deploy.store import BundleStore
 from controller.recognition.mapping import NONE, Mapping, Rule
 from controller.remote.examples import ExampleStore, firmest, image_bytes
 from controller.remote.worker import Worker, failed
-from controller.runtime.assemble import bundle_path
+from controller.runtime.assemble import Parts, bundle_path
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
 from controller.shared.protocol.codec import ProtocolError, fitted
 from controller.shared.protocol.messages import Message
 from controller.shared.protocol.packets import encode

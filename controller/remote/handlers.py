@@ -21,8 +21,8 @@ from controller.remote.link_check import LinkCheck
 from controller.remote.link_recording import LinkRecording
 from controller.remote.teacher import Refusal, Teacher
 from controller.remote.worker import Worker
+from controller.runtime.assemble import Parts
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
 from controller.runtime.renewal import refreshed
 from controller.shared import files
 from controller.shared.errors import UserError

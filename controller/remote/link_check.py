@@ -21,11 +21,10 @@ from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.skin_checks import IDLE_S, skin_rows
 from controller.recognition.images.frames import Frame
 from controller.remote.worker import Worker
-from controller.runtime.assemble import bundle_path
+from controller.runtime.assemble import Parts, bundle_path
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
-from controller.sensors.geometry import SensorError
+from controller.sensors.base import SensorError
 from controller.shared import files
 from controller.shared.aliases import Frames
 from controller.shared.errors import reason

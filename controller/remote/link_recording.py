@@ -11,10 +11,9 @@ from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder
 from controller.recordings.recording import RecordingError
 from controller.remote.worker import Worker
-from controller.runtime.assemble import next_file
+from controller.runtime.assemble import Parts, next_file
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
 from controller.shared import leftovers
 from controller.shared.errors import reason
 from controller.shared.leftovers import is_free

@@ -22,11 +22,10 @@ from controller.remote import link_recording
 from controller.remote.bundle_updates import BundleUpdater
 from controller.remote.examples import ExampleStore, untaken
 from controller.remote.worker import BUSY, Worker, failed
-from controller.runtime.assemble import bundle_path
+from controller.runtime.assemble import Parts, bundle_path
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
-from controller.sensors.geometry import SensorError
+from controller.sensors.base import SensorError
 from controller.shared import files
 from controller.shared.errors import reason
 from controller.shared.notices import listed, notice

@@ -10,7 +10,7 @@ import logging
 import os
 import platform
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -21,18 +21,17 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
-from controller.links import open_link
+from controller.links import PRINT, Link, open_link
 from controller.recognition.images.frames import same_rate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings import reader
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter
-from controller.runtime.parts import Parts, RunOptions
+from controller.runtime.process import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
-from controller.sensors.base import Sensor
-from controller.sensors.geometry import SensorError
+from controller.sensors.base import Sensor, SensorError
 from controller.shared.errors import UserError
 from controller.shared.protocol import psk
 from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
@@ -45,6 +44,42 @@ if TYPE_CHECKING:
 TOKEN: Final = "ORBTOUCH_TOKEN"  # environment variable: token of the host that started this process
 
 _log = logging.getLogger("controller")
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """Options of a plain run, as `controller --help` describes them."""
+
+    sensor: str = "virtual"
+    seed: int = 1
+    preset: str = "nominal"
+    fault: tuple[str, ...] = ()
+    bundle: Path | None = None
+    mapping: Path | None = None
+    link: str = PRINT
+    key: Path | None = None
+    unprotected: bool = False
+    record: Path | None = None
+    user: str = ""
+    session: str = "1"
+    label: str = ""
+    replay: Path | None = None
+    rate: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """Checked parts of a run."""
+
+    options: RunOptions  # of the command line
+    bundle: Bundle  # the one in use
+    recognizer: Recognizer  # its networks
+    mapping: Mapping  # its mapping, or an override of it
+    sensor: Sensor  # the sensor of the first session, before its first frame
+    link: Link  # the link for messages
+    owned: bool  # whether a host started this process
+    runs: RunFiles | None  # files for recordings; None: no recording
+    collector: IdleCollector | None = None  # garbage collection between frames; None: Python's own
 
 
 # --- before the first frame -----------------------------------------------------------------------

@@ -7,9 +7,8 @@ from dataclasses import replace
 
 from controller.bundles.bundle import Bundle
 from controller.links import LinkError
-from controller.runtime.assemble import deployed, next_file, sensor_of, welcome_of
+from controller.runtime.assemble import Parts, deployed, next_file, sensor_of, welcome_of
 from controller.runtime.device import Device
-from controller.runtime.parts import Parts
 from controller.shared.protocol.codec import ProtocolError
 from controller.shared.protocol.messages import Welcome
 from controller.shared.protocol.packets import encode

@@ -16,10 +16,10 @@ import numpy as np
 
 from controller.sensors.hardware import wiring as wirings
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.inversion import Inversion
+from controller.sensors.hardware.wiring import CHIPS
 from controller.shared.aliases import Array
 from tests.reference import waveforms
 from tests.support.waveform_board import board as recorded_board

@@ -10,11 +10,10 @@ import numpy as np
 from gpiozero.pins.mock import MockFactory
 
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.emulated.board import FakeChip
 from controller.sensors.hardware.emulated.pins import CircuitFactory
 from controller.sensors.hardware.pins import Controls, GpioPins
-from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import CHIPS, Wiring
 from controller.shared.aliases import Array
 from tests.reference import spice, waveforms
 

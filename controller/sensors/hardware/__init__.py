@@ -1,10 +1,10 @@
 """Hardware of a real orb: pins, converter, pump, and the circuit from picofarads to counts.
 
-Pure: wiring, description, inversion, converters, line_parser, and in `driver` the pump. Edges: pins
+Pure: wiring, description, inversion, and in `driver` the pump. Edges: pins
 (gpiozero), raspberry_pi (spidev). `emulated` puts a simulated circuit in place of the edges.
 """
 
-from controller.sensors.geometry import SensorAwayError, SensorError
+from controller.sensors.base import SensorAwayError, SensorError
 from controller.shared.errors import TroubleError
 
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from controller.sensors.hardware import HardwareAwayError
-from controller.sensors.hardware.converters import CHANNELS, Chip
 from controller.sensors.hardware.pins import Controls, GpioPins
-from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import CHANNELS, Chip, Wiring
 
 
 class Spi(Protocol):

@@ -10,9 +10,8 @@ from typing import Any, Final
 
 from controller.sensors.hardware import HardwareAwayError, MissingHardwareError
 from controller.sensors.hardware.board import Board, Spi
-from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.pins import Controls, GpioPins
-from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import CHIPS, Wiring
 from controller.shared.errors import how_to_install
 
 _SPIN_S: Final = 200e-6  # sleeping is late by a tenth of a millisecond: short waits are spun

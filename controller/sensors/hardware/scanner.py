@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.converters import CHANNELS
-from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import CHANNELS, Wiring
 from controller.shared.aliases import Array
 
 

@@ -17,10 +17,9 @@ from controller.cli.run import options_of
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.remote.bundle_updates import BundleUpdater
-from controller.runtime.assemble import open_device, prepare
+from controller.runtime.assemble import Parts, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange, refreshed
 from controller.shared.protocol.messages import (
     DECLINED,

@@ -21,8 +21,7 @@ from controller.links.bluetooth.hid.reports import (
     gamepad,
     keyboard,
 )
-from controller.links.usb import PATIENCE_S, UsbLink, UsbReports
-from controller.links.usb_gadget import CONFIGFS, FUNCTIONS, UDCS, Gadget
+from controller.links.usb import CONFIGFS, FUNCTIONS, PATIENCE_S, UDCS, Gadget, UsbLink, UsbReports
 from controller.shared.keymap import keymap
 from controller.shared.protocol.messages import Bye, Command, Hello, State
 from tests.reference import hid

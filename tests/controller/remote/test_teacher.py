@@ -22,10 +22,9 @@ from controller.remote.bundle_updates import BundleUpdater
 from controller.remote.gesture_reports import Describer
 from controller.remote.handlers import handlers
 from controller.remote.teacher import Teacher
-from controller.runtime.assemble import TOKEN, open_device, prepare
+from controller.runtime.assemble import TOKEN, Parts, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.runtime.parts import Parts
 from controller.runtime.renewal import exchange
 from controller.shared.protocol.messages import Contact, Message
 from controller.shared.protocol.teaching import (

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.sensors.hardware.line_parser import MAX_LINE, LineParser
+from controller.sensors.lines import MAX_LINE, LineParser
 
 NUMBERS = st.lists(st.integers(-4096, 4096), min_size=3, max_size=3)
 

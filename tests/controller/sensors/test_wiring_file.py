@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from controller.sensors.hardware import HardwareError
-from controller.sensors.hardware.converters import CHIPS
 from controller.sensors.hardware.scanner import Slot, slots
-from controller.sensors.hardware.wiring import Electrodes, Wiring, read
+from controller.sensors.hardware.wiring import CHIPS, Electrodes, Wiring, read
 from tests.support import ROOT
 from tests.support.described import wired
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from controller.sensors.hardware import MissingHardwareError
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.converters import CHANNELS, CHIPS
 from controller.sensors.hardware.emulated.circuit import Circuit, WiringFault
 from controller.sensors.hardware.pins import Controls, GpioPins
-from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import CHANNELS, CHIPS, Wiring
 from controller.shared.aliases import Array
 from controller.shared.errors import how_to_install
 from controller.simulator.dome.readout import NOMINAL_PF, ReadoutModel

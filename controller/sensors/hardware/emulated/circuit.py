@@ -12,8 +12,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from controller.sensors.hardware.converters import CHANNELS
-from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import CHANNELS, Wiring
 from controller.shared.aliases import Array
 from controller.simulator.dome.faults import Fault, Kind, read_kinds
 from controller.simulator.dome.readout import NOMINAL_PF
