@@ -20,10 +20,9 @@ from host.app.screen import Orb, OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.orbs import OrbsScreen
 from host.app.screens.phone import PhoneScreen
-from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import SIZE, TargetOptions
-from host.ui import rim
+from host.ui.orb_state import pulse_strength
 from host.ui.panel.panel import Panel
 from host.ui.panel.panel_layout import Dock
 from tetris.engine.events import Event
@@ -147,7 +146,7 @@ class OrbApp(Orb):
     def _happened(self, events: Sequence[Event]) -> None:
         """Let the dome answer what happened in a game."""
         if self.stage.settings.motion:
-            self.orb.rim.strike(rim.strength(events), self._now_s)
+            self.orb.rim.strike(pulse_strength(events), self._now_s)
 
     # -- what comes over the link --------------------------------------------------------
 
@@ -181,6 +180,8 @@ class OrbApp(Orb):
             case Stale() | Lost() | Refused():
                 self._gestures.hold((), now_s)
                 self._wait("orb.silent" if isinstance(item, Stale) else "orb.lost")
+                if isinstance(self.stage.screen, OrbScreen):
+                    self.stage.screen.link_lost()
             case Delivered(message=message):
                 self._go_on(now_s)
                 self.lessons.take(message)
@@ -306,10 +307,6 @@ class OrbApp(Orb):
         if self.touch.two_fingers:
             return words("orb.two_fingers")
         return "" if self.orb.history else words("orb.first_touch")
-
-    def paced(self, hops: EndToEndLatency) -> None:
-        """Show the latency of frames, about once a second."""
-        self.orb.paced(hops)
 
     def close(self) -> None:
         """Let go of the devices."""

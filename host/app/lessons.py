@@ -30,7 +30,6 @@ from controller.shared.protocol.teaching import (
 )
 
 NOTHING: Final = ""  # the answer to a touch that was no gesture
-PAUSE_S: Final = 0.45  # between two attempts; that between the taps of a double tap is shorter
 LATE_S: Final = 0.8  # a gesture may wait for one that begins alike
 
 
@@ -143,8 +142,7 @@ class Lessons:
 class Trial:
     """The player tries one gesture some times: how often was it understood?
 
-    Touches with less than `PAUSE_S` between them are one attempt, as in an example. It is
-    understood if the gesture is recognised in it, or within `LATE_S` after it.
+    A touch is understood if the gesture is recognised in it, or within `LATE_S` after it.
 
     Attributes:
         label: The gesture that is tried.
@@ -173,12 +171,10 @@ class Trial:
         if down == self._touched:
             return
         self._touched = down
-        if not down:
-            self._ended_s = now_s
-        elif self._ended_s is not None and now_s - self._ended_s < PAUSE_S:
-            self._ended_s = None  # it goes on
-        else:
+        if down:
             self._close()
+        else:
+            self._ended_s = now_s
 
     def take(self, message: Message, now_s: float) -> None:
         """Take a message of the orb."""

@@ -16,14 +16,13 @@ from controller.shared.errors import reason
 from controller.shared.files import atomic_write, config_folder
 from controller.shared.keymap import keymap
 from controller.shared.keymap.key_names import KEYS, PAD
-from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError, Kind, Outputs
+from controller.shared.keymap.keymap import KeyMap, KeyMapError, Kind
 from controller.shared.protocol.link_events import Delivered, Received
 from controller.shared.protocol.messages import Command, State
 from host.injection.backends import BackendError
 from host.injection.injector import Injector, Sender
-from host.targets.keys import KeysTarget
+from host.targets.keys import OUTPUTS, KeysTarget
 
-OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 SHIPPED: Final[tuple[Kind, ...]] = ("keyboard", "gamepad")
 _NAMED: Final = {"keyboard": "key", "gamepad": "pad"}  # how a mapping's file calls an output
 

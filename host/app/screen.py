@@ -135,6 +135,9 @@ class OrbScreen(MenuScreen):
     def report(self, message: Report, time_s: float) -> None:
         """Take a report of the orb; those for its picture have been taken already."""
 
+    def link_lost(self) -> None:
+        """Give up what was under way over the link."""
+
     def leave(self) -> None:
         """Go back, and leave no trace on the dome."""
         self.orb.ghost, self.orb.zones, self.orb.note = (), False, ""

@@ -4,7 +4,7 @@ import argparse
 import logging
 import secrets
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -19,12 +19,13 @@ from host import window_loop as loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
 from host.cli import VERBS, add_option, warn
-from host.cli import _device_defaults as remembering
+from host.cli._device_defaults import DeviceDefaults, offer, seek
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
+from host.demo import demo
 from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
@@ -59,8 +60,9 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
     memory = DeviceStore(warn=warn)
     with ExitStack() as stack:
         own: VirtualOrbProcess | None = None
-        seeker = remembering.seek(options, memory)
+        seeker = seek(options, memory)
         key = b"" if options.key is None else psk.read(options.key)
+        orb_options = demo.quick(options.orb) if options.demo else options.orb
         at_once = (options.seed is not None or options.seconds is not None) and not options.demo
         wish = TargetOptions(
             seed if at_once else None,
@@ -76,7 +78,7 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
         elif options.link is not None:
             receiver = Receiver(lambda: open_transport(options.link), key=key)
         else:
-            own = VirtualOrbProcess(seed, _orb_options(options))
+            own = VirtualOrbProcess(seed, orb_options)
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
         stack.callback(receiver.close)
@@ -87,45 +89,29 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
         if options.phone is not None:
             _begin_phone(options.phone, target)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
-        noted = remembering.DeviceDefaults(memory, options, target, seeker)
+        noted = DeviceDefaults(memory, options, target, seeker)
         stack.callback(noted.close)
         receiver.subscribe(noted.on_received, Connected)
         if own is not None:
-            remembering.offer(memory, warn)
+            offer(memory, warn)
         if isinstance(target, OrbApp):
             target.orbs = orbs = Orbs(
                 receiver,
                 memory,
-                partial(VirtualOrbProcess, seed, _orb_options(options)),
+                partial(VirtualOrbProcess, seed, orb_options),
                 own=own,
                 where=lambda: seeker.url if seeker else options.link or "",
                 moved=noted.moved,
             )
             stack.callback(orbs.close)
-        hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
-        if surface is not None:  # which shows it
-            receiver.subscribe(hops.on_received)
         receiver.start()
         if surface is None:
             loop.serve(target, receiver, shutdown, seconds=options.seconds)
-        else:
-            loop.play(
-                target,
-                receiver,
-                surface,
-                shutdown,
-                seconds=options.seconds,
-                drawn=lambda: _drawn(target, hops),
-            )
-
-
-def _orb_options(options: argparse.Namespace) -> Sequence[str]:
-    """Return the options of our own virtual orb; its hand is quick where it plays."""
-    if not options.demo:
-        return list(options.orb)
-    from host.demo.demo import quick
-
-    return quick(options.orb)
+            return
+        hops = target.orb.latency = EndToEndLatency(lambda: receiver.clock_offset_ms)
+        receiver.subscribe(hops.on_received)
+        lasts = options.seconds
+        loop.play(target, receiver, surface, shutdown, seconds=lasts, drawn=hops.drawn)
 
 
 def _open(
@@ -153,15 +139,7 @@ def _end_phone(target: targets.Target) -> None:
         target.phone.close()
 
 
-def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
-    """Note that a picture is on the screen, and let the panel show how long that took."""
-    hops.drawn()
-    target.paced(hops)
-
-
 def _demo(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
-    from host.demo import demo  # imported here, because playing by hand needs no judge
-
     demo.run(
         seed=seed,
         seconds=options.seconds or _DEMO_S,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -59,13 +60,9 @@ class EndToEndLatency:
 
     def digest(self) -> list[StageTime]:
         """Return what is known: in the orb, from its schedule to here, and to the screen."""
-        own = [] if self.pace is None else [_renamed(hop) for hop in self.pace.hops[-1:]]
+        own = [replace(hop, name="orb") for hop in self.pace.hops[-1:]] if self.pace else []
         spans = (("here", self._arrive), ("drawn", self._draw))
         return own + [_hop(name, values) for name, values in spans if values]
-
-
-def _renamed(hop: StageTime) -> StageTime:
-    return StageTime("orb", hop.p50_ms, hop.p95_ms, hop.p99_ms)
 
 
 def _hop(name: str, values: Sequence[float]) -> StageTime:

@@ -18,7 +18,6 @@ import pygame
 from controller.shared import plugins
 from controller.shared.errors import UserError
 from controller.shared.protocol.messages import Message
-from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Lost, Received, Refused, Stale
 from host.phone import page
 from host.ui.orb_state import OrbState
@@ -112,9 +111,6 @@ class Target(ABC):
         contacts = self.touch.update(now_s) if self.virtual else None
         ends, self._ends = self._ends, []
         return [*ends, contacts] if contacts else ends
-
-    def paced(self, hops: EndToEndLatency) -> None:  # noqa: B027
-        """Show the latency of frames; called after each picture."""
 
     def close(self) -> None:  # noqa: B027
         """Release held keys; called once, however the program ends."""

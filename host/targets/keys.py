@@ -22,7 +22,7 @@ from host.injection.terminal import Poll, keyboard
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
 
-_OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
+OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 
 
 class KeysTarget(Target):
@@ -163,7 +163,7 @@ class KeysTarget(Target):
 def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     """Read the mapping (KeyMapError), and start the sender (BackendError)."""
     path = options.mapping or Path(kind)
-    key_map = keymap.load(path, _OUTPUTS[kind]).beginning(options.profile)
+    key_map = keymap.load(path, OUTPUTS[kind]).beginning(options.profile)
     sender: Sender = Injector(options.backend, kind, key_map.keys)
     if options.backend == PRINT:
         sender = PrintingSender(partial(print, flush=True))

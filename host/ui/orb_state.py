@@ -5,6 +5,7 @@
 
 import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
@@ -26,8 +27,8 @@ from controller.shared.protocol.teaching import GestureInfo, Vocabulary
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.pointer_input import DomeArea
-from host.ui.rim import Rim
 from host.ui.unanswered import Reason, UnansweredTouches
+from tetris.engine.events import Event, LevelUp, Locked
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
 LinkState = Literal["connecting", "live", "stale", "lost"]
@@ -38,6 +39,32 @@ LATEST_S: Final = 2.5  # the last recognised gesture stands below the dome for s
 TOUCHED: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
 REASON_S: Final = 2.5  # and why the last one gave no command stands there for so long
+PULSE_LEAST_S: Final = 1 / 3  # from one pulse to the next
+_PULSE_RISE_S: Final = 0.06
+_PULSE_FALL_S: Final = 0.22  # time constant
+_PULSE_END_S: Final = 1.0
+_LOCK_PULSE: Final = 0.35  # strength of a pulse, 0 to 1
+_CLEAR_PULSES: Final = (0.7, 0.8, 0.9, 1.0)  # of 1, 2, 3, 4 rows
+
+
+class Rim:
+    """The pulse under way; times are seconds."""
+
+    def __init__(self) -> None:
+        self._strength, self._since_s = 0.0, -math.inf
+
+    def strike(self, strength: float, now_s: float) -> None:
+        """Begin a pulse, unless the last one began less than `PULSE_LEAST_S` ago."""
+        if strength > 0.0 and now_s - self._since_s >= PULSE_LEAST_S:
+            self._strength, self._since_s = strength, now_s
+
+    def level(self, now_s: float) -> float:
+        """Return how bright the rim is, 0 to 1."""
+        passed_s = now_s - self._since_s
+        if not 0.0 <= passed_s < _PULSE_END_S:
+            return 0.0
+        rise = min(1.0, passed_s / _PULSE_RISE_S)
+        return self._strength * rise * math.exp(-max(0.0, passed_s - _PULSE_RISE_S) / _PULSE_FALL_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +104,7 @@ class OrbState:
     hint: str = ""  # and one for when there is nothing else
     badge: str = ""  # "armed" or "disarmed": whether gestures press keys; "" where none does
     rim: Rim = field(default_factory=Rim)  # pulses round the dome
+    latency: EndToEndLatency | None = None  # which measures it, if it is measured
     hops: tuple[StageTime, ...] = ()  # how long frames take: in the orb, to here, to the screen
     period_ms: float = 0.0  # from frame to frame in the orb; 0 while it has not said
     missed: int = 0  # frames that the orb skipped because they were late, since its start
@@ -195,20 +223,14 @@ class OrbState:
         self._target = np.zeros_like(self._target)
         self.contacts = ()
 
-    def paced(self, hops: EndToEndLatency) -> None:
-        """Take the latency of frames, about once a second."""
-        pace = hops.pace
-        if pace is not None and hops.frames % max(1, round(1000 / pace.period_ms)) == 0:
-            self.hops, self.period_ms, self.missed = (
-                tuple(hops.digest()),
-                pace.period_ms,
-                pace.missed,
-            )
-
     def advance(self, now_s: float) -> None:
         """Ease what is shown towards what was felt, as far as the time has come."""
         passed_s = 0.0 if self._now_s is None else max(0.0, now_s - self._now_s)
         self._now_s = now_s
+        latency, pace = self.latency, self.latency.pace if self.latency else None
+        if latency and pace and latency.frames % max(1, round(1000 / pace.period_ms)) == 0:
+            self.hops = tuple(latency.digest())  # about once a second
+            self.period_ms, self.missed = pace.period_ms, pace.missed
         share = 1.0 - math.exp(-passed_s / EASE_S)
         self.shown = self.shown + (self.felt - self.shown) * share
         self.probabilities = (
@@ -242,3 +264,15 @@ class OrbState:
         if last is None or last.touch is None or now_s - last.time_s >= MARK_S:
             return None
         return (*last.touch, 1.0 - max(0.0, now_s - last.time_s) / MARK_S)
+
+
+def pulse_strength(events: Iterable[Event]) -> float:
+    """Return how strong a pulse for the events of one moment is, 0 (none) to 1."""
+    found = 0.0
+    for event in events:
+        if isinstance(event, Locked):
+            rows = min(len(event.rows), len(_CLEAR_PULSES))
+            found = max(found, _CLEAR_PULSES[rows - 1] if rows else _LOCK_PULSE)
+        elif isinstance(event, LevelUp):
+            found = 1.0
+    return found

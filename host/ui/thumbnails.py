@@ -1,6 +1,5 @@
 """Small pictures of the dome: with the heat map of one image, or with arrows on it."""
 
-import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Final, NamedTuple
@@ -46,10 +45,13 @@ def thumbnail(image: bytes, rows: int, columns: int, base: Base) -> pygame.Surfa
 def arrows(degrees: Sequence[float], base: Base, colour: Colour) -> pygame.Surface:
     """Return the dome with arrows from its middle in directions, degrees counter-clockwise."""
     picture = dome.balloon(*base).copy()
+    start = 0.16 if len(degrees) > 1 else -_REACH
+    neck, half, barb = _REACH - _HEAD, 0.05, _HEAD / 2
+    back = [(neck, -barb), (neck, -half), (start, -half), (start, half), (neck, half), (neck, barb)]
     for each in degrees:
-        turned = math.radians(each)
-        start = (0.16 if len(degrees) > 1 else -_REACH) * base.radius_px
-        _arrow(picture, turned, start, _REACH * base.radius_px, colour)
+        points = [pygame.Vector2(at).rotate(-each) for at in ((_REACH, 0.0), *back)]
+        middle = picture.get_rect().center
+        pygame.draw.polygon(picture, colour, [base.radius_px * at + middle for at in points])
     return picture
 
 
@@ -69,22 +71,3 @@ def hooks(both: bool, base: Base, colour: Colour) -> pygame.Surface:
         )
         pygame.draw.lines(picture, colour, False, points, wide)
     return picture
-
-
-def _arrow(
-    picture: pygame.Surface, turned: float, start: float, end: float, colour: Colour
-) -> None:
-    x, y = picture.get_rect().center
-    radius = picture.get_width() / 2
-    head = _HEAD * radius
-
-    def at(along: float, beside: float) -> tuple[float, float]:
-        return (
-            x + along * math.cos(turned) - beside * math.sin(turned),
-            y - along * math.sin(turned) - beside * math.cos(turned),
-        )
-
-    width = max(2, round(0.1 * radius))
-    pygame.draw.line(picture, colour, at(start, 0), at(end - head / 2, 0), width)
-    corners = at(end, 0), at(end - head, head / 2), at(end - head, -head / 2)
-    pygame.draw.polygon(picture, colour, corners)

@@ -77,6 +77,7 @@ class Camera:
         self._receiver.start()
         self._surface = window(headless=True, size=FILM)
         self.app = OrbApp(Start(), sound=False)
+        self.app.orb.latency = hops
         self.app.stage.change(replace(self.app.stage.settings, language="en"))
         self.app.orbs = Shelf(self._receiver)
         self._pointer = (FILM[0] * 0.6, FILM[1] * 0.9)
@@ -118,7 +119,6 @@ class Camera:
             self._due_s = max(self._due_s, now_s - 1.0) + (self.speed or 1.0) / RATE_HZ
             self.app.draw(self._surface)
             self._hops.drawn()
-            self.app.paced(self._hops)
             if self.speed:
                 self.film.append(zlib.compress(self._seen(self._surface), 1))
         self._receiver.wait(_STEP_S)

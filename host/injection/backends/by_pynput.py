@@ -57,9 +57,11 @@ def create(name: str, kind: Kind) -> X11:
     if kind != "keyboard":
         raise BackendError(f"{name} has no pads; a virtual pad needs Linux's uinput (docs/keys.md)")
     try:
-        opened = open_pynput()
-    except BackendError:
-        raise
+        from pynput.keyboard import Controller, KeyCode
+
+        opened = Controller(), KeyCode
+    except ModuleNotFoundError:
+        raise BackendError(f"keys need pynput; {how_to_install('keys')}") from None
     except Exception as error:  # without a display the import fails with various errors
         line = str(error).strip().split("\n")[0] or type(error).__name__
         raise BackendError(f"{name} cannot be reached: {line}") from error
@@ -71,15 +73,6 @@ def create(name: str, kind: Kind) -> X11:
             "Security, Accessibility, and start again (docs/keys.md)"
         )
     return MacOS(*opened)
-
-
-def open_pynput() -> tuple[Any, Any]:
-    """Return an open Controller of pynput, and its class KeyCode."""
-    try:
-        from pynput.keyboard import Controller, KeyCode
-    except ModuleNotFoundError:
-        raise BackendError(f"keys need pynput; {how_to_install('keys')}") from None
-    return Controller(), KeyCode
 
 
 def _trusted() -> bool:

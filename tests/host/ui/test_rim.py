@@ -2,7 +2,7 @@
 
 import pytest
 
-from host.ui.rim import LEAST_S, Rim, strength
+from host.ui.orb_state import PULSE_LEAST_S, Rim, pulse_strength
 from tetris.engine.events import Event, LevelUp, Locked
 from tetris.engine.moves import Spin
 from tetris.engine.pieces import Piece
@@ -16,11 +16,11 @@ def locked(*rows: int) -> Event:
 
 
 def test_clears_and_levels_are_stronger_than_locks() -> None:
-    calm = strength([])
-    lock, one, four = (strength([locked(*range(rows))]) for rows in (0, 1, 4))
+    calm = pulse_strength([])
+    lock, one, four = (pulse_strength([locked(*range(rows))]) for rows in (0, 1, 4))
     assert calm == 0.0
     assert 0.0 < lock < one < four <= 1.0
-    assert strength([locked(0), LevelUp(0.0, 2)]) == 1.0
+    assert pulse_strength([locked(0), LevelUp(0.0, 2)]) == 1.0
 
 
 def test_a_pulse_rises_softly_and_fades() -> None:
@@ -38,4 +38,4 @@ def test_no_more_than_three_pulses_begin_in_a_second() -> None:
         rim.strike(1.0, frame / 60)
         begun += rim.level(frame / 60 + 0.01) != before
     assert begun <= 3
-    assert pytest.approx(1 / 3) == LEAST_S
+    assert pytest.approx(1 / 3) == PULSE_LEAST_S

@@ -40,7 +40,6 @@ class Course:
     play: Do
     watch: TouchWatch = field(default_factory=TouchWatch)
     recording: RecordingStatus | None = None
-    live: bool = False  # whether the link was there at the last tick
 
 
 class TeachPage(OrbScreen):
@@ -101,14 +100,6 @@ class TeachPage(OrbScreen):
 
     def touched(self, event: TouchEvent, time_s: float) -> None:
         """Take the beginning or the end of a touch."""
-
-    def tick(self, time_s: float) -> None:
-        """Let time pass."""
-        live = self.orb.state.link == "live"
-        if self.course.live and not live:
-            self.link_lost()
-        self.course.live = live
-        super().tick(time_s)
 
     def link_lost(self) -> None:
         """Give up what was under way over the link."""
