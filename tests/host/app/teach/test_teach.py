@@ -22,11 +22,20 @@ from tests.support.teaching_window import DENT, WELCOME, Window
 from tetris.window.screens.play_screen import PlayScreen
 
 
-def examples_page(window: Window) -> None:
-    """Go to the page of the examples of a swipe by keys."""
+@pytest.fixture
+def window() -> Window:
+    """Return the application on the page of the examples of a swipe."""
+    window = Window()
     for item in ("Teach", "New gesture", "swipe"):
         window.choose(item)
     assert isinstance(window.screen, ExamplesPage)
+    return window
+
+
+def touch(window: Window, times: int = 3) -> None:
+    """Make examples."""
+    for _ in range(times):
+        window.touch()
 
 
 @pytest.mark.parametrize("by", ["click", "choose"])
@@ -40,8 +49,7 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
     ]:
         take(item)
         assert isinstance(window.screen, page)
-    for _ in range(3):
-        window.touch()
+    touch(window)
     take("Next")
     assert isinstance(window.screen, DetailsPage)
     take("Learn")
@@ -55,8 +63,7 @@ def test_a_gesture_is_taught_by_the_orb_only() -> None:
     window = Window()
     for item in ("Teach", "New gesture", "swipe"):
         window.make(item)
-    for _ in range(5):
-        window.touch()
+    touch(window, 5)
     window.pass_s(4.0)  # the next page comes by itself
     window.make("Learn")
     for _ in range(5):
@@ -68,9 +75,9 @@ def test_a_gesture_is_taught_by_the_orb_only() -> None:
     assert isinstance(window.app.stage.screen, PlayScreen)
 
 
-def test_the_questions_come_from_three_examples_on_and_by_themselves_after_five() -> None:
-    window = Window()
-    examples_page(window)
+def test_the_questions_come_from_three_examples_on_and_alone_after_five(
+    window: Window,
+) -> None:
     for count in range(5):
         assert (window.menu.items[0].do is not None) is (count >= 3)
         window.touch()
@@ -78,19 +85,14 @@ def test_the_questions_come_from_three_examples_on_and_by_themselves_after_five(
     assert isinstance(window.screen, DetailsPage)
 
 
-def test_the_questions_can_wait() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(5):
-        window.touch()
+def test_the_questions_can_wait(window: Window) -> None:
+    touch(window, 5)
     window.choose("Not yet")
     window.pass_s(10.0)
     assert isinstance(window.screen, ExamplesPage)
 
 
-def test_a_double_tap_is_one_example() -> None:
-    window = Window()
-    examples_page(window)
+def test_a_double_tap_is_one_example(window: Window) -> None:
     window.pass_s(0.15, image=DENT)
     window.pass_s(0.2)
     window.pass_s(0.15, image=DENT)
@@ -98,11 +100,8 @@ def test_a_double_tap_is_one_example() -> None:
     assert len(window.sent(ExampleStart)) == len(window.sent(ExampleEnd)) == 1
 
 
-def test_an_example_is_thrown_away_by_a_click_on_its_picture_or_by_keys() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
+def test_an_example_is_thrown_away_by_a_click_on_its_picture_or_by_keys(window: Window) -> None:
+    touch(window)
     screen = window.screen
     assert isinstance(screen, ExamplesPage)
     place, example = screen._places[1]
@@ -113,18 +112,14 @@ def test_an_example_is_thrown_away_by_a_click_on_its_picture_or_by_keys() -> Non
     assert len(screen.examples) == 1
 
 
-def test_an_example_that_cannot_be_learned_says_why() -> None:
-    window = Window()
-    examples_page(window)
+def test_an_example_that_cannot_be_learned_says_why(window: Window) -> None:
     window.orb.weak = True
     window.touch()
     assert "too weak" in window.menu.notice
     assert window.menu.items[0].value == "0/5"
 
 
-def test_gestures_take_no_step_while_examples_are_taken() -> None:
-    window = Window()
-    examples_page(window)
+def test_gestures_take_no_step_while_examples_are_taken(window: Window) -> None:
     before = window.screen.selected
     for name in ("down", "drop", "pause"):
         window.pass_s(0.1, Delivered(Command(name, "press", 0.9, None, 1), 0))
@@ -135,11 +130,8 @@ def test_gestures_take_no_step_while_examples_are_taken() -> None:
     assert isinstance(window.screen, TeachScreen)
 
 
-def test_the_trial_counts_what_is_understood_and_what_it_is_taken_for() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
+def test_the_trial_counts_what_is_understood_and_what_it_is_taken_for(window: Window) -> None:
+    touch(window)
     window.choose("Next")
     window.choose("Learn")
     for label in ("swipe", "swipe", "press", "", "swipe"):
@@ -180,11 +172,8 @@ def test_a_gesture_of_the_same_name_is_taught_anew_only_if_that_is_confirmed() -
         assert isinstance(window.screen, page)
 
 
-def test_the_pictures_choose_how_it_may_be_turned() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
+def test_the_pictures_choose_how_it_may_be_turned(window: Window) -> None:
+    touch(window)
     window.choose("Next")
     screen = window.screen
     assert isinstance(screen, DetailsPage)
@@ -206,9 +195,7 @@ def test_a_taught_gesture_is_removed_when_that_is_confirmed() -> None:
     assert window.menu.notice == "forgotten"
 
 
-def test_a_lost_link_leaves_the_page_and_the_examples() -> None:
-    window = Window()
-    examples_page(window)
+def test_a_lost_link_leaves_the_page_and_the_examples(window: Window) -> None:
     window.touch()
     window.pass_s(1.0, Lost("gone"))
     assert "lost" in window.menu.notice
@@ -219,11 +206,8 @@ def test_a_lost_link_leaves_the_page_and_the_examples() -> None:
     assert len(screen.examples) == 1
 
 
-def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
+def test_what_cannot_be_learned_leads_back_to_the_examples(window: Window) -> None:
+    touch(window)
     window.orb.objects = True
     window.choose("Next")
     window.choose("Learn")
@@ -233,12 +217,9 @@ def test_what_cannot_be_learned_leads_back_to_the_examples() -> None:
     assert "too different" in window.menu.notice
 
 
-def test_what_the_examples_suggest_is_chosen_and_one_press_accepts_it() -> None:
-    window = Window()
+def test_what_the_examples_suggest_is_chosen_and_one_press_accepts_it(window: Window) -> None:
     window.orb.guess = "half", True
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
+    touch(window)
     window.choose("Next")
     assert [item.value for item in window.menu.items][2:4] == [
         "half turn: same",
@@ -248,11 +229,8 @@ def test_what_the_examples_suggest_is_chosen_and_one_press_accepts_it() -> None:
     assert window.sent(Learn) == [Learn("swipe", "hold", "half", True, "")]
 
 
-def test_more_examples_can_be_taken_after_the_questions() -> None:
-    window = Window()
-    examples_page(window)
-    for _ in range(3):
-        window.touch()
+def test_more_examples_can_be_taken_after_the_questions(window: Window) -> None:
+    touch(window)
     window.choose("Next")
     window.choose("Take more examples")
     screen = window.screen

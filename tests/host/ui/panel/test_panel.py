@@ -61,19 +61,21 @@ def surface() -> Iterator[pygame.Surface]:
     pygame.display.quit()
 
 
-def drawn(view: OrbState, surface: pygame.Surface, now_s: float = 10.0) -> pygame.Surface:
+def placed() -> Panel:
     panel = Panel()
     panel.place(RECT, DomeArea())
+    return panel
+
+
+def drawn(view: OrbState, surface: pygame.Surface, now_s: float = 10.0) -> pygame.Surface:
     view.advance(now_s - 5.0)
     view.advance(now_s)  # long enough for the shown image to have become the felt one
-    panel.draw(surface, view, now_s, Look())
+    placed().draw(surface, view, now_s, Look())
     return surface.copy()
 
 
 def pixel(picture: pygame.Surface, x: float, y: float) -> pygame.Color:
-    panel = Panel()
-    panel.place(RECT, DomeArea())
-    across, down = panel.projection.to_screen(x, y)
+    across, down = placed().projection.to_screen(x, y)
     return picture.get_at((round(across) + 6, round(down) + 6))  # beside the taxel's own mark
 
 
@@ -188,8 +190,7 @@ def test_pixels_and_grid_units_are_each_others_inverse() -> None:
 def test_the_newest_command_is_said_and_its_gesture_highlighted_until_they_fade(
     surface: pygame.Surface,
 ) -> None:
-    view, panel = live_view(), Panel()
-    panel.place(RECT, DomeArea())
+    view, panel = live_view(), placed()
     calm = drawn(view, surface)
     view.command(Command("left", "press", 0.9, None, 1), 10.0)
     panel.draw(surface, view, 10.5, Look(Settings(language="de")))
@@ -252,8 +253,7 @@ def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
 
 
 def test_a_panel_on_which_nothing_changes_is_copied_not_drawn(surface: pygame.Surface) -> None:
-    view, panel = live_view(), Panel()
-    panel.place(RECT, DomeArea())
+    view, panel = live_view(), placed()
     panel.draw(surface, view, 1.0, Look())
     composed: list[float] = []
     panel._compose = lambda view, now_s, *_: composed.append(now_s)  # type: ignore[method-assign]
@@ -266,8 +266,7 @@ def test_a_panel_on_which_nothing_changes_is_copied_not_drawn(surface: pygame.Su
 
 
 def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> None:
-    view, panel = live_view(), Panel()
-    panel.place(RECT, DomeArea())
+    view, panel = live_view(), placed()
     light = PALETTES["light"]
     panel.draw(surface, view, 1.0, Look(Settings(theme="light", language="fr")))
     assert surface.get_at((1, 1))[:3] == light.background
@@ -322,9 +321,8 @@ def test_a_taught_gesture_is_drawn_by_its_own_image(surface: pygame.Surface) -> 
         view = live_view()
         view.described(GestureInfo("press", "press", True, 7, quantise_image(z), ()))
         drawn(view, surface)
-        panel = Panel()
-        panel.place(RECT, DomeArea())
-        pictures.append(pygame.image.tobytes(surface.subsurface(panel.layout.rows[0]), "RGB"))
+        row = surface.subsurface(placed().layout.rows[0])
+        pictures.append(pygame.image.tobytes(row, "RGB"))
     assert pictures[0] != pictures[1]
 
 
