@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from controller.shared.protocol.codec import image_from_bytes
 from controller.shared.protocol.messages import Message, Telemetry, Welcome
 from controller.shared.protocol.teaching import Vocabulary
-from controller.shared.taxel_measures import noise, noisy
+from controller.shared.taxel_measures import noise
 
 Array = NDArray[np.float32]
 
@@ -36,7 +36,7 @@ class LabData:
         self._shares = np.zeros((FRAMES, len(labels)), np.float32)
         self._times_s = np.full(FRAMES, -np.inf)
         self._count = 0  # frames ever taken
-        self._quality, self._judged = Quality(self._images[:0]), 0
+        self._noise, self._judged = noise(self._images[:0]), 0
 
     def connected(self, welcome: Welcome) -> None:
         """Begin anew with an orb."""
@@ -67,12 +67,13 @@ class LabData:
         self._times_s[place] = now_s
         self._count += 1
 
-    def quality(self) -> "Quality":
-        """Return the quality of the taxels, judged anew every `JUDGED` frames."""
+    def taxel_noise(self) -> Array:
+        """Return the noise of each taxel, (rows, columns), of z; anew every `JUDGED` frames."""
         if self._count - self._judged >= JUDGED:
             self._judged = self._count
-            self._quality = Quality(self.recent(float(self._times_s.max()))[1])
-        return self._quality
+            images = self.recent(float(self._times_s.max()))[1]
+            self._noise = noise(images[-NOISE_FRAMES:])
+        return self._noise
 
     def recent(self, now_s: float) -> tuple[NDArray[np.float64], Array, Array]:
         """Return the frames of the last `SECONDS`, oldest first.
@@ -83,18 +84,3 @@ class LabData:
         order = np.arange(self._count - filled, self._count) % FRAMES
         order = order[self._times_s[order] > now_s - SECONDS]
         return self._times_s[order], self._images[order], self._shares[order]
-
-
-class Quality:
-    """Noise of each taxel, from recent images (n, rows, columns).
-
-    Attributes:
-        level: Noise of each taxel, (rows, columns), of z.
-        usual: The median of all.
-        noisy: Marked taxels, (rows, columns).
-    """
-
-    def __init__(self, images: Array) -> None:
-        self.level = noise(images[-NOISE_FRAMES:])
-        self.usual = float(np.median(self.level))
-        self.noisy = noisy(self.level, NOISE_RATIO, IMAGE_STEP / 2)

@@ -12,7 +12,6 @@ from typing import Any, Final
 import tomli_w
 
 from controller.shared.config import ConfigError
-from controller.shared.errors import reason
 from controller.shared.files import atomic_write, config_folder
 from controller.shared.keymap import keymap
 from controller.shared.keymap.key_names import KEYS, PAD
@@ -83,16 +82,12 @@ def mappings(own: Path) -> list[Mapping]:
 
 def read(path: Path) -> Mapping | None:
     """Return a mapping of either kind; None if it is none."""
-    for kind in SHIPPED if str(path) not in SHIPPED else (_kind(path),):
+    for kind in [kind for kind in SHIPPED if str(path) == kind] or SHIPPED:
         try:
             return Mapping(path, kind, *keymap.read(path, OUTPUTS[kind]))
         except KeyMapError:
             pass
     return None
-
-
-def _kind(path: Path) -> Kind:
-    return "gamepad" if str(path) == "gamepad" else "keyboard"
 
 
 def save(mapping: Mapping, own: Path) -> Mapping:
@@ -193,8 +188,3 @@ def choose_key(mapping: Mapping, profile: str, command: str, step: int) -> Mappi
         except ConfigError:  # a hot key, or a dangerous one
             continue
     return mapping
-
-
-def trouble(error: OSError, own: Path) -> str:
-    """Return the sentence about a mapping that cannot be written."""
-    return f"cannot write to {own}: {reason(error)}"

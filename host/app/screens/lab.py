@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from controller.shared.protocol.messages import Report, StageTime
 from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus
-from host.app.lab_data import SECONDS, LabData, Quality
+from controller.shared.taxel_measures import noisy
+from host.app.lab_data import IMAGE_STEP, NOISE_RATIO, SECONDS, Array, LabData
 from host.app.screen import Orb, OrbScreen
 from host.ui import naming
 from tetris.kit import theme
@@ -120,7 +121,7 @@ class LabScreen(OrbScreen):
         grid.width = round(area.width * 0.66)
         shares = pygame.Rect(grid.right, area.top, area.width - grid.width, area.height)
         recent = self.data.recent(time_s)
-        taxels(pen, grid, recent, self.data.quality(), time_s, self.words)
+        taxels(pen, grid, recent, self.data.taxel_noise(), time_s, self.words)
         names = [naming.gesture(self.words, label) for label in self.data.labels]
         probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
 
@@ -197,53 +198,35 @@ class Pen:
 
 
 def taxels(
-    pen: Pen, area: pygame.Rect, recent: Recent, quality: Quality, now_s: float, words: Words
+    pen: Pen, area: pygame.Rect, recent: Recent, noise: Array, now_s: float, words: Words
 ) -> None:
-    """Draw a trace for each taxel, in rows and columns as they lie, and a line on their quality."""
+    """Draw a trace for each taxel as they lie, and a line on their noise, (rows, columns), of z."""
     times_s, images, _ = recent
     rows, columns = images.shape[1:]
+    palette, loud = pen.palette, noisy(noise, NOISE_RATIO, IMAGE_STEP / 2)
     last = pygame.Rect(area.left, area.bottom - pen.px(_LINE), area.width, pen.px(_LINE))
-    line = pen.words(_quality(quality, words), pen.palette.dim, area.width)
-    pen.surface.blit(line, last)
+    pen.surface.blit(pen.words(_quality(noise, words), palette.dim, area.width), last)
     high, wide = (last.top - area.top) / rows, area.width / columns
     full = max(_FULL, float(np.abs(images).max()) if len(images) else 0.0)
-    ages_s = now_s - times_s
     for row, column in np.ndindex(rows, columns):
         left, top = round(area.left + column * wide), round(area.top + row * high)
         cell = pygame.Rect(left, top, round(wide) - pen.px(_GAP), round(high) - pen.px(_GAP))
+        colour = palette.warn if loud[row, column] else palette.cool
+        pygame.draw.rect(pen.surface, palette.surface, cell, border_radius=pen.px(4))
+        pygame.draw.line(pen.surface, palette.line, cell.midleft, (cell.right - 1, cell.centery))
         heights = images[:, row, column] / (2 * full) + 0.5
-        _cell(pen, cell, ages_s, heights, bool(quality.noisy[row, column]), words)
+        pen.trace(cell, now_s - times_s, heights, colour)
+        if loud[row, column]:
+            pygame.draw.rect(pen.surface, colour, cell, pen.px(1), border_radius=pen.px(4))
+            label = pen.words(words("lab.noisy"), colour, cell.width)
+            pen.surface.blit(label, label.get_rect(midbottom=cell.midbottom))
 
 
-def _cell(
-    pen: Pen,
-    cell: pygame.Rect,
-    ages_s: NDArray[np.float64],
-    heights: NDArray[np.floating],
-    loud: bool,
-    words: Words,
-) -> None:
-    """Draw the trace of a taxel; a `loud` one is marked as noisy."""
-    palette = pen.palette
-    colour = palette.warn if loud else palette.cool
-    pygame.draw.rect(pen.surface, palette.surface, cell, border_radius=pen.px(4))
-    pygame.draw.line(pen.surface, palette.line, cell.midleft, (cell.right - 1, cell.centery))
-    pen.trace(cell, ages_s, heights, colour)
-    if loud:
-        pygame.draw.rect(pen.surface, colour, cell, pen.px(1), border_radius=pen.px(4))
-        label = pen.words(words("lab.noisy"), colour, cell.width)
-        pen.surface.blit(label, label.get_rect(midbottom=cell.midbottom))
-
-
-def _quality(quality: Quality, words: Words) -> str:
-    """Return the noise of the median taxel and of the worst one."""
-    worst = np.unravel_index(int(quality.level.argmax()), quality.level.shape)
-    return words(
-        "lab.quality",
-        usual=f"{100 * quality.usual:.2f}",
-        worst=f"{100 * float(quality.level[worst]):.2f}",
-        place=f"{int(worst[0])}/{int(worst[1])}",
-    )
+def _quality(noise: Array, words: Words) -> str:
+    """Return the noise of the median taxel and of the worst one, (rows, columns)."""
+    row, column = np.unravel_index(int(noise.argmax()), noise.shape)
+    usual, worst = f"{100 * np.median(noise):.2f}", f"{100 * noise[row, column]:.2f}"
+    return words("lab.quality", usual=usual, worst=worst, place=f"{row}/{column}")
 
 
 def probabilities(

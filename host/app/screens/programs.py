@@ -4,6 +4,7 @@ from functools import partial
 from pathlib import Path
 
 from controller.shared.config import ConfigError
+from controller.shared.errors import reason
 from controller.shared.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
@@ -72,7 +73,7 @@ class ProgramsScreen(OrbScreen):
         try:
             kept = programs.save(mapping, self._own)
         except OSError as error:
-            return programs.trouble(error, self._own)
+            return f"cannot write to {self._own}: {reason(error)}"
         profile = self.profile
         self._mappings = programs.mappings(self._own)
         self._chosen = [one.path for one in self._mappings].index(kept.path)

@@ -12,9 +12,10 @@ import pytest
 from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import COMMANDS, Message, Telemetry, Welcome
 from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus, Vocabulary
+from controller.shared.taxel_measures import noise, noisy
 from controller.simulator.dome.faults import KINDS
 from host.app.application import OrbApp
-from host.app.lab_data import FRAMES, SECONDS, LabData, Quality
+from host.app.lab_data import FRAMES, IMAGE_STEP, NOISE_RATIO, SECONDS, LabData
 from host.app.screens.lab import FAULTS, LabScreen
 from host.connection.receiver import Connected, Delivered
 from host.targets import SIZE
@@ -75,10 +76,10 @@ def test_image_of_another_shape_is_left_out() -> None:
 def test_quality_marks_the_noisy_taxel() -> None:
     rng = np.random.default_rng(1)
     images = rng.normal(0.0, 0.003, (400, 5, 5)).astype(np.float32)
-    assert not Quality(images).noisy.any()
+    assert not noisy(noise(images), NOISE_RATIO, IMAGE_STEP / 2).any()
     images[100:140] -= 0.1
     images[:, 1, 2] += rng.normal(0.0, 0.03, 400)
-    assert np.argwhere(Quality(images).noisy).tolist() == [[1, 2]]
+    assert np.argwhere(noisy(noise(images), NOISE_RATIO, IMAGE_STEP / 2)).tolist() == [[1, 2]]
 
 
 def test_faults_are_those_of_the_virtual_orb() -> None:

@@ -1,6 +1,6 @@
 """Page on which a gesture just learned is tried, with what the others have lost by it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Final
 
@@ -10,7 +10,6 @@ from host.app.lessons import Trial
 from host.app.screens.teach.page import Course, NamePage, TeachPage, gesture_name
 from host.ui import naming
 from host.ui.touch_watch import PAUSE_S, TouchEvent
-from tetris.kit.language import Words
 from tetris.kit.menu import Menu, Row
 
 _WANTED: Final = 5  # tries
@@ -56,7 +55,21 @@ class TryPage(TeachPage):
         return [
             Row((words("teach.understood"), count), marked=True),
             Row((words("teach.taken_for"), taken or "–")),
-            *kept_rows(words, self._kept, trial.label),
+            *self._kept_rows(),
+        ]
+
+    def _kept_rows(self) -> list[Row]:
+        """Return what the other gestures have kept, and the least of them; [] if unknown."""
+        words = self.words
+        older = {each: share for each, share in self._kept.items() if each != self.trial.label}
+        if not older:
+            return []
+        worst = min(older, key=lambda each: older[each])
+        mean = sum(older.values()) / len(older)
+        least = words("teach.least", name=naming.gesture(words, worst))
+        return [
+            Row((words("teach.kept"), f"{100 * mean:.0f} %")),
+            Row((least, f"{100 * older[worst]:.0f} %")),
         ]
 
     def recognised(self, command: Command, time_s: float) -> bool:
@@ -80,17 +93,3 @@ def save_as(course: Course) -> None:
     """Show the page that asks for the name of a copy."""
     save = lambda name: course.orb.lessons.change(SaveAs(name))  # noqa: E731
     course.stage.push(NamePage(course, "teach.save_as", _KEPT_FILES, save))
-
-
-def kept_rows(words: Words, kept: Mapping[str, float], label: str) -> list[Row]:
-    """Return what the gestures but one have kept, and the least of them; [] if that is unknown."""
-    older = {each: share for each, share in kept.items() if each != label}
-    if not older:
-        return []
-    worst = min(older, key=lambda each: older[each])
-    mean = sum(older.values()) / len(older)
-    least = words("teach.least", name=naming.gesture(words, worst))
-    return [
-        Row((words("teach.kept"), f"{100 * mean:.0f} %")),
-        Row((least, f"{100 * older[worst]:.0f} %")),
-    ]
