@@ -68,7 +68,12 @@ def test_folds_are_a_sweep_with_the_plan_that_ships(
     people: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[Sweep] = []
-    monkeypatch.setattr(cli, "finish", lambda sweep: made.append(sweep) or 0)
+
+    def finish(sweep: Sweep) -> int:
+        made.append(sweep)
+        return 0
+
+    monkeypatch.setattr(cli, "finish", finish)
     folder = str(people / "recordings")
     assert models(["folds", folder, "--folds", "2", "--out", str(people / "folds")]) == 0
     (sweep,) = made
