@@ -4,7 +4,7 @@ import html
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from models.evaluation import replay
 from models.results.evaluation import Figure
 from models.results.verdict import GestureVerdict
 from orbtouch.recordings import Recording
+
+# Figures of `Evaluation` that every set of recordings has.
+_FIGURES: Final = ("f1", "precision", "recall", "false_alarms_per_min", "latency_s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +80,7 @@ class Evaluation:
 
     def figures(self) -> dict[str, Figure]:
         """Return the figures by name."""
-        names = ("f1", "precision", "recall", "false_alarms_per_min", "latency_s", "location_error")
+        names = (*_FIGURES, "location_error")
         return {name: one for name in names if (one := getattr(self, name)) is not None}
 
     def __str__(self) -> str:
@@ -163,18 +166,11 @@ class Network:
         if not tallies:
             raise UserError("there is no recording to evaluate; give at least one")
         found = evaluation.summarise("recordings", self.labels, tallies)
+        same = ("labels", "sessions", "events", "verdict", *_FIGURES)
         return Evaluation(
-            found.labels,
-            found.sessions,
-            found.events,
-            found.f1,
-            found.precision,
-            found.recall,
-            found.false_alarms_per_min,
-            found.latency_s,
-            found.location.error if found.location else None,
-            np.array(found.answered, dtype=np.int64),
-            found.verdict,
+            **{name: getattr(found, name) for name in same},
+            location_error=found.location.error if found.location else None,
+            answered=np.array(found.answered, dtype=np.int64),
         )
 
     def teach(

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recordings import edit, reader, recording
+from controller.shared import config
+from controller.shared.config import ConfigError
 from controller.shared.errors import UserError, how_to_install
 from controller.shared.files import atomic_write
 from models.data.examples import column, labellers
@@ -244,21 +246,12 @@ def simulate(
     """
     from models.data.simulate import DataSet
 
-    data = DataSet(
-        seed=seed, minutes=minutes, preset=preset, hand=hand, rate_hz=rate_hz, gestures=gestures
-    )
-    ranges = {
-        "minutes": (minutes, 0.1, 1440.0),
-        "rate_hz": (rate_hz, 1.0, 200.0),
-        "user": (user, 0, 9999),
-        "session": (session, 0, 9999),
-        "seed": (seed, 0, 2**32 - 1),
-    }
-    for name, (value, least, most) in ranges.items():
-        if not least <= value <= most:
-            raise UserError(f"{name} is {value:g}; it goes from {least:g} to {most:g}")
+    given = {"seed": seed, "minutes": minutes, "preset": preset, "hand": hand}
+    given |= {"rate_hz": rate_hz, "gestures": gestures}
     try:
-        made = data.session(user, session)
+        made = config.settings(DataSet, given).session(user, session)
+    except ConfigError as error:
+        raise UserError(f"simulate {error}") from None
     except ValueError as error:
         raise UserError(str(error)) from None
     return Recording(made, f"{preset} {user + 1:02d}-{session + 1:02d}")

@@ -3,7 +3,6 @@
 import argparse
 import os
 import sys
-from collections.abc import Iterable
 from dataclasses import fields
 from importlib.util import find_spec
 from typing import Any, Final
@@ -30,12 +29,6 @@ ENVIRONMENT: Final = {"OMP_NUM_THREADS": "1", "CUBLAS_WORKSPACE_CONFIG": ":4096:
 def say(line: str) -> None:
     """Print a message: to standard error, because results go to standard output."""
     print(line, file=sys.stderr, flush=True)
-
-
-def say_each(lines: Iterable[str]) -> None:
-    """Print messages, a line each."""
-    for line in lines:
-        say(line)
 
 
 def require(what: str, *modules: str, extra: str = "train") -> None:

@@ -98,7 +98,8 @@ def _recorded(arguments: argparse.Namespace, left_out: list[str]) -> Sets:
         return ((file.stem, reader.load(file)) for file in files)
 
     found = examples.recording_sets(arguments.data, left_out)
-    options.say_each(left_out)
+    for line in left_out:
+        options.say(line)
     sets: dict[str, Played] = {name: partial(played, files) for name, files in found.items()}
     return sets, ()
 

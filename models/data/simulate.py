@@ -41,8 +41,10 @@ Hand = Literal["person", "pointer"]
 class DataSet:
     """Settings that all sessions of a data set share."""
 
-    seed: int = 0  # of its users and their sessions
-    minutes: float = 6.0  # length of a session
+    # of its users and their sessions
+    seed: int = field(default=0, metadata={"range": (0, 2**32 - 1)})
+    # length of a session
+    minutes: float = field(default=6.0, metadata={"range": (0.1, 1440.0)})
     protocol: Protocol = "free"
     preset: str = field(default="nominal", metadata={"choices": tuple(PRESETS)})
     hand: Hand = "person"  # source of the touches: fingers, or a pointer on a screen

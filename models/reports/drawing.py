@@ -83,13 +83,11 @@ def new(width: float, height: float) -> tuple[Figure, Axes]:
     return figure, axes[0, 0]
 
 
-def panels(
-    width: float, height: float, columns: int, rows: int = 1, **options: Any
-) -> tuple[Figure, Panels]:
+def panels(width: float, height: float, columns: int, rows: int = 1) -> tuple[Figure, Panels]:
     """Return an empty drawing of a size in pixels, and its panels, (rows, columns)."""
     size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
     figure = Figure(figsize=size, dpi=PIXELS_PER_INCH, layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, figure.subplots(rows, columns, squeeze=False)
 
 
 @styled

@@ -5,9 +5,7 @@ from typing import Final
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from models.reports.drawing import (
@@ -36,9 +34,12 @@ Grid = tuple[int, int]  # rows and columns of the sensor
 @styled
 def curves(epochs: Sequence[Epoch], best: int, *, share: bool) -> Markup:
     """Return scores over the epochs, as shares or errors in grid units, and the epoch kept."""
-    figure, axes = _over_epochs(
-        len(epochs), best, "right windows" if share else "error, grid units"
-    )
+    figure, axes = new(470, 290)
+    title = "right windows" if share else "error, grid units"
+    axes.set(title=title, xlabel="epoch", xlim=(1, max(2, len(epochs))))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
+    axes.axvline(best, color=DIM, lw=1, ls=":")
+    axes.text(best, 1.01, "kept", transform=axes.get_xaxis_transform(), ha="center", color=DIM)
     numbers = [e.number for e in epochs]
     axes.plot(numbers, [e.random for e in epochs], "--", color=RANDOM, label="at random")
     axes.plot(numbers, [e.train for e in epochs], color=TRAIN, lw=1.5, label="learned")
@@ -51,23 +52,6 @@ def curves(epochs: Sequence[Epoch], best: int, *, share: bool) -> Markup:
     axes.set_ylim(max(0.0, low), min(1.0, high))
     axes.yaxis.set_major_formatter(PERCENT if share else PLAIN)
     return svg(figure, "score over the epochs, on what was learned, at random and unseen")
-
-
-def _over_epochs(epochs: int, best: int, title: str) -> tuple[Figure, Axes]:
-    figure, axes = new(470, 290)
-    axes.set(title=title, xlabel="epoch", xlim=(1, max(2, epochs)))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
-    axes.axvline(best, color=DIM, lw=1, ls=":")
-    axes.annotate(
-        "kept",
-        (best, 1),
-        xycoords=("data", "axes fraction"),
-        xytext=(0, 3),
-        textcoords="offset points",
-        ha="center",
-        color=DIM,
-    )
-    return figure, axes
 
 
 @styled

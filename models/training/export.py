@@ -49,8 +49,8 @@ class ExportedNetwork:
     outputs: Values  # the network's outputs for them, (n, width)
 
 
-def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, float]:
-    """Return CNN-3D as an embedding network and a head, and how far the engines differ.
+def export_gestures(net: Network, windows: Values) -> ExportedNetwork:
+    """Return CNN-3D as an embedding network and a head.
 
     The network is folded; its weights are rounded to 16 bits. Its last two dense layers are the
     head. Windows are (n, window, rows, columns). ExportError if the engines differ by more than
@@ -65,27 +65,25 @@ def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, flo
     model = onnx_file(embedding, windows.shape[1:], "windows", "embedding", head.hidden.shape[1])
     with torch.no_grad():
         outputs = _array(torch.softmax(net(torch.from_numpy(windows)), dim=1))
-    worst = _compared(head.probabilities(run(model, windows)), outputs)
+    _compare(head.probabilities(run(model, windows)), outputs)
     parts = {container.EMBEDDING: model, container.HEAD: npz.pack(head.arrays())}
-    return ExportedNetwork(parts, windows[:GOLDEN], outputs[:GOLDEN]), worst
+    return ExportedNetwork(parts, windows[:GOLDEN], outputs[:GOLDEN])
 
 
 def export_users(net: Network, windows: Values) -> ExportedNetwork:
     """Return the user network for a bundle; ExportError if the engines differ."""
     layers = OrderedDict(net.named_children(), softmax=nn.Softmax(dim=1))
-    return _export(Network(layers), windows, container.USER)[0]
+    return _export(Network(layers), windows, container.USER)
 
 
-def export_location(
-    net: Network, images: Values, settings: TouchInput
-) -> tuple[ExportedNetwork, float]:
-    """Return CNN-2D, and how far the engines differ, for images of touches (n, rows, columns).
+def export_location(net: Network, images: Values, settings: TouchInput) -> ExportedNetwork:
+    """Return CNN-2D for images of touches (n, rows, columns); ExportError if the engines differ.
 
     Golden vectors are whole images and places on the grid.
     """
     inputs, corners = settings.of(images)
-    made, worst = _export(net, inputs, container.LOCATION)
-    return replace(made, inputs=images[:GOLDEN], outputs=made.outputs + corners[:GOLDEN]), worst
+    made = _export(net, inputs, container.LOCATION)
+    return replace(made, inputs=images[:GOLDEN], outputs=made.outputs + corners[:GOLDEN])
 
 
 def networks_of(path: Path) -> tuple[ExportedNetwork, ExportedNetwork]:
@@ -194,27 +192,23 @@ def _array(tensor: Tensor) -> Values:
     return np.ascontiguousarray(tensor.detach().numpy(), dtype=np.float32)
 
 
-def _export(net: Network, inputs: Values, part: str) -> tuple[ExportedNetwork, float]:
-    """Return a network for a bundle, and the greatest difference between the engines.
-
-    Inputs are (n, window, rows, columns) or (n, rows, columns).
-    """
+def _export(net: Network, inputs: Values, part: str) -> ExportedNetwork:
+    """Return a network for inputs (n, window, rows, columns) or (n, rows, columns)."""
     flush(net)
     with torch.no_grad():
         outputs = _array(net(torch.from_numpy(inputs)))
     model = onnx_file(net, inputs.shape[1:], "inputs", "outputs", outputs.shape[1])
-    worst = _compared(run(model, inputs), outputs)
-    return ExportedNetwork({part: model}, inputs[:GOLDEN], outputs[:GOLDEN]), worst
+    _compare(run(model, inputs), outputs)
+    return ExportedNetwork({part: model}, inputs[:GOLDEN], outputs[:GOLDEN])
 
 
-def _compared(given: Values, outputs: Values) -> float:
-    """Return the greatest difference of outputs; ExportError if it is more than `TOLERANCE`."""
+def _compare(given: Values, outputs: Values) -> None:
+    """Raise ExportError if outputs, (n, width), differ by more than `TOLERANCE`."""
     worst = float(np.abs(given - outputs).max())
     if not worst <= TOLERANCE:  # NaN is refused as well
         raise ExportError(
             f"PyTorch and ONNX Runtime differ by {worst:.1e}, more than {TOLERANCE:.0e}"
         )
-    return worst
 
 
 def run(model: bytes, inputs: Values) -> Values:

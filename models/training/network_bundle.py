@@ -116,7 +116,7 @@ class NetworkPlan:
         if self.gesture:
             scored, net = train_gestures(job)
             result = replace(result, gesture=scored)
-            gesture, worst = export.export_gestures(net, _windows(data, split, request.seed))
+            gesture = export.export_gestures(net, _windows(data, split, request.seed))
             gesture.parts[container.REHEARSAL] = rehearsal.of(
                 gesture.parts[container.EMBEDDING],
                 data.examples,
@@ -124,14 +124,12 @@ class NetworkPlan:
                 self.answers,
                 request.seed,
             )
-            say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
         if self.location:
             located, net = train_locations(job, self.touches)
             result = replace(result, location=located)
-            location, worst = export.export_location(
+            location = export.export_location(
                 net, _images(self.touches, request.seed), self.recipe.location.touch
             )
-            say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
         assert gesture is not None
         manifest = _manifest(self, result, located=bool(location.parts[container.LOCATION]))
         if result.gesture is not None:

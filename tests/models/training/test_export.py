@@ -38,11 +38,11 @@ def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], stride
     with torch.no_grad():
         probabilities = torch.softmax(gesture(windows), dim=1).numpy()
         touches = location(windows[:, 0]).numpy()
-    exported, _ = export.export_gestures(gesture, windows.numpy())
+    exported = export.export_gestures(gesture, windows.numpy())
     own = head.read(exported.parts[container.HEAD], container.MAX_BYTES)
     got = own.probabilities(export.run(exported.parts[container.EMBEDDING], windows.numpy()))
     np.testing.assert_allclose(got, probabilities, atol=1e-6)
-    exported, _ = export.export_location(location, windows[:, 0].numpy(), TouchInput())
+    exported = export.export_location(location, windows[:, 0].numpy(), TouchInput())
     got = export.run(exported.parts[container.LOCATION], windows[:, 0].numpy())
     np.testing.assert_allclose(got, touches, atol=1e-5)
 
@@ -50,7 +50,7 @@ def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], stride
 def test_the_onnx_package_and_our_reader_find_nothing_wrong() -> None:
     onnx = pytest.importorskip("onnx", reason="the onnx package checks exported files")
     net = gesture_net((10, 5, 5), 5, NetworkRecipe(hidden=(20, 10)))
-    exported, _ = export.export_gestures(net.eval(), np.ones((2, 10, 5, 5), np.float32))
+    exported = export.export_gestures(net.eval(), np.ones((2, 10, 5, 5), np.float32))
     model = exported.parts[container.EMBEDDING]
     onnx.checker.check_model(onnx.load_from_string(model), full_check=True)
     assert onnx_reader.read(model).shape == (1, 10, 5, 5)
