@@ -27,7 +27,6 @@ _SPARKS_S: Final = 0.55
 _A_CELL: Final = 3  # sparks
 _SPEED: Final = 4.2  # of sparks, cells in a lifetime
 _FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
-_GLOW_S: Final = 0.8
 _APART_S: Final = 0.34  # between flashes: WCAG 2.3.1 allows three in any second
 _LASTS_S: Final = 1.8
 _POP_S: Final = 0.12  # the words come in a little from below
@@ -85,12 +84,8 @@ class Effects:
                 yield _TRAIL_S, _trail(event, cell, self._look)
             case happened.Locked(rows=cleared) if cleared:
                 yield _CLEAR_S, _bands(event, palette.background)
-                if event.clear.difficult or event.clear.perfect:
-                    yield _GLOW_S, _glow(palette.accent)
             case happened.Locked():
                 yield _LOCK_S, _flash(event, cell, palette.flash)
-            case happened.LevelUp():
-                yield _GLOW_S, _glow(palette.good)
 
     @property
     def alive(self) -> bool:
@@ -191,19 +186,6 @@ def _burst(flying: Sequence[Spark]) -> Drawing:
             [(picture, at(x + dx * gone, y + dy * gone - sunk)) for picture, x, y, dx, dy in flying]
         )
         surface.set_clip(clip)
-
-    return draw
-
-
-def _glow(colour: Colour) -> Drawing:
-    """Return the drawing of the well's frame, lit."""
-
-    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
-        wide = max(2, layout.cell // 7)
-        frame = layout.board.inflate(2 * wide, 2 * wide)
-        before = surface.get_at((max(0, frame.left), min(frame.centery, surface.get_height() - 1)))
-        lit = theme.mix(colour, (before.r, before.g, before.b), age**2)
-        pygame.draw.rect(surface, lit, frame, wide, border_radius=layout.cell // 5)
 
     return draw
 
