@@ -3,7 +3,6 @@
 import os
 import tempfile
 import warnings
-from collections.abc import Sequence
 
 import pygame
 
@@ -51,14 +50,6 @@ def show_icon(surface: pygame.Surface, icon: pygame.Surface) -> None:
     surface.fill(DARK.background)
     surface.blit(icon, icon.get_rect(center=surface.get_rect().center))
     pygame.display.flip()
-
-
-def show(changed: Sequence[pygame.Rect] | None) -> None:
-    """Show the picture: these parts of it, or for None, which pygame takes for nothing, all."""
-    if changed is None:
-        pygame.display.flip()
-    else:
-        pygame.display.update(changed)
 
 
 def set_fullscreen(full: bool, size: tuple[int, int]) -> pygame.Surface:

@@ -90,38 +90,8 @@ OF_CODE: Final[Mapping[Code, MenuStep]] = {
 }
 """By a key, or the name of a pad's button."""
 
-_REPEATED: Final = frozenset({MenuStep.UP, MenuStep.DOWN, MenuStep.LEFT, MenuStep.RIGHT})
-_FIRST_S: Final = 0.35  # a held direction repeats after this, and then every
-_NEXT_S: Final = 0.09
-
-
-class Repeater:
-    """Repeats a direction that is held, so that a long list needs no drumming."""
-
-    def __init__(self) -> None:
-        self._held: MenuStep | None = None
-        self._next_s = 0.0
-
-    @property
-    def held(self) -> bool:
-        """Whether a direction is held."""
-        return self._held is not None
-
-    def press(self, nav: MenuStep, time_s: float) -> None:
-        """Take note of a press, which acts by itself; the latest direction repeats."""
-        self._held = nav if nav in _REPEATED else None
-        self._next_s = time_s + _FIRST_S
-
-    def release(self) -> None:
-        """Stop."""
-        self._held = None
-
-    def poll(self, time_s: float) -> MenuStep | None:
-        """Return a repeat that is due; at most one at a time, so that none pile up."""
-        if self._held is None or time_s < self._next_s:
-            return None
-        self._next_s = time_s + _NEXT_S
-        return self._held
+DIRECTIONS: Final = (MenuStep.UP, MenuStep.DOWN, MenuStep.LEFT, MenuStep.RIGHT)
+"""Those that repeat while they are held."""
 
 
 def step_in(menu: Menu, selected: int, nav: MenuStep) -> int | None:

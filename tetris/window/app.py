@@ -13,7 +13,7 @@ from tetris.files import config_folder, data_folder
 from tetris.history.replay import Recorder
 from tetris.kit import bindings
 from tetris.kit import settings as settings_file
-from tetris.kit.display import open_window, set_fullscreen, show, show_icon
+from tetris.kit.display import open_window, set_fullscreen, show_icon
 from tetris.kit.menu import Item
 from tetris.kit.settings import Settings, stepped
 from tetris.kit.stage import Screen, Stage
@@ -46,7 +46,10 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
         began_s = time.monotonic()
         events = pygame.event.get()
         while app.step(time.monotonic() - began_s, events):
-            show(app.changed)
+            if app.changed is None:
+                pygame.display.flip()
+            else:
+                pygame.display.update(app.changed)
             clock.tick(_FRAMES_HZ)
             events = _next_events(app.frames_hz)
     finally:

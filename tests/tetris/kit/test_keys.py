@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from tetris.engine.game import Action
 from tetris.kit import bindings
 from tetris.kit.keys import DueAction, Keys
-from tetris.kit.menu import MenuStep, Repeater
 from tetris.kit.pads import Pads, Press
 
 LEFT, RIGHT = SHIFTS = Action.LEFT, Action.RIGHT
@@ -267,16 +266,3 @@ def test_a_pad_that_sdl_does_not_know_is_heard_by_its_numbers() -> None:
 
 def test_events_of_other_devices_mean_nothing_to_pads() -> None:
     assert Pads().take(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_a)) == []
-
-
-# -- menus ---------------------------------------------------------------------------------
-
-
-def test_a_held_direction_moves_on_by_itself_and_a_confirmation_does_not() -> None:
-    repeater = Repeater()
-    repeater.press(MenuStep.DOWN, 0.0)
-    assert repeater.poll(0.3) is None
-    assert repeater.poll(0.4) is MenuStep.DOWN
-    assert repeater.poll(0.41) is None
-    repeater.press(MenuStep.CONFIRM, 0.42)
-    assert repeater.poll(9.0) is None

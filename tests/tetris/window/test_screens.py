@@ -69,6 +69,10 @@ def test_the_orb_starts_plays_pauses_and_leaves_a_game(player: Player) -> None:
 def test_a_held_key_walks_through_a_menu(player: Player) -> None:
     player.wait(0.6, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_DOWN))
     assert player.menu.selected >= 3
+    player.wait(0.1, pygame.event.Event(pygame.KEYUP, key=pygame.K_DOWN))
+    selected = player.menu.selected
+    player.wait(0.6)
+    assert player.menu.selected == selected
 
 
 def test_the_mouse_chooses_takes_and_turns(player: Player) -> None:

@@ -6,9 +6,9 @@ from typing import Final
 import pygame
 
 from tetris.engine.game import Game
-from tetris.kit.keys import Code
+from tetris.kit.keys import Code, Keys
 from tetris.kit.look import Look
-from tetris.kit.menu import OF_CODE, Menu, MenuStep, Repeater, step_in
+from tetris.kit.menu import DIRECTIONS, OF_CODE, Menu, MenuStep, step_in
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage
 from tetris.window.game_session import BotPlayer
@@ -28,6 +28,8 @@ _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
 _LONGEST_S: Final = 0.25  # time that one frame may bring; it stands still while it is not seen
 _SEED: Final = 7
+_FIRST_S: Final = 0.35  # a held direction repeats after this, and then every
+_NEXT_S: Final = 0.09
 
 
 class AttractMode:
@@ -101,7 +103,8 @@ class MenuScreen(Screen):
         self._attract, self._behind, self._logo = attract, behind, logo
         self._back = back or stage.pop
         self._quiet_s, self._open_s = quiet_s, stage.time_s + quiet_s
-        self.selected, self._repeater = 0, Repeater()
+        self.selected = 0
+        self._keys = Keys(OF_CODE, das_s=_FIRST_S, arr_s=_NEXT_S, shifts=DIRECTIONS)
         self._view = MenuView(stage.look)
         self._backdrop: pygame.Surface | None = None  # what is behind a panel
         self._pictured: object = None  # what was drawn last
@@ -120,7 +123,8 @@ class MenuScreen(Screen):
     @property
     def frames_hz(self) -> int:
         """Faster while a direction repeats, and while something flies in the bot's game."""
-        lively = self._repeater.held or (self._attract and self._attract.lively)
+        held = not self._keys.held.isdisjoint(DIRECTIONS)
+        lively = held or (self._attract and self._attract.lively)
         return ATTRACT_HZ if lively else IDLE_HZ
 
     def nav(self, nav: MenuStep, time_s: float) -> None:
@@ -146,18 +150,21 @@ class MenuScreen(Screen):
 
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or button by its fixed meaning in menus."""
-        nav = OF_CODE.get(code)
-        if nav:
-            self._repeater.press(nav, time_s)
-            self.nav(nav, time_s)
+        self._keys.release_all()  # another screen may have been told of a release
+        self._keys.press(code, time_s)
+        self._follow_keys(time_s)
+
+    def _follow_keys(self, time_s: float) -> None:
+        for due in self._keys.due(time_s)[:1]:  # none pile up
+            self.nav(due.action, time_s)
 
     def release(self, code: Code, time_s: float) -> None:
         """End the repetition of a held direction."""
-        self._repeater.release()
+        self._keys.release(code, time_s)
 
     def release_all(self, reason: str) -> None:
         """End the repetition of a held direction."""
-        self._repeater.release()
+        self._keys.release_all()
 
     def mouse(self, event: pygame.event.Event, time_s: float) -> None:
         """Choose the item under the pointer; take it, or turn its value, by a click."""
@@ -189,8 +196,7 @@ class MenuScreen(Screen):
     def tick(self, time_s: float) -> None:
         """Let a held direction repeat, and the bot play."""
         self.rebuild()  # a notice may have come, or a pad
-        if step := self._repeater.poll(time_s):
-            self.nav(step, time_s)
+        self._follow_keys(time_s)
         if self._attract and self._stage.screen is self:
             self._attract.tick(time_s)
 
