@@ -175,6 +175,13 @@ def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
         assert told == [False, True, True, True, False, False]
 
 
+def test_a_taxel_that_reads_0_at_rest_has_drifted_without_end() -> None:
+    factor = np.ones((5, 5))
+    factor[1, 2] = 0.0
+    told = "taxel row 1, column 2: drifted by -100 %; the film may be cracking"
+    assert drifted(factor) == (told,)
+
+
 def test_no_more_than_eight_sentences_are_told_at_once() -> None:
     health, rest = (
         HealthMonitor(10.0, ratio=True, before=np.full((20, 20), 40.0)),
