@@ -20,7 +20,7 @@ from controller.recordings.recorder import (
     refuse_unwritable,
     taken,
 )
-from controller.recordings.recording import Provenance, RecordingError, software
+from controller.recordings.recording import UNKNOWN, Provenance, RecordingError, software
 from controller.sensors.base import Sensor
 from controller.shared.aliases import Say, State
 from controller.shared.cues import Cue, Phase
@@ -63,7 +63,7 @@ class SessionRecorder:
     @property
     def full(self) -> bool:
         """Whether the file is full, and the next one is to begin."""
-        return self._recorder.full
+        return self._recorder.journal.full
 
     def ask(self, label: str) -> None:
         """Make a label the cue of the next frames; without a plan of cues."""
@@ -76,7 +76,7 @@ class SessionRecorder:
 
     def turn(self) -> None:
         """Continue in a new file if the present one is full, or raise RecordingError."""
-        if self._recorder.full:
+        if self.full:
             self.go_on(self._begin)
 
     def go_on(self, begin: Callable[[State], Recorder]) -> None:
@@ -102,7 +102,7 @@ class SessionRecorder:
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
         """Record an event at `t_s`."""
-        self._recorder.mark(t_s, kind, text)
+        self._recorder.journal.add_mark(t_s, kind, text)
 
     def close(self) -> bool:
         """Seal the recording; return whether it was kept, or raise RecordingError."""
@@ -110,24 +110,18 @@ class SessionRecorder:
 
     def _write(self, frame: Frame, step: Step, label: int, labels: FrameLabels) -> None:
         """Write a frame, (rows, columns), with its labels and marks."""
-        recorder, rest = self._recorder, self._pipeline.rest
-        recorder.add(
-            frame,
-            step.t_s,
-            step.frame,
-            label=label,
-            button=labels.button,
-            cue=labels.cue,
-            touch=step.touch,
-            command=step.command,
-        )
+        journal, rest = self._recorder.journal, self._pipeline.rest
+        sources = (label, labels.button, UNKNOWN, labels.cue)
+        journal.add_frame(frame, step.t_s, step.frame, sources, step.touch)
+        if step.command is not None:
+            journal.add_command(step.command)
         for void in labels.voids:
-            recorder.exclude(void.from_s, void.to_s)
+            journal.exclude(void.from_s, void.to_s)
         for mark in labels.marks:
-            recorder.mark(mark.t_s, mark.kind, mark.text)
+            journal.add_mark(mark.t_s, mark.kind, mark.text)
         if rest is not None and not self._rested:
             self._rested = True
-            recorder.rest(rest)
+            journal.add_rest(rest)
 
     def _seal(self) -> bool:
         path = self._recorder.close(self._least_s)

@@ -98,8 +98,8 @@ class Journal:
         frame: Frame,
         t_s: float,
         number: int,
-        labels: Sequence[int],
-        touch: Touch | None,
+        labels: Sequence[int] = (UNKNOWN,) * len(LABELLERS),
+        touch: Touch | None = None,
     ) -> None:
         """Append a frame, (rows, columns), with its labels; RecordingError if not valid."""
         image = self._image(frame, f"frame {number}")

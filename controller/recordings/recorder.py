@@ -17,12 +17,10 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from controller.recognition.images.frames import Frame
-from controller.recognition.pipeline import CommandRecord, Touch
-from controller.recordings import journal, writer
-from controller.recordings.journal import Journal
+from controller.recordings import writer
+from controller.recordings.journal import Journal, decode
 from controller.recordings.journal_file import JournalFile
-from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
+from controller.recordings.recording import Provenance, Recording, RecordingError
 from controller.recordings.writer import seal
 from controller.shared.aliases import State
 from controller.shared.errors import reason
@@ -73,6 +71,7 @@ class Recorder:
     Attributes:
         path: The file to write.
         origin: Provenance, with the random id of this recording.
+        journal: What is recorded; only one thread may append to it.
         problem: The present problem of the disk, "" if there is none; each change is logged.
     """
 
@@ -94,9 +93,8 @@ class Recorder:
         """
         refuse_taken(path)
         self.path, self.problem = path, ""
-        self._journal = Journal(origin, state, secrets.token_hex(16))
-        self.origin = self._journal.origin
-        self._lock = threading.Lock()  # of the journal; never held while the disk works
+        self.journal = Journal(origin, state, secrets.token_hex(16))
+        self.origin = self.journal.origin
         self._synced = 0  # bytes of the journal that are on the disk
         self._place = writer.journal_of(path)
         try:
@@ -114,44 +112,6 @@ class Recorder:
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
-    def add(
-        self,
-        frame: Frame,
-        t_s: float,
-        number: int,
-        *,
-        label: int = UNKNOWN,
-        button: int = UNKNOWN,
-        cue: int = UNKNOWN,
-        touch: Touch | None = None,
-        command: CommandRecord | None = None,
-    ) -> None:
-        """Append one frame, (rows, columns), without waiting; RecordingError if it is not valid."""
-        with self._lock:
-            self._journal.add_frame(frame, t_s, number, (label, button, UNKNOWN, cue), touch)
-            if command is not None:
-                self._journal.add_command(command)
-
-    def mark(self, t_s: float, kind: str, text: str) -> None:
-        """Append a mark, in any order; texts are cut after 1000 characters."""
-        with self._lock:
-            self._journal.add_mark(t_s, kind, text)
-
-    def rest(self, frame: Frame) -> None:
-        """Append the untouched sensor, (rows, columns); the first one counts."""
-        with self._lock:
-            self._journal.add_rest(frame)
-
-    def exclude(self, from_s: float, to_s: float) -> None:
-        """Leave the frames so far with times in [from, to) out of training."""
-        with self._lock:
-            self._journal.exclude(from_s, to_s)
-
-    @property
-    def full(self) -> bool:
-        """Whether to close this recorder and begin the next; half of its capacity is left."""
-        return self._journal.full
-
     def close(self, least_s: float = 0.0) -> Path | None:
         """Return the sealed file, None if shorter than `least_s`, or raise RecordingError."""
         if self._closing.is_set():
@@ -159,7 +119,7 @@ class Recorder:
         self._closing.set()
         self._thread.join(HANG_S)
         answers = not self._thread.is_alive()
-        recording = journal.decode(bytes(self._journal.data)).recording
+        recording = decode(bytes(self.journal.data)).recording
         if recording is None or recording.t[-1] - recording.t[0] < least_s:
             if answers:
                 self._file.remove()
@@ -182,8 +142,7 @@ class Recorder:
             OSError: The disk is full or fails. The next call writes the same bytes again, since
                 bytes before a failed sync may be lost.
         """
-        with self._lock:
-            new = bytes(memoryview(self._journal.data)[self._synced :])
+        new = bytes(self.journal.data[self._synced :])  # one step, so no append comes between
         if new:
             self._file.write(self._synced, new)
             self._file.sync()

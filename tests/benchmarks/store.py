@@ -78,7 +78,7 @@ def record(life: Life) -> None:
 
 def _add(recorder: Recorder, seed: int, number: int) -> None:
     t_s, label = number / RATE_HZ, number % len(LABELS)
-    recorder.add(frame_of(seed, number), t_s, number, label=label)
+    recorder.journal.add_frame(frame_of(seed, number), t_s, number, (label, -1, -1, -1))
 
 
 def seal(life: Life) -> None:

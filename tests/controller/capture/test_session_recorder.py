@@ -1,7 +1,6 @@
 """The tape that runs along with a session: what is kept, and in which file."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -9,6 +8,7 @@ from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
+from controller.recordings.journal import Journal
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
@@ -58,19 +58,10 @@ def _cued(label: str) -> list[str]:
     return [f"{phase} {label}" for phase in ("get ready", "go", "rest")]
 
 
-class Short(Recorder):
-    """A recorder that is full after twenty frames."""
-
-    def add(self, *arguments: Any, **others: Any) -> None:
-        self.count = getattr(self, "count", 0) + 1
-        super().add(*arguments, **others)
-
-    @property
-    def full(self) -> bool:
-        return getattr(self, "count", 0) >= 20
-
-
-def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> None:
+def test_a_full_recording_is_sealed_and_the_next_one_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Journal, "full", property(lambda it: it._sequence in (20, 40)))
     world = World((3.0, FINGER))
     pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
@@ -78,7 +69,7 @@ def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> 
     names = iter(paths)
 
     def begin(state: State) -> Recorder:
-        return Short(next(names), origin, state)
+        return Recorder(next(names), origin, state)
 
     tape = SessionRecorder(begin, pipeline, Labeller(SHIPPED.labels))
     device = Device(Slab(world), pipeline, world, recorder=tape)

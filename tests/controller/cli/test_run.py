@@ -100,7 +100,7 @@ def test_a_recording_cut_from_the_middle_replays_from_its_state(
     path = tmp_path / "rest.npz"
     recorder = Recorder(path, source.origin, pipeline.state())
     for k in range(_T0_ROW, len(source.frames)):
-        recorder.add(source.frames[k], float(source.t[k]), int(source.sequence[k]))
+        recorder.journal.add_frame(source.frames[k], float(source.t[k]), int(source.sequence[k]))
     recorder.close()
     assert main(["--replay", str(path)]) == 0
     times = [json.loads(line)["t"] for line in capsys.readouterr().out.splitlines()]

@@ -311,7 +311,7 @@ def place() -> Iterator[Path]:
 
 
 def record(session: Recorder, number: int) -> None:
-    session.add(image(number), number / 10, number)
+    session.journal.add_frame(image(number), number / 10, number)
 
 
 steps = st.lists(

@@ -40,7 +40,7 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def add(to: Recorder, first: int, last: int) -> None:
     for number in range(first, last + 1):
-        to.add(image(number), number / 10, number)
+        to.journal.add_frame(image(number), number / 10, number)
 
 
 def on_disk(file: FakeFile) -> list[int]:
@@ -55,13 +55,14 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     path = tmp_path / "one.npz"
     session = Recorder(path, ORIGIN, {"debounce.mean": np.array([1.0, 0.0])})
     assert [p.name for p in tmp_path.iterdir()] == ["one.journal"]
-    session.mark(0.0, "cue", "get ready")
-    session.rest(image(0))
-    session.add(image(1), 0.1, 1, label=1, button=2, cue=1)
-    session.add(image(2), 0.2, 2, touch=(0.5, 3.0), command=COMMAND)
-    session.exclude(0.15, 9.0)
+    session.journal.add_mark(0.0, "cue", "get ready")
+    session.journal.add_rest(image(0))
+    session.journal.add_frame(image(1), 0.1, 1, (1, 2, -1, 1))
+    session.journal.add_frame(image(2), 0.2, 2, touch=(0.5, 3.0))
+    session.journal.add_command(COMMAND)
+    session.journal.exclude(0.15, 9.0)
     assert session.problem == ""
-    assert not session.full
+    assert not session.journal.full
     assert session.close() == path
     assert session.close() is None  # only once
     assert [p.name for p in tmp_path.iterdir()] == ["one.npz"]
@@ -83,7 +84,7 @@ def test_the_journal_precedes_frames(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert synced == [tmp_path]
     decoded = decode((tmp_path / "one.journal").read_bytes())
     assert decoded.recording is None  # the header alone is there
-    assert decoded.whole_bytes == len(session._journal.data)
+    assert decoded.whole_bytes == len(session.journal.data)
     session.close()
 
 
@@ -118,7 +119,7 @@ from tests.controller.recordings.test_recorder import ORIGIN, Recorder, add
 recorder.SYNC_S = 0.001
 session = Recorder(Path(sys.argv[1]), ORIGIN, {})
 add(session, 1, 50)
-while session._synced < len(session._journal.data):
+while session._synced < len(session.journal.data):
     pass
 os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 """

@@ -27,9 +27,9 @@ def record(path: Path, frames: int = 30, rate_hz: float = 10.0) -> Path:
     rng = np.random.default_rng(3)
     for k in range(1, frames + 1):
         frame = rng.normal(41.2, 2.9, (5, 5)).astype(np.float32)
-        recorder.add(
-            frame, k / rate_hz, k, label=k % 2, touch=None, command=COMMAND if k == 7 else None
-        )
+        recorder.journal.add_frame(frame, k / rate_hz, k, (k % 2, -1, -1, -1))
+        if k == 7:
+            recorder.journal.add_command(COMMAND)
     assert recorder.close() == path
     return path
 

@@ -192,7 +192,7 @@ def test_a_power_cut_anywhere_loses_nothing(
         if damaged is None:
             session = Recorder(folder / "one.npz", ORIGIN, {})
             for number in range(1, 31):
-                session.add(image(number), number / 10, number)
+                session.journal.add_frame(image(number), number / 10, number)
             session.sync()  # all is on the disk, so the thread has nothing more to do
         else:
             journal = left(folder, damaged=damaged)

@@ -45,7 +45,7 @@ def test_nothing_of_a_recording_is_left_wherever_its_program_was_killed(
     def work() -> None:
         recorder = Recorder(tmp_path / "one.npz", origin, {})
         for number in range(1, 4):
-            recorder.add(IMAGES[0], number / 10.0, number)
+            recorder.journal.add_frame(IMAGES[0], number / 10.0, number)
         recorder.close()
 
     for _ in at_each_call(work, lambda: link_recording.delete(tmp_path)):
