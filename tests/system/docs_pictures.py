@@ -35,7 +35,6 @@ from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.targets import SIZE
 from host.window_loop import window
-from tests.system.gif import GifFile
 from tetris.kit.theme import DARK
 from tetris.window.app import Start
 from tetris.window.screens.menu_screen import MenuScreen
@@ -213,11 +212,14 @@ class Camera:
 
     def save_film(self, path: Path) -> None:
         """Save the film, and begin another one."""
-        pictures = [zlib.decompress(picture) for picture in list(self.film)[:: len(self.film) // 9]]
-        film = GifFile(path, FILM, RATE_HZ, [*pictures, _swatch()])
-        for picture in self.film:
-            film.add(zlib.decompress(picture))
-        film.close()
+        pictures = [Image.frombytes("RGB", FILM, zlib.decompress(one)) for one in self.film]
+        sample = [*pictures[:: len(pictures) // 9], Image.frombytes("RGB", FILM, _swatch())]
+        strip = Image.new("RGB", (FILM[0], FILM[1] * len(sample)))
+        for number, picture in enumerate(sample):
+            strip.paste(picture, (0, FILM[1] * number))
+        palette = strip.quantize(COLOURS)  # one for the whole film
+        first, *rest = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
+        first.save(path, save_all=True, append_images=rest, duration=1000 // RATE_HZ, loop=0)
         print(f"{path.name}: {len(self.film)} pictures, {path.stat().st_size / 1e6:.1f} MB")
         self.film, self.speed = deque(), 0.0
 
