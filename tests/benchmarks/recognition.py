@@ -1,12 +1,12 @@
 """Recognition of gestures and places: the recognition rows of the goals.
 
-    python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--retrain] [--json]
+    python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--json]
 
 Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts, and for
 each dead taxel and each electrode whose lead is off another 2,000 events. Intervals are 95 %, by
 resampling sessions (users for `new_user_event_accuracy`). Thresholds are the bundle's. A command's
 time is that of the newest frame used. `dead_taxel...` and `dead_electrode...` are the worst of all
-places. Bundles of users are kept in `--cache`; `--retrain` trains them anew.
+places.
 
 The goal for `location_error` on paper-snr is beyond what the sensor tells there: an exact Bayesian
 estimate from 283,000 noise-free images errs by 0.161 ± 0.003 grid units at 10 Hz where rest is
@@ -155,10 +155,7 @@ def keep(results: Results, preset: str, measured: dict[str, Figure]) -> None:
 
 
 def main() -> None:
-    parser = command_line(
-        __doc__, bundle=bundles.default_path(), quick=False, retrain=False,
-        cache=recognition_users.cache(),
-    )  # fmt: skip
+    parser = command_line(__doc__, bundle=bundles.default_path(), quick=False)
     arguments, results = parser.parse_args(), Results("recognition")
     size, loaded = QUICK if arguments.quick else Size(), bundles.read(arguments.bundle)
     begun = time.process_time()
@@ -167,8 +164,7 @@ def main() -> None:
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
         keep(results, preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         who = recognition_users.QUICK if arguments.quick else recognition_users.Size()
-        again = arguments.retrain
-        results.rows += recognition_users.rows(preset, who, arguments.cache, again=again)
+        results.rows += recognition_users.rows(preset, who)
     print(f"{time.process_time() - begun:.0f} s of one core's time")
     results.finish(arguments.json)
 

@@ -1,6 +1,6 @@
 """Identification of ten people: the rows `user_...` of tests/benchmarks/recognition.py.
 
-    python -m tests.benchmarks.recognition_users [--quick] [--retrain] [--json]
+    python -m tests.benchmarks.recognition_users [--quick] [--json]
 
 Ten simulated people whom no training accepts make the paper's gesture (twists clockwise) or any of
 the four, in four enrolment sessions and two new ones of four minutes each; ten others may be
@@ -10,18 +10,13 @@ random, a block of time left out, or a new session, learned from one session of 
 paper; with the drift alone, the hand alone or the orb drawn anew, without drift, and on images
 whose rest stays where it was. `user_auroc`, `user_false_accepts`, `user_right` (named rightly) and
 `user_wrong` (taken for another) include strangers, by gestures seen and by enrolment sessions.
-Intervals are 95 %, by resampling whole sessions. Results are kept in `--cache` by what they hang
-on; `--retrain` measures anew, some ten minutes of one core for each preset.
+Intervals are 95 %, by resampling whole sessions. Some ten minutes of one core for each preset.
 """
 
-import hashlib
-import json
 import math
-import os
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -32,30 +27,21 @@ from controller.simulator.orb import PRESETS
 from controller.simulator.session import DATA
 from models.data import touch_images
 from models.data.examples import Examples, Source, prepare
-from models.data.recipe import RECIPES, UNVARIED_USER, USER, VARIED_USER
+from models.data.recipe import RECIPES, UNVARIED_USER, VARIED_USER
 from models.data.simulate import ORB, DataSet, Given
 from models.data.simulated_people import BENCHMARK_SEED
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
-from models.results import storage
 from models.results.evaluation import Figure
 from models.training import user_task
 from models.training.loop import prepare_torch
 from models.training.networks import Network
 from models.training.user_task import UserGestures, gesture_evidence, train_users
 
-from .results import Results, Row, code_hash, command_line, figure_row, say
+from .results import Results, Row, command_line, figure_row, say
 
 SEED: Final = BENCHMARK_SEED + 1
 GOAL: Final = 0.80
-KEPT: Final = "users.json"
-
-
-HANGS_ON: Final = (  # modules whose sources a result depends on
-    "models.data.augment", "models.data.recipe", "models.evaluation.user_metrics",
-    "models.training.user_task", "tests.benchmarks.recognition_users",
-)  # fmt: skip
-
 Part = Callable[[str, int, "Size", tuple[str, ...]], dict[str, Any]]
 
 
@@ -242,31 +228,10 @@ PARTS: Final[dict[str, tuple[Part, tuple[str, ...]]]] = {
 }
 
 
-def measure(
-    preset: str, seed: int, size: Size, path: Path, *, again: bool = False
-) -> dict[str, Any]:
-    """Return everything of one preset, measuring what a file of results lacks, or all `again`."""
-    kept: dict[str, Any] = {}
-    if path.exists() and not again:
-        kept = storage.read_json(path)
-    found: dict[str, Any] = {}
-    for name, (run, gestures) in PARTS.items():
-        told = repr(
-            (name, preset, seed, size, gestures, USER, VARIED_USER, code_hash(HANGS_ON).hex())
-        )
-        key = hashlib.sha256(told.encode()).hexdigest()[:24]
-        if key not in kept:
-            kept[key] = run(preset, seed, size, gestures)
-            storage.write_text(path, f"{json.dumps(kept, indent=1)}\n")
-        found[name] = kept[key]
-    return found
-
-
-def rows(preset: str, size: Size, cache: Path, *, again: bool = False) -> list[Row]:
-    """Return the rows of one preset, measuring what is not kept yet."""
+def rows(preset: str, size: Size) -> list[Row]:
+    """Return the rows of one preset."""
     prepare_torch(SEED)
-    path = cache / ("quick-" + KEPT if size == QUICK else KEPT)
-    found = measure(preset, SEED, size, path, again=again)
+    found = {name: run(preset, SEED, size, of) for name, (run, of) in PARTS.items()}
     one, every, drift = found["one"], found["any"], found["drift"]
     say(
         f"{preset}: {size.users} people; {one['events']} twists in {one['sessions']} new sessions, "
@@ -311,18 +276,13 @@ def _row(name: str, preset: str, figure: dict[str, float], goal: float | None = 
 
 
 def main() -> None:
-    parser = command_line(__doc__, quick=False, retrain=False, cache=cache())
+    parser = command_line(__doc__, quick=False)
     arguments, results = parser.parse_args(), Results("recognition_users")
     size = QUICK if arguments.quick else Size()
     for preset in PRESETS:
-        for row in rows(preset, size, arguments.cache, again=arguments.retrain):
+        for row in rows(preset, size):
             results.keep(row)
     results.finish(arguments.json)
-
-
-def cache() -> Path:
-    """Return where results are kept if nobody says otherwise."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "orbtouch"
 
 
 if __name__ == "__main__":

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import ast
-import hashlib
 import json
 import math
 import statistics
 import sys
-from collections.abc import Iterable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -99,19 +95,3 @@ class Results:
         """Print the last line, JSON, if it is asked for."""
         if as_json:
             print(json.dumps({"benchmark": self._benchmark, **more, "results": self.rows}))
-
-
-def code_hash(modules: Iterable[str]) -> bytes:
-    """Return a hash of the code of modules; comments, docstrings and layout are no part of it."""
-    digest = hashlib.sha256()
-    for name in modules:
-        spec = find_spec(name)
-        if spec is None or spec.origin is None:
-            raise ImportError(f"{name} is missing")
-        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            body = getattr(node, "body", None)
-            if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-                del body[0]  # a docstring
-        digest.update(ast.dump(tree).encode())
-    return digest.digest()
