@@ -249,14 +249,14 @@ def measured(preset: str, path: Path, clicks: int, drags: int) -> Tallies:
 
 def by_pointer(touches: int) -> Iterator[tuple[Point, list[str]]]:
     """Yield places, and the commands of clicks there on the real window, under Xvfb."""
-    from tests.system.desktop import Desk, Screen
+    from tests.support.x_programs import xvfb
+    from tests.system.desktop import Desk
 
     rng = np.random.default_rng([SEED, 1])
     with ExitStack() as stack:
         home = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        screen = Screen((1280, 720))
-        stack.callback(screen.close)
-        window = Desk(screen, home, stack).open()
+        display = stack.enter_context(xvfb(1280, 720))
+        window = Desk(display, home, stack).open()
         time.sleep(1.0)
         for _ in range(touches):
             place, dwell_s = lit_place(rng), rng.uniform(*DWELL_S["nominal"])

@@ -19,35 +19,43 @@ DEVICE = Path(__file__).with_name("fake_device.py")
 
 
 @contextlib.contextmanager
-def server() -> Iterator[Screen]:
+def xvfb(width: int = 1280, height: int = 800) -> Iterator[str]:
+    """Run an X server without a monitor, pixels; yield its display, such as ":1"."""
     reading, writing = os.pipe()
+    size = f"{width}x{height}x24"
     process = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
-        pass_fds=[writing],
-        stderr=subprocess.DEVNULL,
-    )
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", size, "-nolisten", "tcp"],
+        pass_fds=[writing], stderr=subprocess.DEVNULL,
+    )  # fmt: skip
     os.close(writing)
     with os.fdopen(reading) as told:
-        number = told.readline().strip()
+        display = f":{told.readline().strip()}"
     try:
-        screen = Screen(number)
-        yield screen
-        screen.close()
+        yield display
     finally:
         process.terminate()
         process.wait()
 
 
+@contextlib.contextmanager
+def server() -> Iterator[Screen]:
+    """Run an X server whose keys can be looked at."""
+    with xvfb() as display:
+        screen = Screen(display)
+        yield screen
+        screen.close()
+
+
 class Screen:
     """An X server that nobody sees."""
 
-    def __init__(self, number: str) -> None:
+    def __init__(self, display: str) -> None:
         from Xlib.display import Display
 
-        self.environment = {**os.environ, "DISPLAY": f":{number}", "PYTHONUNBUFFERED": "1"}
+        self.environment = {**os.environ, "DISPLAY": display, "PYTHONUNBUFFERED": "1"}
         for name in ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER"):
             self.environment.pop(name, None)
-        self._display = Display(f":{number}")
+        self._display = Display(display)
 
     def close(self) -> None:
         self._display.close()

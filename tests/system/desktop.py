@@ -37,26 +37,6 @@ def missing() -> list[str]:
     return [name for name in NEEDED if shutil.which(name) is None]
 
 
-class Screen:
-    """An X server without a monitor."""
-
-    def __init__(self, size: tuple[int, int]) -> None:
-        """Start it with one screen of (width, height) pixels."""
-        read, write = os.pipe()
-        self._server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size[0]}x{size[1]}x24"],
-            pass_fds=[write], stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        os.close(write)
-        with os.fdopen(read) as told:
-            self.name = f":{told.readline().strip()}"
-
-    def close(self) -> None:
-        """End it."""
-        self._server.terminate()
-        self._server.wait(_END_S)
-
-
 @dataclass
 class Window:
     """The program on a screen.
@@ -66,7 +46,7 @@ class Window:
         started_s: Seconds until its first picture.
     """
 
-    screen: Screen
+    display: str  # of the X server
     home: Path  # of its settings and data
     options: Sequence[str] = ()
     python: str = sys.executable
@@ -76,7 +56,7 @@ class Window:
     def __enter__(self) -> Self:
         """Start it, and wait for its first picture."""
         self.environment = {
-            **environment(self.home), "DISPLAY": self.screen.name, "SDL_AUDIODRIVER": "dummy",
+            **environment(self.home), "DISPLAY": self.display, "SDL_AUDIODRIVER": "dummy",
             "PYGAME_HIDE_SUPPORT_PROMPT": "1",
         }  # fmt: skip
         self.environment.pop("SDL_VIDEODRIVER", None)
@@ -239,14 +219,14 @@ class Desk:
         seen: What it measured, by name.
     """
 
-    def __init__(self, screen: Screen, home: Path, stack: ExitStack) -> None:
-        self._screen, self.home, self._stack = screen, home, stack
+    def __init__(self, display: str, home: Path, stack: ExitStack) -> None:
+        self._display, self.home, self._stack = display, home, stack
         self.seen: dict[str, float] = {}
         self.window: Window | None = None
 
     def open(self, *options: str, python: str = sys.executable, introduced: bool = True) -> Window:
         """Open the application, and wait until its orb can be touched."""
-        window = Window(self._screen, self.home, options, python)
+        window = Window(self._display, self.home, options, python)
         self.window = self._stack.enter_context(window)
         window.until(lambda shown: shown["link"] == "live" and shown["ready"], "the orb", 30.0)
         if introduced and "Later" in window.shown["items"]:  # the introduction is offered once

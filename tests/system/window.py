@@ -16,8 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from tests.support.x_programs import xvfb
+
 from . import lessons, plays, walk
-from .desktop import Desk, Scenario, ScenarioError, Screen, missing
+from .desktop import Desk, Scenario, ScenarioError, missing
 
 SIZE: Final = (1280, 720)
 SCENARIOS: Final[dict[str, Scenario]] = {
@@ -61,9 +63,8 @@ def run(name: str, keep: Path | None) -> Outcome:
     trouble, begun_s = "", time.monotonic()
     with ExitStack() as stack:
         home = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        screen = Screen(SIZE)
-        stack.callback(screen.close)
-        desk = Desk(screen, home, stack)
+        display = stack.enter_context(xvfb(*SIZE))
+        desk = Desk(display, home, stack)
         try:
             SCENARIOS[name](desk)
         except ScenarioError as error:

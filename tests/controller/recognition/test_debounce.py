@@ -147,6 +147,14 @@ def test_a_patient_gesture_waits_for_one_that_begins_like_it(
     assert [(i, label) for i, label in steps if label is not None] == expected
 
 
+def test_a_gesture_that_another_waited_for_may_wait_itself_from_its_end_on() -> None:
+    both = replace(PATIENT, patient=("press", "pinch"), awaited=("pinch", "twist_cw"))
+    stage = Debouncer(LABELS, both, rate_hz=40.0)
+    stream = [PRESS] * 7 + [PINCH] * 18 + [NULL] * 25
+    steps = [stage.step(sure(label, 0.99)) for label in stream]
+    assert [(i, label) for i, label in enumerate(steps) if label] == [(25 + 8, "pinch")]
+
+
 SHARE = st.floats(0.01, 1.0)
 
 
