@@ -231,7 +231,7 @@ class OrbApp(Orb):
         """Process an event of the window: a key, the mouse, a finger, the focus."""
         match event.type:
             case pygame.KEYDOWN if self._correcting.key(
-                event.key, getattr(event, "mod", 0), self.orb.labels, self.stage.settings, now_s
+                event.key, getattr(event, "mod", 0), self.orb.labels, now_s
             ):
                 pass
             case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
@@ -240,10 +240,6 @@ class OrbApp(Orb):
                 self._show_lab()
             case pygame.KEYDOWN if self.programs.hot_key(pygame.key.name(event.key)):
                 pass
-            case pygame.KEYDOWN:
-                self._events += [*self._correcting.ctrl(), event]
-            case pygame.KEYUP:
-                self._events += [*self._correcting.ctrl(event.key), event]
             case kind if kind in _MOUSE:
                 self._mouse(event, now_s)
             case kind if kind in _FINGERS:
@@ -254,7 +250,6 @@ class OrbApp(Orb):
                 if event.type in (pygame.WINDOWFOCUSLOST, pygame.WINDOWFOCUSGAINED):
                     self._behind = event.type == pygame.WINDOWFOCUSLOST
                 if event.type == pygame.WINDOWFOCUSLOST:
-                    self._correcting.forget()
                     self.touch.lift_all()
                 self._events.append(event)
 

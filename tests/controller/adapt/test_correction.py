@@ -35,7 +35,6 @@ from controller.shared.protocol.messages import (
 from host.app.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, Bench
 from tetris.kit import language
-from tetris.kit.settings import Settings
 
 RATE_HZ = 10.0
 Run = tuple[Parts, Device, BundleStore]
@@ -141,17 +140,17 @@ def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path
     assert answers == [UploadStatus(DECLINED, 0, "no key")]
 
 
-def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
+def test_keys_with_alt_name_the_gestures_of_the_panel() -> None:
     sent: list[Correction] = []
     keys, words = CorrectionKeys(sent.append), language.load("en")
-    labels, usual = ("null", "press", "pinch"), Settings()
-    assert not keys.key(pygame.K_1, pygame.KMOD_CTRL, (), usual, 0.0)  # no orb is there yet
-    assert not keys.key(pygame.K_2, 0, labels, usual, 0.0)  # two fingers, as ever
-    assert keys.key(pygame.K_3, pygame.KMOD_CTRL, labels, usual, 0.0)
+    labels = ("null", "press", "pinch")
+    assert not keys.key(pygame.K_1, pygame.KMOD_ALT, (), 0.0)  # no orb is there yet
+    assert not keys.key(pygame.K_2, 0, labels, 0.0)  # two fingers, as ever
+    assert keys.key(pygame.K_3, pygame.KMOD_ALT, labels, 0.0)
     assert sent == []
     assert keys.told(0.0, words) == "there is no gesture 3"
     for code, label in ((pygame.K_2, "pinch"), (pygame.K_0, "null"), (pygame.K_BACKSPACE, "")):
-        assert keys.key(code, pygame.KMOD_LCTRL, labels, usual, 1.0)
+        assert keys.key(code, pygame.KMOD_LALT, labels, 1.0)
         assert sent.pop() == Correction(label)
     keys.answer(UploadStatus(PROVING, 0, "learning"), 2.0)
     assert keys.told(30.0, words) == "learning"

@@ -8,7 +8,7 @@ import pytest
 from controller.shared.protocol.messages import Contacts, Correction, State
 from host.actions import ACTIONS
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from tests.support.app_window import FELT, READY_S, WELCOME, Window, playing, said
+from tests.support.app_window import FELT, WELCOME, Window, playing, said
 from tetris.engine.game import Phase
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import RESUME_S
@@ -130,51 +130,20 @@ def test_a_real_orb_takes_no_contacts_from_the_mouse() -> None:
     assert window.contacts() == []
 
 
-# -- Ctrl, which turns the piece, and is a part of corrections -----------------------------
-
-
-def test_control_turns_the_piece_when_it_comes_up() -> None:
-    window = playing()
-    window.hold_key(pygame.K_LCTRL)
-    window.pass_s(0.1)
-    assert window.game.piece.turn == 0
-    window.hold_key(pygame.K_LCTRL, down=False)
-    window.pass_s(0.1)
-    assert window.game.piece.turn == 3
-
-
-def test_a_correction_with_control_turns_nothing() -> None:
+def test_a_correction_with_alt_turns_nothing_and_control_turns_at_once() -> None:
     window = playing()
     for code in (pygame.K_1, pygame.K_9, pygame.K_0, pygame.K_BACKSPACE):
-        window.hold_key(pygame.K_LCTRL)
-        window.hold_key(code, mod=pygame.KMOD_LCTRL)
-        window.hold_key(code, down=False, mod=pygame.KMOD_LCTRL)
-        window.hold_key(pygame.K_LCTRL, down=False)
+        window.hold_key(pygame.K_LALT)
+        window.hold_key(code, mod=pygame.KMOD_LALT)
+        window.hold_key(code, down=False, mod=pygame.KMOD_LALT)
+        window.hold_key(pygame.K_LALT, down=False)
         window.pass_s(0.1)
         assert window.game.piece.turn == 0
     sent = [one for one in window.app.outgoing(window.now_s) if isinstance(one, Correction)]
     assert sent == [Correction("press"), Correction("null"), Correction("")]
-
-
-def test_control_turns_before_the_key_that_follows_it_acts() -> None:
-    window = playing()
-    assert window.game.piece.kind == "I"
-    window.hold_key(pygame.K_LCTRL)
-    window.hold_key(pygame.K_SPACE)
-    window.pass_s(0.0)
-    assert sum("I" in row for row in window.game.board.rows) == 4  # it stands upright
-
-
-def test_control_that_moves_the_piece_moves_it_at_once() -> None:
-    window = Window()
-    settings = window.app.stage.settings
-    window.app.stage.change(replace(settings, keys={"left": ("lctrl",)}))
-    window.app.game.play()
-    window.pass_s(READY_S)
-    x = window.game.piece.x
     window.hold_key(pygame.K_LCTRL)
     window.pass_s(0.0)
-    assert window.game.piece.x == x - 1
+    assert window.game.piece.turn == 3
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (640, 360), (500, 900), (2560, 1080), (1, 1)])
