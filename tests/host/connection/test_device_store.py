@@ -121,14 +121,6 @@ def test_values_of_the_wrong_kind_are_as_if_they_were_not_there(path: Path) -> N
     assert DeviceStore(path).devices == [KnownDevice("a", name="Orb")]
 
 
-def test_folder_that_cannot_be_written_costs_a_sentence(tmp_path: Path) -> None:
-    (tmp_path / "config").write_text("a file where the folder should be")
-    told: list[str] = []
-    DeviceStore(tmp_path / "config" / "devices.toml", told.append).remember("orb-1", port="A")
-    assert told
-    assert "cannot" in told[-1]
-
-
 text = st.text(st.characters(codec="utf-8"), max_size=20)
 
 
