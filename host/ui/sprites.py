@@ -1,4 +1,4 @@
-"""Small pictures that are drawn once and then only copied: text, icons, cards and rings.
+"""Small pictures that are drawn once and then only copied: icons, cards and rings.
 
 Shapes are drawn four times as large and scaled down, so that their edges are smooth. What is
 returned is shared: blit it, never draw on it.
@@ -6,7 +6,6 @@ returned is shared: blit it, never draw on it.
 
 import math
 import tomllib
-from bisect import bisect
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib.resources import files
@@ -40,15 +39,13 @@ class SpriteScale:
         """Return a size of text that can be read."""
         return max(_LEAST, self.px(design))
 
-    def text(
-        self, words: str, size: int, colour: Colour | None = None, width: int | None = None
-    ) -> pygame.Surface:
-        """Return a line of text, cut off with an ellipsis at so many pixels."""
-        return text(words, self.size(size), colour or self.palette.text, width)
+    def text(self, words: str, size: int, colour: Colour | None, width: int) -> pygame.Surface:
+        """Return a line of text, smaller or cut short where it were wider than so many pixels."""
+        return theme.fitted(words, self.size(size), colour or self.palette.text, width)
 
     def lines(self, words: str, size: int, width: int, most: int) -> list[str]:
         """Return words in at most so many lines for a width in pixels."""
-        lines = wrapped(words, self.size(size) * SMOOTH, width * SMOOTH)
+        lines = wrapped(words, self.size(size), width)
         return lines if len(lines) <= most else [*lines[: most - 1], " ".join(lines[most - 1 :])]
 
     def card(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
@@ -73,29 +70,6 @@ def mix(low: Colour, high: Colour, share: float) -> Colour:
 def in_steps(alpha: float) -> int:
     """Return an opacity, 0 to 255, in steps of 16, for the same reason."""
     return min(255, max(0, round(alpha / 16) * 16))
-
-
-@lru_cache(maxsize=512)
-def text(words: str, size: int, colour: Colour, width: int | None = None) -> pygame.Surface:
-    """Return a line of text, its letters spaced evenly at every size; see `fitted` for the width.
-
-    The font library sets letters on whole pixels, which shows in small text; so they are set
-    large and scaled down.
-    """
-    font = theme.font(size * SMOOTH)
-    shown = words if width is None else fitted(words, font, width * SMOOTH)
-    large = font.render(shown, True, colour)
-    across, down = large.get_size()
-    return pygame.transform.smoothscale(large, (round(across / SMOOTH), round(down / SMOOTH)))
-
-
-def fitted(words: str, font: pygame.font.Font, width: int) -> str:
-    """Return a line that is at most `width` pixels wide: as it is, or its beginning and "…"."""
-    if font.size(words)[0] <= width:
-        return words
-    starts = range(len(words))
-    fits = bisect(starts, width, key=lambda end: font.size(f"{words[:end]}…")[0])
-    return f"{words[: fits - 1].rstrip()}…" if fits else ""
 
 
 @lru_cache(maxsize=64)

@@ -264,7 +264,7 @@ class Panel:
 
     def _banner(self, key: str, colour: Colour) -> None:
         unit, room = self._unit, round(1.9 * self.layout.radius)
-        lines = unit.lines(self._look.words(key), _TEXT, room - unit.px(28), 2)
+        lines = unit.lines(self._look.words(key), _TEXT, room - unit.px(28), 3)
         labels = [unit.text(line, _TEXT, colour, room - unit.px(28)) for line in lines]
         high = labels[0].get_height()
         box = pygame.Rect(0, 0, max(one.get_width() for one in labels), high * len(labels))

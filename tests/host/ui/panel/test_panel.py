@@ -21,7 +21,7 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel, Projection
 from host.ui.panel.panel_layout import HEIGHT, WIDTH, Dock
 from host.ui.pointer_input import DomeArea
-from tetris.kit import language, theme
+from tetris.kit import language
 from tetris.kit.look import Look
 from tetris.kit.settings import Settings
 from tetris.kit.theme import PALETTES
@@ -241,15 +241,11 @@ def test_nothing_that_an_orb_says_is_drawn_outside_its_panel(
     assert whole_window(window, *long, health=health) == whole_window(window, *short)
 
 
-def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
+def test_a_line_that_is_too_wide_is_made_to_fit() -> None:
     pygame.font.init()
-    font = theme.font(20)
-    assert sprites.fitted("press", font, 500) == "press"
-    cut = sprites.fitted("press and hold", font, font.size("press and…")[0])
-    assert cut == "press and…"
-    assert sprites.fitted("press", font, 1) == ""
-    for width in range(10, 200, 10):
-        assert sprites.text(WIDE, 20, theme.WHITE, width).get_width() <= width
+    unit = sprites.SpriteScale(1.0)
+    for width in range(20, 200, 10):
+        assert unit.text(WIDE, 20, None, width).get_width() <= width
 
 
 def test_a_panel_on_which_nothing_changes_is_copied_not_drawn(surface: pygame.Surface) -> None:
