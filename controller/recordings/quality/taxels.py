@@ -10,7 +10,6 @@ from controller.recognition.images.dead_taxels import TaxelInterpolator
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.images.scale import FIRM
-from controller.recordings.quality.rest import rest_frames
 from controller.recordings.recording import PICOFARAD, Recording
 from controller.shared import taxel_measures
 from controller.shared.aliases import Frames, Mask
@@ -29,6 +28,7 @@ FASTEST_HZ: Final = 200.0  # limit of the device's stages; bounds the work
 TOUCHED: Final = 0.2
 IDLE_SHARE: Final = 0.05  # quantile of the energy that counts as idle
 FIRM_SHARE: Final = 0.95  # and as a firm touch
+REST_S: Final = 0.5  # of an untouched sensor
 LEAST_FRAMES: Final = 6  # of the untouched sensor, for the device's stage to begin with
 RARE: Final = 0.995  # quantile of the strength that is a firm touch even where touches are rare
 
@@ -87,7 +87,7 @@ def _counted(recording: Recording) -> Response:
     """Return the response in another unit, by the device's stage, which begins at rest."""
     frames = recording.frames
     rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
-    still = rest_frames(frames, rate_hz) if recording.rest is None else recording.rest[None]
+    still = _untouched(recording) if recording.rest is None else recording.rest[None]
     rest = np.median(still, axis=0).astype(np.float32)
     first = _fixed(frames - rest)
     firm = _firm(first.energy)
@@ -108,6 +108,15 @@ def _counted(recording: Recording) -> Response:
         known=np.ones(len(frames), dtype=np.bool_),
         touched=np.array([not step.quiet for step in steps]),
     )
+
+
+def _untouched(recording: Recording) -> Frames:
+    """Return frames of the untouched sensor, (m, rows, columns): those with the least signal."""
+    length = max(LEAST_FRAMES, round(REST_S * recording.origin.rate_hz))
+    signal = recording.origin.sign * recording.frames.mean(axis=(1, 2), dtype=np.float64)
+    total = np.cumsum(np.concatenate([[0.0], signal]))
+    first = int((total[length:] - total[:-length]).argmin()) if len(signal) > length else 0
+    return recording.frames[first : first + length]
 
 
 def _firm(strength: NDArray[np.floating]) -> float:

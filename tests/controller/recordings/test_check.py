@@ -85,7 +85,7 @@ def test_other_sensors_are_judged_in_their_own_unit() -> None:
     touched = (np.arange(300) // 10) % 3 == 1
     for k in np.flatnonzero(touched):
         frames[k, rng.integers(1, 7), rng.integers(1, 5)] = rng.integers(200, 300)
-    recording = of(frames, origin(8, 6, unit="counts"), label=touched)
+    recording = of(frames, origin(8, 6, unit="counts", sign=1), label=touched)
     assert taxels.respond(recording).touched.tolist() == touched.tolist()
     found = report(recording)
     assert any("so dead ones cannot be detected" in f.text for f in found.findings)
