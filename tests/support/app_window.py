@@ -47,9 +47,10 @@ class Window:
         start: Start = Start(),  # noqa: B008
         config: Path | None = None,
         welcome: Welcome | None = WELCOME,
+        size: tuple[int, int] = SIZE,
     ) -> None:
         self.app = OrbApp(start, config=config, sound=False)
-        self.surface = pygame.Surface(SIZE)
+        self.surface = pygame.Surface(size)
         self.now_s = 0.0
         described = [Delivered(gesture, 0) for gesture in shipped_gestures()]
         begun: list[Received] = [Connected(welcome), *described] if welcome else []
@@ -66,11 +67,12 @@ class Window:
                 return
             self.now_s += FRAME_S
 
-    def key(self, code: int) -> None:
-        """Press a key, and let it come up."""
-        for down in (True, False):
-            self.hold_key(code, down=down)
-        self.pass_s(0.1)
+    def key(self, *codes: int) -> None:
+        """Press keys one after the other, and let each come up."""
+        for code in codes:
+            for down in (True, False):
+                self.hold_key(code, down=down)
+            self.pass_s(0.1)
 
     def hold_key(self, code: int, *, down: bool = True, mod: int = 0) -> None:
         """Press a key without releasing it, or release it; `mod` tells which others are down."""

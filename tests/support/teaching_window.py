@@ -2,7 +2,7 @@
 
 import pygame
 
-from controller.shared.protocol.messages import COMMANDS, Command, Message, Telemetry, Welcome
+from controller.shared.protocol.messages import COMMANDS, Command, Message, Telemetry
 from controller.shared.protocol.teaching import (
     DONE,
     FAILED,
@@ -23,14 +23,13 @@ from controller.shared.protocol.teaching import (
     UserInfo,
     Vocabulary,
 )
-from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets import SIZE
+from tests.support import app_window
+from tests.support.app_window import LABELS, WELCOME
 from tetris.kit.menu import Menu
 from tetris.window.screens.menu_screen import MenuScreen
 
-LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
-WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
 FLAT = bytes([128] * 25)
 DENT = bytes([128] * 11 + [90, 70, 90] + [128] * 11)
 FRAME_S = 1 / 40
@@ -110,15 +109,13 @@ def rules(command: str) -> tuple[CommandRule, ...]:
     return (CommandRule(command, INF, -INF, INF, -INF),) if command else ()
 
 
-class Window:
+class Window(app_window.Window):
     """The application in a window of its own, a clock, and the fake orb."""
 
     def __init__(self, size: tuple[int, int] = SIZE) -> None:
-        self.app = OrbApp(sound=False)
         self.orb = FakeOrb()
-        self.surface = pygame.Surface(size)
-        self.now_s = 0.0
         self._due: list[Received] = []
+        super().__init__(welcome=None, size=size)
         self.pass_s(0.1, Connected(WELCOME))
 
     def pass_s(self, seconds: float, *received: Received, image: bytes = FLAT) -> None:
@@ -134,12 +131,6 @@ class Window:
             for message in self.app.outgoing(self.now_s):
                 self._due += [Delivered(each, 0) for each in self.orb.answers(message)]
         self.app.draw(self.surface)
-
-    def key(self, *codes: int) -> None:
-        for code in codes:
-            for kind in (pygame.KEYDOWN, pygame.KEYUP):
-                self.app.handle(pygame.event.Event(kind, key=code), self.now_s)
-            self.pass_s(0.1)
 
     def click(self, item: str) -> None:
         """Click the item whose words begin so, where it is drawn."""

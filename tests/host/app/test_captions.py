@@ -7,8 +7,9 @@ import pytest
 
 from host.app.screens.teach.new_gesture import DetailsPage
 from host.connection.receiver import Connected, Delivered, Received
+from tests.support.app_window import WELCOME
 from tests.support.pytest_types import Patch
-from tests.support.teaching_window import WELCOME, FakeOrb, Window
+from tests.support.teaching_window import FakeOrb, Window
 from tests.system.pictures import Album
 from tetris.kit import language, theme
 from tetris.kit.theme import Colour

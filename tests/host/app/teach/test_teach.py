@@ -18,7 +18,8 @@ from host.app.screens.teach.page import NamePage
 from host.app.screens.teach.screen import TeachScreen
 from host.app.screens.teach.trial import TryPage
 from host.connection.receiver import Connected, Delivered, Lost
-from tests.support.teaching_window import DENT, WELCOME, Window
+from tests.support.app_window import WELCOME
+from tests.support.teaching_window import DENT, Window
 from tetris.window.screens.play_screen import PlayScreen
 
 

@@ -31,7 +31,8 @@ from host.app.screens.teach.record import UNTOUCHED, RecordPage
 from host.app.screens.teach.train import ResultPage, TrainingPage, TrainPage, requests
 from host.connection.receiver import Connected, Delivered, Lost
 from host.ui.pointer_input import DomeArea
-from tests.support.teaching_window import DENT, LABELS, WELCOME, FakeOrb, Window
+from tests.support.app_window import LABELS, WELCOME
+from tests.support.teaching_window import DENT, FakeOrb, Window
 
 # Prints what a training prints, and writes what it writes.
 TRAINER = """
