@@ -5,7 +5,6 @@ import logging
 import sys
 from collections.abc import Sequence
 from contextlib import closing
-from datetime import UTC, datetime
 
 from controller.cli.sensor_options import add_sensor
 from controller.diagnostics.calibration import CALIBRATION_S, keep
@@ -35,7 +34,7 @@ def main(argv: Sequence[str]) -> int:
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         frames = FrameReader(sensor).frames(CALIBRATION_S)
-        rows, kept = keep(sensor, frames, datetime.now(UTC))
+        rows, kept = keep(sensor, frames)
     sound = all(row.verdict is Verdict.GOOD for row in rows)
     verdict = "failed" if kept is None else "good" if sound else "doubtful"
     print(table(rows))

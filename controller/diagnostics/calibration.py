@@ -1,6 +1,5 @@
 """Calibration of a sensor: the rest image from untouched frames, judged and stored."""
 
-from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -27,7 +26,7 @@ COMMON_CHANGE_LOG_C: Final = 0.08  # against the last calibration: of all taxels
 LINE_CHANGE_LOG_C: Final = 0.15  # of a row or column
 
 
-def keep(sensor: Sensor, frames: Frames, now: datetime) -> tuple[list[Row], Path | None]:
+def keep(sensor: Sensor, frames: Frames) -> tuple[list[Row], Path | None]:
     """Return the rows on a calibration, and the file that it is kept in; None: it is refused.
 
     `frames` are of the untouched sensor, (n, rows, columns), pF.
@@ -37,10 +36,8 @@ def keep(sensor: Sensor, frames: Frames, now: datetime) -> tuple[list[Row], Path
     rows, rest, idle = calibrate(frames, sensor.rate_hz, before)
     if rest is None:
         return rows, None
-    verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
-    made = now.isoformat(timespec="seconds")
-    kept = Calibration(sensor.device_id, rest, idle, made, verdict, sensor.rate_hz)
-    return rows, calibration_store.save(kept)
+    kept = Calibration(rest, idle, sensor.rate_hz)
+    return rows, calibration_store.save(sensor.device_id, kept)
 
 
 def calibrate(

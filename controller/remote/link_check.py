@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable, Iterator, Sequence
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -191,7 +190,7 @@ def _calibration(watch: LiveFrames, frames: Frames) -> Iterator[Row]:
     """Yield what a calibration found but what is good, and whether it is kept."""
     name = "calibration"
     try:
-        rows, kept = calibration.keep(watch.sensor, frames, datetime.now(UTC))
+        rows, kept = calibration.keep(watch.sensor, frames)
     except OSError as error:
         yield Row(name, Verdict.FAULT, f"cannot be kept: {reason(error)}", "", name)
         return

@@ -31,11 +31,8 @@ _log = logging.getLogger("controller")
 class Calibration:
     """One calibration."""
 
-    device_id: str  # of which sensor
-    rest: Frame  # what it read untouched, (rows, columns), picofarads
+    rest: Frame  # what the untouched sensor read, (rows, columns), picofarads
     idle: float  # mean of |z - 1| meanwhile
-    made: str  # when, ISO 8601
-    verdict: str  # "good" or "doubtful"
     rate_hz: float = _FIRST_HZ  # frames per second
 
     def known(self, rate_hz: float) -> StoredBaseline:
@@ -48,79 +45,75 @@ def folder() -> Path:
     return files.state_folder() / "calibrations"
 
 
-def path(device_id: str, where: Path | None = None) -> Path:
+def path(device_id: str) -> Path:
     """Return the file of a device."""
-    name = quote(device_id, safe=" ")[:_LONGEST] or "unknown"
-    return (folder() if where is None else where) / f"{name}.json"
+    return folder() / f"{quote(device_id, safe=' ')[:_LONGEST] or 'unknown'}.json"
 
 
-def save(calibration: Calibration, where: Path | None = None) -> Path:
+def save(device_id: str, calibration: Calibration) -> Path:
     """Keep a calibration in the place of the last one; return its file, or raise OSError."""
-    file = path(calibration.device_id, where)
-    plain = {
-        "version": VERSION,
-        "device_id": calibration.device_id,
-        "made": calibration.made,
-        "verdict": calibration.verdict,
-        "idle": round(calibration.idle, 6),
-        "rate_hz": calibration.rate_hz,
-        "rest_pf": [[round(float(v), 4) for v in row] for row in calibration.rest],
-    }
-    files.atomic_write(file, json.dumps(plain, indent=1).encode())
-    return file
+    return _write(
+        device_id,
+        idle=round(calibration.idle, 6),
+        rate_hz=calibration.rate_hz,
+        rest_pf=[[round(float(v), 4) for v in row] for row in calibration.rest],
+    )
 
 
-def load(device_id: str, where: Path | None = None) -> Calibration | None:
+def load(device_id: str) -> Calibration | None:
     """Return what is kept of a device; None: nothing, or nothing that can be used."""
-    file = path(device_id, where)
     try:
-        plain = _plain(device_id, file)
+        plain = _plain(device_id)
         if plain is None or "rest_pf" not in plain:
             return None
         rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
         rate_hz = float(plain.get("rate_hz", _FIRST_HZ))
         if not (math.isfinite(idle) and 0.0 <= idle < 1.0 and 0.1 <= rate_hz <= 1000.0):
             raise ValueError("its noise is out of range")
-        made, verdict = str(plain["made"]), str(plain["verdict"])
-        return Calibration(device_id, rest, idle, made, verdict, rate_hz)
+        return Calibration(rest, idle, rate_hz)
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        _log.warning("%s is no calibration (%s), so rest is taken anew", file, error)
+        _log.warning("%s is no calibration (%s), so rest is taken anew", path(device_id), error)
         return None
 
 
-def keep_scale(device_id: str, scale: float, where: Path | None = None) -> None:
+def keep_scale(device_id: str, scale: float) -> None:
     """Keep the scale of a sensor that has no rest in picofarads, or raise OSError.
 
     That of a sensor without a name is not kept: another one may be plugged in at the next start.
     """
-    if device_id == UNNAMED:
-        return
-    plain = {"version": VERSION, "device_id": device_id, "scale": scale}
-    files.atomic_write(path(device_id, where), json.dumps(plain, indent=1).encode())
+    if device_id != UNNAMED:
+        _write(device_id, scale=scale)
 
 
-def scale(device_id: str, where: Path | None = None) -> float:
+def scale(device_id: str) -> float:
     """Return the scale that is kept of a device; 0: none, or none that can be used."""
     try:
-        kept = float((_plain(device_id, path(device_id, where)) or {}).get("scale", 0.0))
+        kept = float((_plain(device_id) or {}).get("scale", 0.0))
     except (OSError, ValueError, KeyError, TypeError):
         return 0.0
     return kept if _SMALLEST_SCALE <= kept <= _LARGEST else 0.0
 
 
-def forget(device_id: str, where: Path | None = None) -> bool:
+def forget(device_id: str) -> bool:
     """Remove what is kept of a device; return whether there was something, or raise OSError."""
-    file = path(device_id, where)
+    file = path(device_id)
     there = file.exists()
     file.unlink(missing_ok=True)
     return there
 
 
-def _plain(device_id: str, file: Path) -> dict[str, Any] | None:
+def _write(device_id: str, **entries: Any) -> Path:
+    """Keep entries in the file of a device, alone, and return it."""
+    plain = {"version": VERSION, "device_id": device_id, **entries}
+    files.atomic_write(path(device_id), json.dumps(plain, indent=1).encode())
+    return path(device_id)
+
+
+def _plain(device_id: str) -> dict[str, Any] | None:
     """Return the table in the file of a device; None if it is of another one or form."""
-    plain: dict[str, Any] = parse_json(files.read_bytes(file, _MAX_BYTES), _MAX_BYTES)
+    plain: dict[str, Any] = parse_json(files.read_bytes(path(device_id), _MAX_BYTES), _MAX_BYTES)
     fits = plain["version"] == VERSION and plain["device_id"] == device_id
     return plain if fits else None
 

@@ -78,27 +78,30 @@ def test_a_sensor_of_which_too_much_is_lost_is_refused() -> None:
     assert rows[0].advice == "Run: controller doctor"
 
 
-def kept(folder: Path, device_id: str = "orb-1") -> Path:
-    rest = REST_PF.astype(np.float32)
-    made = Calibration(device_id, rest, 0.003, "2026-11-21T10:00:00+00:00", "good")
-    return calibration_store.save(made, folder)
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
+
+
+def kept(device_id: str = "orb-1") -> Path:
+    return calibration_store.save(device_id, Calibration(REST_PF.astype(np.float32), 0.003))
 
 
 def test_what_was_kept_is_there_again(tmp_path: Path) -> None:
-    kept(tmp_path)
-    again = calibration_store.load("orb-1", tmp_path)
+    kept()
+    again = calibration_store.load("orb-1")
     assert again is not None
     assert again.rest == pytest.approx(REST_PF, abs=1e-3)
-    assert (again.idle, again.verdict) == (0.003, "good")
-    assert calibration_store.load("orb-2", tmp_path) is None
-    assert calibration_store.forget("orb-1", tmp_path)
-    assert calibration_store.load("orb-1", tmp_path) is None
+    assert again.idle == 0.003
+    assert calibration_store.load("orb-2") is None
+    assert calibration_store.forget("orb-1")
+    assert calibration_store.load("orb-1") is None
 
 
 def test_no_device_can_name_a_file_elsewhere(tmp_path: Path) -> None:
-    file = kept(tmp_path, "../../etc/orb\0")
+    file = kept("../../etc/orb\0")
     assert file.parent == tmp_path
-    assert calibration_store.load("../../etc/orb\0", tmp_path) is not None
+    assert calibration_store.load("../../etc/orb\0") is not None
 
 
 CHANGES: list[dict[str, object]] = [
@@ -110,16 +113,15 @@ TEXTS = ["", "{", "[]", "null", '{"version": 1}', "[" * 5000]
 
 @pytest.mark.parametrize("change", [*CHANGES, *TEXTS])
 def test_a_wrong_calibration_is_ignored(tmp_path: Path, change: str | dict[str, object]) -> None:
-    file = kept(tmp_path)
+    file = kept()
     plain = json.loads(file.read_text())
     file.write_text(change if isinstance(change, str) else json.dumps(plain | change))
-    assert calibration_store.load("orb-1", tmp_path) is None
+    assert calibration_store.load("orb-1") is None
 
 
 def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
     assert main(["calibrate", "--sensor", "virtual:seed=5"]) == 0
     told = capsys.readouterr().out
     assert told.endswith(f"calibration: good, kept in {tmp_path / 'virtual-5.json'}\n")
@@ -130,8 +132,7 @@ def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
 def test_a_refused_calibration_leaves_the_old_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
-    kept(tmp_path, "virtual-5")
+    kept("virtual-5")
     before = (tmp_path / "virtual-5.json").read_bytes()
     assert main(["calibrate", "--sensor", "virtual:seed=5,fault=air_leak=0.6"]) == 1
     assert "something moved on it" in capsys.readouterr().out
@@ -145,37 +146,36 @@ def test_wrong_usage_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None
 
 def test_the_noise_of_a_calibration_grows_with_the_rate(tmp_path: Path) -> None:
     rest = np.full((5, 5), 40.0, dtype=np.float32)
-    made = Calibration("orb-1", rest, 0.02, "2026-11-21T10:00:00+00:00", "good", rate_hz=10.0)
-    calibration_store.save(made, tmp_path)
-    kept = calibration_store.load("orb-1", tmp_path)
+    calibration_store.save("orb-1", Calibration(rest, 0.02, rate_hz=10.0))
+    kept = calibration_store.load("orb-1")
     assert kept is not None
     assert kept.known(40.0).idle == pytest.approx(0.04)  # a quarter of the time, twice the noise
-    old = json.loads(calibration_store.path("orb-1", tmp_path).read_text())
+    old = json.loads(calibration_store.path("orb-1").read_text())
     del old["rate_hz"]  # as before there were other rates than the paper's
-    calibration_store.path("orb-1", tmp_path).write_text(json.dumps(old))
-    kept = calibration_store.load("orb-1", tmp_path)
+    calibration_store.path("orb-1").write_text(json.dumps(old))
+    kept = calibration_store.load("orb-1")
     assert kept is not None
     assert kept.known(10.0).idle == pytest.approx(0.02)
 
 
 def test_a_learned_scale_is_kept_in_the_file_of_its_device(tmp_path: Path) -> None:
-    assert calibration_store.scale("lines", tmp_path) == 0.0
-    calibration_store.keep_scale("lines", 6250.0, tmp_path)
-    assert calibration_store.scale("lines", tmp_path) == 6250.0
-    assert calibration_store.scale("other", tmp_path) == 0.0
-    calibration_store.keep_scale("skin", 6250.0, tmp_path)  # without a name: any sensor's
-    assert calibration_store.scale("skin", tmp_path) == 0.0
-    assert calibration_store.load("lines", tmp_path) is None  # there is no rest in it
-    kept(tmp_path)
-    assert calibration_store.scale("orb-1", tmp_path) == 0.0
-    assert calibration_store.forget("lines", tmp_path)
-    assert calibration_store.scale("lines", tmp_path) == 0.0
+    assert calibration_store.scale("lines") == 0.0
+    calibration_store.keep_scale("lines", 6250.0)
+    assert calibration_store.scale("lines") == 6250.0
+    assert calibration_store.scale("other") == 0.0
+    calibration_store.keep_scale("skin", 6250.0)  # without a name: any sensor's
+    assert calibration_store.scale("skin") == 0.0
+    assert calibration_store.load("lines") is None  # there is no rest in it
+    kept()
+    assert calibration_store.scale("orb-1") == 0.0
+    assert calibration_store.forget("lines")
+    assert calibration_store.scale("lines") == 0.0
 
 
 @pytest.mark.parametrize("text", [*TEXTS, "nan", "-1", '"much"', "1e300"])
 def test_a_wrong_scale_is_ignored(tmp_path: Path, text: str) -> None:
-    calibration_store.keep_scale("lines", 6250.0, tmp_path)
-    file = calibration_store.path("lines", tmp_path)
+    calibration_store.keep_scale("lines", 6250.0)
+    file = calibration_store.path("lines")
     whole = text in TEXTS
     file.write_text(text if whole else file.read_text().replace("6250.0", text))
-    assert calibration_store.scale("lines", tmp_path) == 0.0
+    assert calibration_store.scale("lines") == 0.0
