@@ -81,7 +81,7 @@ class SessionRecorder:
 
     def go_on(self, begin: Callable[[State], Recorder]) -> None:
         """Seal the file, continue in one that `begin` makes, or raise RecordingError."""
-        self._seal()
+        self.close()
         self._begin = begin
         self._recorder = begin(self._pipeline.state())
         self._rested, self._least_s = False, 0.0
@@ -106,7 +106,10 @@ class SessionRecorder:
 
     def close(self) -> bool:
         """Seal the recording; return whether it was kept, or raise RecordingError."""
-        return self._seal()
+        path = self._recorder.close(self._least_s)
+        if path is not None:
+            _log.info("recorded into %s", path)
+        return path is not None
 
     def _write(self, frame: Frame, step: Step, label: int, labels: FrameLabels) -> None:
         """Write a frame, (rows, columns), with its labels and marks."""
@@ -122,12 +125,6 @@ class SessionRecorder:
         if rest is not None and not self._rested:
             self._rested = True
             journal.add_rest(rest)
-
-    def _seal(self) -> bool:
-        path = self._recorder.close(self._least_s)
-        if path is not None:
-            _log.info("recorded into %s", path)
-        return path is not None
 
 
 def cue_lines(said: FrameLabels, t_s: float, words: Mapping[str, str]) -> Iterator[str]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from controller import __version__
 from controller.cli import COMMANDS
-from controller.cli.sensor_options import add_sensor, rate
+from controller.cli.sensor_options import add_sensor
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, RunOptions, open_device, prepare
 from controller.runtime.device import Device
@@ -26,7 +26,7 @@ from controller.runtime.loop import ORPHAN_S, Handler, Loop
 from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
 from controller.shared import errors
-from controller.shared.arguments import Parser, whole
+from controller.shared.arguments import Parser, number, whole
 from controller.shared.errors import TROUBLE, UserError, complain, let_go
 from controller.shared.shutdown import Shutdown, signals
 
@@ -228,7 +228,7 @@ def _parser() -> argparse.ArgumentParser:
     text = "a recording in place of a sensor: as fast as possible, or, over a link, as recorded"
     add("--replay", metavar="FILE", type=Path, help=text)
     text = "sensor scans per second, within 2 %% of the bundle's (default: the bundle's)"
-    add("--rate", metavar="HZ", type=rate, help=text)
+    add("--rate", metavar="HZ", type=number(0.1, 1000.0), help=text)
     return options
 
 

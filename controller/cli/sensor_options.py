@@ -1,7 +1,6 @@
 """Options that choose a sensor, alike in all commands that read one."""
 
 import argparse
-import math
 
 from controller.sensors import base as sensors
 
@@ -15,14 +14,3 @@ def add_sensor(grammar: argparse.ArgumentParser, purpose: str) -> None:
         "what hangs on which pin: docs/sensors.md, docs/hardware.md (default: virtual)"
     )
     add("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual", help=text)
-
-
-def rate(words: str) -> float:
-    """Return a rate in hertz, above 0, or raise ArgumentTypeError."""
-    try:
-        value = float(words)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
-    return value

@@ -201,8 +201,8 @@ def test_an_orb_that_is_too_slow_for_its_bundle_is_refused(
 @pytest.mark.parametrize(
     ("words", "advice"),
     [
-        (["--rate", "fast"], "fast must be a number above 0, in hertz"),
-        (["--rate", "0"], "0 must be a number above 0, in hertz"),
+        (["--rate", "fast"], "fast must be a number from 0.1 to 1000"),
+        (["--rate", "0"], "0 must be a number from 0.1 to 1000"),
         (["--no"], "unrecognized arguments: --no"),
         (["--recrod=x"], "unrecognized arguments: --recrod=x; did you mean --record?"),
     ],

@@ -15,7 +15,7 @@ import logging
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Any, Final
 
-from dbus_fast import DBusError, Message, MessageType, PropertyAccess, Variant
+from dbus_fast import Message, MessageType, PropertyAccess, Variant
 from dbus_fast.annotations import DBusBytes, DBusDict, DBusSignature
 from dbus_fast.service import ServiceInterface, dbus_method, dbus_property
 
@@ -24,7 +24,6 @@ from controller.links.bluetooth.hid.gatt_services import (
     HID,
     SERVICES,
     Characteristic,
-    OfferError,
     ServiceValues,
 )
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
@@ -119,10 +118,7 @@ class GattTransport(HidTransport):
 
     def read(self, name: str, offset: int, device: str) -> bytes:
         """Return a value for a host; a host that reads the report map is about to subscribe."""
-        try:
-            value = self._values.read(name, offset)
-        except OfferError as error:
-            raise DBusError(error.name, str(error)) from None
+        value = self._values.read(name, offset)
         if name == "report_map" and device in self._devices:
             address = self._devices[device]["Address"]
             asyncio.get_running_loop().call_soon(self._hid.arrive, address)
@@ -130,10 +126,7 @@ class GattTransport(HidTransport):
 
     def write(self, name: str, value: bytes, offset: int) -> None:
         """Store a value that a host writes."""
-        try:
-            self._values.write(name, value, offset)
-        except OfferError as error:
-            raise DBusError(error.name, str(error)) from None
+        self._values.write(name, value, offset)
 
     def subscribed(self, name: str) -> None:
         """Report released keys to all connected paired hosts, since BlueZ names no subscriber.

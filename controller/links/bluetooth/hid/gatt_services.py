@@ -8,6 +8,8 @@ the values that it returns.
 from dataclasses import dataclass
 from typing import Final
 
+from dbus_fast import DBusError
+
 from controller.links.bluetooth.hid.reports import (
     GAMEPAD,
     KEYBOARD,
@@ -75,14 +77,6 @@ _WRITABLE: Final = {
 }
 
 
-class OfferError(ValueError):
-    """A refused request of a host; `name` is BlueZ's name of the error."""
-
-    def __init__(self, name: str, message: str) -> None:
-        super().__init__(message)
-        self.name = name
-
-
 class ServiceValues:
     """The values behind `SERVICES`."""
 
@@ -106,21 +100,21 @@ class ServiceValues:
         return self._values["protocol_mode"][0]
 
     def read(self, name: str, offset: int = 0) -> bytes:
-        """Return a value from an offset on; OfferError beyond its end."""
+        """Return a value from an offset on; DBusError beyond its end."""
         value = self._values[name]
         if offset > len(value):
-            raise OfferError("org.bluez.Error.InvalidOffset", f"{name} has {len(value)} bytes")
+            raise DBusError("org.bluez.Error.InvalidOffset", f"{name} has {len(value)} bytes")
         return value[offset:]
 
     def write(self, name: str, value: bytes, offset: int = 0) -> None:
-        """Store a value that a host writes; OfferError if it is not allowed."""
+        """Store a value that a host writes; DBusError if it is not allowed."""
         known = _WRITABLE.get(name)
         if known is None:
-            raise OfferError("org.bluez.Error.NotPermitted", f"{name} cannot be written")
+            raise DBusError("org.bluez.Error.NotPermitted", f"{name} cannot be written")
         if offset or len(value) != 1:
-            raise OfferError("org.bluez.Error.InvalidValueLength", f"{name} has one byte")
+            raise DBusError("org.bluez.Error.InvalidValueLength", f"{name} has one byte")
         if value[0] not in known:
-            raise OfferError("org.bluez.Error.Failed", f"{name} cannot be {value[0]}")
+            raise DBusError("org.bluez.Error.Failed", f"{name} cannot be {value[0]}")
         self._values[name] = bytes(value)
 
     def report(self, report: Report) -> list[tuple[str, bytes]]:
