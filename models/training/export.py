@@ -23,6 +23,9 @@ from controller.bundles.head import Head
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.touch_input import TouchInput
 from controller.shared import files, npz
+from models.data.load import Data
+from models.data.splits import Split
+from models.data.touch_images import Touches
 from models.training.networks import GAIN, GridPosition, Network, Scale
 
 TOLERANCE: Final = 1e-5  # greatest difference between PyTorch and ONNX Runtime
@@ -30,6 +33,7 @@ MOST: Final = 6e4  # greatest weight that 16 bits hold, about
 TINY: Final = 1e-12  # smaller weights are set to 0: subnormal ones make inference 2.6 x slower
 OPSET: Final = 17
 IR_VERSION: Final = 8
+COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
 GOLDEN: Final = 64  # golden vectors of each network in a bundle
 
 Values = NDArray[np.float32]  # (n, ...)
@@ -47,6 +51,20 @@ class ExportedNetwork:
     parts: dict[str, bytes]  # of the bundle
     inputs: Values  # golden inputs, (n, ...)
     outputs: Values  # the network's outputs for them, (n, width)
+
+
+def compared_windows(data: Data, split: Split, seed: int) -> Values:
+    """Return recorded windows (n, window, rows, columns) for the comparison of the engines."""
+    held = split.windows.check if len(split.windows.check) else split.windows.train
+    ends = data.examples.ends[held]
+    rng = np.random.default_rng((seed, 4))
+    return data.examples.windows(rng.choice(ends, min(COMPARED, len(ends)), replace=False))
+
+
+def compared_images(found: Touches, seed: int) -> Values:
+    """Return recorded images (n, rows, columns) for the comparison of the engines."""
+    rng = np.random.default_rng((seed, 5))
+    return found.images[rng.permutation(len(found.images))[:COMPARED]]
 
 
 def export_gestures(net: Network, windows: Values) -> ExportedNetwork:

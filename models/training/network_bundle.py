@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
@@ -39,7 +38,6 @@ from models.training.networks import gesture_net, location_net
 from models.training.request import Request
 from models.training.transfer import Start
 
-COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
 LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
 # Until `models train --epochs 0` finds better: few false alarms and little delay in simulation.
 DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
@@ -116,7 +114,9 @@ class NetworkPlan:
         if self.gesture:
             scored, net = train_gestures(job)
             result = replace(result, gesture=scored)
-            gesture = export.export_gestures(net, _windows(data, split, request.seed))
+            gesture = export.export_gestures(
+                net, export.compared_windows(data, split, request.seed)
+            )
             gesture.parts[container.REHEARSAL] = rehearsal.of(
                 gesture.parts[container.EMBEDDING],
                 data.examples,
@@ -128,7 +128,7 @@ class NetworkPlan:
             located, net = train_locations(job, self.touches)
             result = replace(result, location=located)
             location = export.export_location(
-                net, _images(self.touches, request.seed), self.recipe.location.touch
+                net, export.compared_images(self.touches, request.seed), self.recipe.location.touch
             )
         assert gesture is not None
         manifest = _manifest(self, result, located=bool(location.parts[container.LOCATION]))
@@ -302,20 +302,6 @@ def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
         words = f"; {silent} has no command then, unless --mapping gives one" if silent else ""
         lines.append(f"no recording has a touch's place: the bundle will not locate touches{words}")
     return lines
-
-
-def _windows(data: Data, split: Split, seed: int) -> NDArray[np.float32]:
-    """Return recorded windows (n, window, rows, columns) for the comparison of the engines."""
-    held = split.windows.check if len(split.windows.check) else split.windows.train
-    ends = data.examples.ends[held]
-    rng = np.random.default_rng((seed, 4))
-    return data.examples.windows(rng.choice(ends, min(COMPARED, len(ends)), replace=False))
-
-
-def _images(found: Touches, seed: int) -> NDArray[np.float32]:
-    """Return recorded images (n, rows, columns) for the comparison of the engines."""
-    rng = np.random.default_rng((seed, 5))
-    return found.images[rng.permutation(len(found.images))[:COMPARED]]
 
 
 def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str, Any]:

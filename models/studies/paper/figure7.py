@@ -32,9 +32,7 @@ from models.data.recipe import (
     UNVARIED_USER,
     USER,
     VARIED_USER,
-    NetworkRecipe,
     Recipe,
-    UserAugmentation,
 )
 from models.data.simulate import DataSet
 from models.data.splits import Parts
@@ -48,9 +46,10 @@ from models.training.user_task import UserGestures, UserTask
 
 RATE_HZ: Final = 10.0  # paper, section 4.1
 WINDOW: Final = 10  # images: paper, section 4.1
-RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say
 OTHERS: Final = 3  # other people
 DAYS: Final = 2  # other days of the same user
+# Sessions that are judged, by user and number: other days, and other people.
+SESSIONS: Final = [(0, 1 + day) for day in range(1 + DAYS)] + [(1 + u, 0) for u in range(OTHERS)]
 JUDGED_MIN: Final = 6.0  # minutes of each of their sessions
 EVERY: Final = 5  # from one judged window to the next: neighbours share most of their frames
 USERS: Final = 10  # paper, section 4.2
@@ -146,8 +145,10 @@ def gestures(preset: str, name: str, settings: Settings) -> Experiment:
     recipe = settings.recipe(name)
     taught = DataSet(settings.seed, settings.minutes, "blocks", preset)
     short = replace(taught, minutes=JUDGED_MIN)
-    sessions = [(0, 1 + day) for day in range(1 + DAYS)] + [(1 + u, 0) for u in range(OTHERS)]
-    sources = [_as_taught(taught, recipe), *(Source.of(short.session(*one)) for one in sessions)]
+    first = taught.session(0, 0)
+    label = label_repair.repair(first, "button")[0] if recipe.repair else first.button
+    sources = [Source.of(first, "button", label=label)]
+    sources += [Source.of(short.session(*one)) for one in SESSIONS]
     examples = prepare(sources, recipe.settings(RATE_HZ, WINDOW))
     session = examples.session[examples.ends]
     own, judged = np.flatnonzero(session == 0), _judged(session)
@@ -169,13 +170,6 @@ def gestures(preset: str, name: str, settings: Settings) -> Experiment:
     return Experiment(task, judge)
 
 
-def _as_taught(data: DataSet, recipe: Recipe) -> Source:
-    """Return the taught session with the button's labels, repaired where the recipe does so."""
-    taught = data.session(0, 0)
-    label = label_repair.repair(taught, "button")[0] if recipe.repair else taught.button
-    return Source.of(taught, "button", label=label)
-
-
 def _judged(session: NDArray[np.integer]) -> dict[str, Index]:
     """Return the positions of other days, other people, and presses on sites, by session (n,)."""
     ends = np.cumsum([2, DAYS, OTHERS, 1])  # session 0 teaches, session 1 chooses the epoch
@@ -190,7 +184,7 @@ def _judged(session: NDArray[np.integer]) -> dict[str, Index]:
 
 def _parts(own: Index, check: Index, kept: Index, seed: int) -> Parts:
     """Split a user's examples as the paper, (n,), some kept for training and test."""
-    random = splits.random_windows(len(own), RANDOM, np.random.default_rng(seed))
+    random = splits.random_windows(len(own), user_task.RANDOM, np.random.default_rng(seed))
     train, test = (np.intersect1d(own[part], kept) for part in (random.train, random.test))
     return Parts(train, check, test)
 
@@ -226,10 +220,9 @@ def places(preset: str, name: str, settings: Settings) -> Experiment:
     means over the axes; "site" is another day's presses on the taxels, by the taxel aimed at.
     """
     recipe, on_sites = settings.recipe(name), name == "paper"
-    sessions = [(0, 1 + day) for day in range(1 + DAYS)] + [(1 + u, 0) for u in range(OTHERS)]
     sources = [
         presses(preset, settings.seed, 0, 0, settings.minutes, on_sites=on_sites),
-        *(presses(preset, settings.seed, *one, JUDGED_MIN, on_sites=False) for one in sessions),
+        *(presses(preset, settings.seed, *one, JUDGED_MIN, on_sites=False) for one in SESSIONS),
         presses(preset, settings.seed, 0, 1 + DAYS + 1, JUDGED_MIN, on_sites=True),
     ]
     examples = prepare(sources, recipe.settings(RATE_HZ, WINDOW))
@@ -298,9 +291,12 @@ class _SiteScript(SessionScript):
 
 def users(preset: str, name: str, settings: Settings) -> Experiment:
     """Return the experiment of the user network; "day" is another session of each user."""
-    recipe, varied = user_recipe(name, settings.recipe(name))
+    recipe, varied, plain = USER, VARIED_USER, settings.recipe(name)
+    if name == "paper":
+        epochs = max(1, plain.gesture.epochs // FEWER)
+        recipe, varied = replace(plain.gesture, epochs=epochs), UNVARIED_USER
     data = DataSet(settings.seed, USER_MINUTES, preset=preset, gestures=(USER_GESTURE,))
-    images = settings.recipe(name).settings(RATE_HZ, WINDOW)
+    images = plain.settings(RATE_HZ, WINDOW)
     taught, other = (
         UserGestures.of(
             prepare((Source.of(data.session(user, day)) for user in range(USERS)), images),
@@ -327,14 +323,6 @@ def users(preset: str, name: str, settings: Settings) -> Experiment:
         return row
 
     return Experiment(task, judge)
-
-
-def user_recipe(name: str, recipe: Recipe) -> tuple[NetworkRecipe, UserAugmentation]:
-    """Return a recipe for the user network, and its augmentation."""
-    if name == "paper":
-        epochs = max(1, recipe.gesture.epochs // FEWER)
-        return replace(recipe.gesture, epochs=epochs), UNVARIED_USER
-    return USER, VARIED_USER
 
 
 def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:
