@@ -40,8 +40,6 @@ _LIFT: Final = 2 * STRIDE + 2  # bits; makes every kick a shift one way
 _Turns = tuple[tuple[int, tuple[int, ...]], ...]  # from which turn, and the tests' shifts, lifted
 _TWINS: Final[frozenset[Kind]] = frozenset(("I", "S", "Z"))  # look alike after half a turn
 _TURNS: Final = (Action.ROTATE_CW, Action.ROTATE_CCW)
-_T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
-_T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
 
 
 class _Found(NamedTuple):
@@ -159,7 +157,7 @@ def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> tupl
 def _spins(bits: int, found: _Found, kicks: Kicks) -> dict[Spin, tuple[int, ...]]:
     """Sort T's placements by their spins: docs/tetris.md "tspin"."""
     turns, reached, free, start, width = found
-    corners = [bits >> corner for corner in _T_CORNERS]
+    corners = [bits >> corner for corner in moves.T_CORNERS]
     a, b, c, d = corners
     three = a & b & (c | d) | c & d & (a | b)
     if not any(positions & three for positions in turns):
@@ -171,7 +169,7 @@ def _spins(bits: int, found: _Found, kicks: Kicks) -> dict[Spin, tuple[int, ...]
         if not wanted:
             continue
         places = (free >> turn * width & block) << _LIFT
-        first, second = _T_FRONT[turn]
+        first, second = moves.T_FRONT[turn]
         front = corners[first] & corners[second]
         for before, tests in into:
             source = reached >> before * width & block

@@ -9,19 +9,13 @@ from enum import Enum
 from functools import cache
 from typing import Final
 
-from tetris.engine.board import cell_bit
-from tetris.engine.pieces import KICKS, LAST_KICK, OFFSETS, STRIDE, Cell, Kicks, Piece, piece_at
+from tetris.engine.pieces import KICKS, LAST_KICK, OFFSETS, STRIDE, Kicks, Piece, piece_at
 
 TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
 """Index of a kick table's clockwise turns in `Piece.turned`; the others come next."""
 
-# The corners of T's box, by turn: first the two that its point looks towards.
-_CORNERS: Final[tuple[tuple[Cell, Cell, Cell, Cell], ...]] = (
-    ((0, 2), (2, 2), (0, 0), (2, 0)),
-    ((2, 2), (2, 0), (0, 2), (0, 0)),
-    ((0, 0), (2, 0), (0, 2), (2, 2)),
-    ((0, 0), (0, 2), (2, 0), (2, 2)),
-)
+T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
+T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
 
 
 class Spin(Enum):
@@ -69,11 +63,12 @@ def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     """
     if piece.kind != "T" or kick is None:
         return Spin.NONE
-    corners = [bool(bits & cell_bit(piece.x + x, piece.y + y)) for x, y in _CORNERS[piece.turn]]
-    if sum(corners) < 3:
+    filled = [bits >> piece.corner + corner & 1 for corner in T_CORNERS]
+    if sum(filled) < 3:
         return Spin.NONE
+    first, second = T_FRONT[piece.turn]
     # Every fifth kick counts as full: "Where sources disagree".
-    full = (corners[0] and corners[1]) or kick == LAST_KICK
+    full = (filled[first] and filled[second]) or kick == LAST_KICK
     return Spin.FULL if full else Spin.MINI
 
 

@@ -11,7 +11,6 @@ import pygame
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.history.replay import Recorder
-from tetris.kit import bindings
 from tetris.kit import settings as settings_file
 from tetris.kit.display import open_window, set_fullscreen, show_icon
 from tetris.kit.menu import Item
@@ -193,7 +192,7 @@ class App:
         match event.type:
             case pygame.KEYDOWN if event.key == pygame.K_F11:
                 stage.change(stepped(stage.settings, "fullscreen", 1))
-            case pygame.KEYDOWN if event.key == pygame.K_F1 or self._asks_help(event):
+            case pygame.KEYDOWN if event.key == pygame.K_F1:
                 self._flow.toggle_help()
             case pygame.KEYDOWN:
                 screen.press(event.key, time_s)
@@ -208,12 +207,6 @@ class App:
                 self._drawn = None
             case kind if kind in _MOUSE:
                 screen.mouse(event, time_s)
-
-    def _asks_help(self, event: pygame.event.Event) -> bool:
-        """Return whether "?" was typed with a key that is bound to nothing."""
-        name = bindings.key_name(event.key)
-        taken = any(name in names for names in self.stage.settings.keys.values())
-        return getattr(event, "unicode", "") == "?" and not taken
 
     def _resize(self) -> None:
         self._surface, self._drawn = pygame.display.get_surface() or self._surface, None

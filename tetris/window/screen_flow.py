@@ -43,7 +43,7 @@ class ScreenFlow:
 
     def __init__(self, stage: Stage, saves: Saves) -> None:
         self._stage, self._saves = stage, saves
-        self._attract = AttractMode()
+        self._attract = AttractMode(stage)
         self._help: BindingScreen | None = None  # shown last
         self.game: Game | None = None  # the one played last
 

@@ -86,19 +86,31 @@ class GameView:
     ) -> None:
         """Draw into an area; `card` is whether there is a card for figures."""
         self._card = card
-        self._look = look or Look()
-        self._tiles = tiles_of(self._look)
-        self._effects = Effects(self._look)
-        self._callouts = Callouts(self._look)
         self._rows: Sequence[str] = ()  # the board as it was drawn last
+        self._dress(look or Look())
         self._lay_out(Layout.inside(area, scale=self._look.scale))
+
+    def _dress(self, look: Look) -> None:
+        self._look, self._tiles = look, tiles_of(look)
+        self._effects, self._callouts = Effects(look), Callouts(look)
+
+    def place(self, area: pygame.Rect, look: Look) -> None:
+        """Draw into this area and in this look from now on."""
+        layout = self.layout
+        if area != layout.area or look is not self._look:
+            self._dress(look)
+            self._lay_out(Layout.inside(area, layout.columns, layout.rows, look.scale))
+
+    def clear(self) -> None:
+        """Forget what happened."""
+        self._effects.clear()
+        self._callouts.clear()
 
     def _lay_out(self, layout: Layout) -> None:
         if not self._card:
             layout = replace(layout, stats=pygame.Rect(layout.board.topleft, (0, 0)))
         self.layout = layout
-        self._effects.clear()  # their pictures have the old size
-        self._callouts.clear()
+        self.clear()  # effects have pictures of the old size
         self._seen: list[object] = []  # what each part showed in the last picture
         self._around = layout.board.inflate(layout.cell, layout.cell)  # with what glows there
         top = (

@@ -45,8 +45,7 @@ class GamePage(OrbScreen):
     def __init__(self, stage: Stage, orb: Orb, game: Game) -> None:
         """Show a game in the stage; `lines` and `page` say what stands beside it."""
         self.game = game
-        self._game_view: GameView | None = None
-        self._game_area = pygame.Rect(0, 0, 0, 0)
+        self._game_view = GameView(stage.area, look=stage.look, card=bool(self.figures()))
         super().__init__(stage, orb)
 
     @property
@@ -65,15 +64,9 @@ class GamePage(OrbScreen):
     def show(self, events: Iterable[Event]) -> None:
         """Let what happened in the game be seen and heard."""
         happened = list(events)
-        if self._game_view:
-            self._game_view.show(happened)
+        self._game_view.show(happened)
         for sound in sounds_of(happened):
             self._stage.sounds.play(*sound)
-
-    def refresh(self) -> None:
-        """Take over another look, or another size."""
-        self._game_view = None
-        super().refresh()
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the column and the game."""
@@ -82,7 +75,8 @@ class GamePage(OrbScreen):
         wide = min(max(area.width - _BOARD * area.height, _LEAST * area.width), _MOST * area.width)
         column = pygame.Rect(0, 0, round(wide), area.height)
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
-        view = self._placed(beside)
+        view = self._game_view
+        view.place(beside, self._stage.look)
         view.draw(surface, self.game, time_s, figures=self.figures())
         edge = round(_EDGE * unit)
         column.top = max(edge, view.layout.board.top)
@@ -93,13 +87,6 @@ class GamePage(OrbScreen):
         inner = pygame.Rect(edge, column.top, column.width - edge, items.top - column.top)
         self._draw_lines(surface, inner, self.lines(time_s), unit)
         self._view.draw(surface, items, menu, self.selected, unit)
-
-    def _placed(self, area: pygame.Rect) -> GameView:
-        if self._game_view is None or self._game_area != area:
-            card = bool(self.figures())
-            self._game_view = GameView(area, look=self._stage.look, card=card)
-            self._game_area = area
-        return self._game_view
 
     def _draw_lines(
         self, surface: pygame.Surface, inner: pygame.Rect, lines: Sequence[Line], unit: float

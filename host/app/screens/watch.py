@@ -152,7 +152,6 @@ class WatchScreen(GamePage):
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the page, and across the board that this is a demo."""
         super().draw(surface, self._time_s)
-        assert self._game_view
         look, board = self._stage.look, self._game_view.layout.board
         size = max(1, round(_LETTERS * board.width))
         label = theme.fitted(look.words("watch.board"), size, look.palette.accent, board.width)

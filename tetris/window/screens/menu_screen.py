@@ -7,7 +7,6 @@ import pygame
 
 from tetris.engine.game import Game
 from tetris.kit.keys import Code, Keys
-from tetris.kit.look import Look
 from tetris.kit.menu import DIRECTIONS, OF_CODE, Menu, MenuStep, step_in
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage
@@ -35,18 +34,16 @@ _NEXT_S: Final = 0.09
 class AttractMode:
     """The bot's game and its picture."""
 
-    def __init__(self) -> None:
-        self._game = Game(_SEED)
+    def __init__(self, stage: Stage) -> None:
+        self._stage, self._game = stage, Game(_SEED)
         self._bot = BotPlayer(_ACTION_S)
-        self._view: GameView | None = None
-        self._area = pygame.Rect(0, 0, 0, 0)
-        self._look: Look | None = None
+        self._view = GameView(stage.area, look=stage.look)
         self._time_s = self._seen_s = 0.0
 
     @property
     def lively(self) -> bool:
         """Whether an effect is going on; the bot itself moves a few times a second."""
-        return self._view is not None and self._view.lively
+        return self._view.lively
 
     def tick(self, time_s: float) -> None:
         """Let time pass."""
@@ -54,16 +51,11 @@ class AttractMode:
         self._seen_s = time_s
         events = self._game.update(self._time_s, self._bot.actions(self._game, self._time_s))
         self._bot.watch(events)
-        if self._view:
-            self._view.show(events)
+        self._view.show(events)
 
-    def draw(
-        self, surface: pygame.Surface, area: pygame.Rect, look: Look, *, kept: bool
-    ) -> list[pygame.Rect]:
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, *, kept: bool) -> list[pygame.Rect]:
         """Draw the game into an area, and return where it changed."""
-        if self._view is None or self._look is not look or self._area != area:
-            self._view = GameView(area, look=look)
-            self._look, self._area = look, area.copy()
+        self._view.place(area, self._stage.look)
         return self._view.draw(surface, self._game, self._time_s, kept=kept)
 
 
@@ -224,7 +216,7 @@ class MenuScreen(Screen):
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
         if self._attract and beside.width >= _LEAST_BESIDE * area.height:
             game = self._share_out(column, beside)
-            changed = self._attract.draw(surface, game, stage.look, kept=kept)
+            changed = self._attract.draw(surface, game, kept=kept)
         else:
             high = logo + self._view.height(self._menu, unit)
             middle = (area.height - high) // 2 if self.centred else 0

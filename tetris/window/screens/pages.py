@@ -18,7 +18,7 @@ _WORDING: Final = {  # of numbers
     **dict.fromkeys(("scale", *SECTIONS["sound"]), "settings.percent"),
     "soft_drop": "settings.times",
 }
-_FIXED_KEYS: Final = {"settings.fullscreen": ("F11",), "help.title": ("F1", "?")}
+_FIXED_KEYS: Final = {"settings.fullscreen": ("F11",), "help.title": ("F1",)}
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
 

@@ -151,10 +151,6 @@ class PlayScreen(Screen):
         self._resuming = True
         self._begin_s = self._stage.time_s + self._offset_s + RESUME_S
 
-    def refresh(self) -> None:
-        """Take over another look, or another size."""
-        self._view = GameView(self._stage.area, look=self._stage.look)
-
     # -- time --------------------------------------------------------------------------
 
     @property
@@ -275,6 +271,7 @@ class PlayScreen(Screen):
         game, mode = self.session.game, self.session.mode
         figures = figures_of(game, by_time=mode.ranking == "time")
         figures.append(Figure("figures.pieces_per_s", f"{game.pieces_per_s:.2f}"))
+        self._view.place(self._stage.area, self._stage.look)
         changed = self._view.draw(
             surface,
             game,

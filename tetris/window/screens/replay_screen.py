@@ -36,9 +36,8 @@ class ReplayScreen(MenuScreen):
         self._player, self._take_over = player, take_over
         self._playing, self._speed = True, _USUAL
         self._seen_s: float | None = None
+        self._game_view = GameView(stage.area, look=stage.look)
         super().__init__(stage, self._page)
-        self._game_view: GameView | None = None
-        self._game_area = pygame.Rect(0, 0, 0, 0)
 
     def tick(self, time_s: float) -> None:
         """Let the replay go on."""
@@ -48,8 +47,7 @@ class ReplayScreen(MenuScreen):
         player = self._player
         if self._playing and not player.at_end:
             events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
-            if self._game_view:
-                self._game_view.show(events)
+            self._game_view.show(events)
             for sound in sounds_of(events):
                 self._stage.sounds.play(*sound)
             self._playing = not player.at_end
@@ -59,11 +57,6 @@ class ReplayScreen(MenuScreen):
     def frames_hz(self) -> int:
         """As a game while it plays."""
         return PLAY_HZ if self._playing else IDLE_HZ
-
-    def refresh(self) -> None:
-        """Take over another look, or another size."""
-        self._game_view = None
-        super().refresh()
 
     def press(self, code: Code, time_s: float) -> None:
         """Move about; space plays and stops wherever one is."""
@@ -101,7 +94,7 @@ class ReplayScreen(MenuScreen):
 
     def _seek(self, step: int) -> None:
         self._player.seek(self._player.time_s + step * _STEP_S)
-        self._game_view = None  # what flashed there is not to be seen here
+        self._game_view.clear()  # what flashed there is not to be seen here
 
     def _faster(self, step: int) -> None:
         self._speed = max(0, min(len(_SPEEDS) - 1, self._speed + step))
@@ -116,9 +109,7 @@ class ReplayScreen(MenuScreen):
         palette = stage.look.palette
         surface.fill(palette.background)
         column, beside = self._places(area, unit)
-        if self._game_view is None or self._game_area != beside:
-            self._game_view = GameView(beside, look=stage.look)
-            self._game_area = beside
+        self._game_view.place(beside, stage.look)
         game = self._player.game
         mode = MODES.get(self._player.replay.mode)
         figures = figures_of(game, by_time=bool(mode and mode.ranking == "time"))
@@ -165,6 +156,6 @@ class ReplayScreen(MenuScreen):
         if (pressed or dragged) and near.collidepoint(event.pos):
             share = (event.pos[0] - track.left) / track.width
             self._player.seek(self._player.start_s + share * self._player.replay.length_s)
-            self._game_view = None
+            self._game_view.clear()
         else:
             super().mouse(event, time_s)
