@@ -1,15 +1,12 @@
-"""Cost of training: CPU-seconds to CNN-3D's plateau, and PyTorch's plain way.
+"""Cost of training: CPU-seconds to CNN-3D's plateau.
 
     python -m tests.benchmarks.training [--seeds N] [--epochs N] [--minutes M] [--quick] [--json]
 
 Three sessions of half an hour, each of another user, are learned from; frames of eight others are
-judged: the share of frames named rightly, mean over the classes. A recipe's plateau is the best
-epoch of a long run; what is reported is the CPU time of the shortest run that ends within 0.2
-points of it. Our recipe's learning rate falls to zero, so each length is a run of its own; the
-plain one's does not, and one run tells all. Judging costs nothing here. Median over seeds.
-
-`plain` is the same network as people first write it: Adam at 1e-3, batches of 150 drawn from a
-DataLoader, no schedule, no augmentation, images in PyTorch's own memory order.
+judged: the share of frames named rightly, mean over the classes. The plateau is the best epoch of a
+long run; what is reported is the CPU time of the shortest run that ends within 0.2 points of it.
+The learning rate falls to zero, so each length is a run of its own. Judging costs nothing here.
+Median over seeds.
 """
 
 import statistics
@@ -21,7 +18,6 @@ from typing import Final
 import numpy as np
 import torch
 from torch import nn
-from torch.utils.data import DataLoader, TensorDataset
 
 from controller.bundles import vocabulary
 from controller.recognition.images.frames import PreprocessSettings
@@ -33,7 +29,6 @@ from models.data.splits import Parts
 from models.results.training import Epoch
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
-from models.training.networks import gesture_net
 
 from .results import Results, command_line, say
 
@@ -97,37 +92,6 @@ def ours(train: Examples, fresh: Examples, course: NetworkRecipe, seed: int) -> 
     return runs
 
 
-def plain(train: Examples, fresh: Examples, epochs: int, seed: int) -> list[Run]:
-    """Train as people first do, and return the run after every epoch."""
-    torch.manual_seed(seed)
-    course = DEFAULT.gesture
-    _, rows, columns = train.images.shape
-    net = gesture_net((train.window, rows, columns), 5, replace(course, normalised=False))
-    windows = torch.from_numpy(train.windows(train.ends))
-    loader = DataLoader(
-        TensorDataset(windows, torch.from_numpy(train.label[train.ends])), 150, shuffle=True
-    )
-    optimizer = torch.optim.Adam(net.parameters(), lr=1e-3)
-    runs, spent = [], 0.0
-    for epoch in range(1, epochs + 1):
-        begun = time.process_time()
-        net.train()
-        for batch, label in loader:
-            loss = nn.functional.cross_entropy(net(batch), label)
-            optimizer.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
-            optimizer.step()
-        spent += time.process_time() - begun
-        runs.append(Run(epoch, spent, judge(net, fresh)))
-    return runs
-
-
-def reach(runs: list[Run], plateau: float) -> Run | None:
-    """Return the cheapest run that is within reach of the plateau; None: none is."""
-    good = [run for run in runs if run.accuracy >= plateau - WITHIN]
-    return min(good, key=lambda run: run.cpu_s) if good else None
-
-
 def measure(minutes: float, epochs: int, seeds: int) -> dict[str, list[float]]:
     """Return the figures of every seed, by name."""
     prepare_torch(0)
@@ -146,21 +110,10 @@ def measure(minutes: float, epochs: int, seeds: int) -> dict[str, list[float]]:
             say(f"  {length} epochs: {tried[-1].accuracy:.4f}, {tried[-1].cpu_s:.1f} CPU-s")
             if tried[-1].accuracy >= plateau - WITHIN:
                 break
-        first = reach([*tried, long[-1]], plateau) or long[-1]
-        other = plain(train, fresh, epochs, seed)
-        top = max(run.accuracy for run in other)
-        level = reach(other, plateau)
-        own = reach(other, top)
-        assert own is not None
-        say(f"  plain: plateau {top:.4f}, reached after {own.epochs} epochs, {own.cpu_s:.1f} CPU-s")
-        for name, value in (
-            ("training_cpu_s", first.cpu_s),
-            ("training_plateau", 100.0 * plateau),
-            ("training_cpu_s@plain", own.cpu_s),
-            ("training_plateau@plain", 100.0 * top),
-            ("training_cpu_s@plain_to_our_plateau", level.cpu_s if level else float("nan")),
-        ):
-            found.setdefault(name, []).append(value)
+        good = [run for run in (*tried, long[-1]) if run.accuracy >= plateau - WITHIN]
+        first = min(good, key=lambda run: run.cpu_s, default=long[-1])
+        found.setdefault("training_cpu_s", []).append(first.cpu_s)
+        found.setdefault("training_plateau", []).append(100.0 * plateau)
     return found
 
 
@@ -172,11 +125,8 @@ def main(argv: list[str] | None = None) -> int:
     found = measure(asked.minutes, asked.epochs, asked.seeds)
     results = Results("training")
     for name, values in found.items():
-        value = statistics.median(values)
-        unit = "%" if "plateau" in name and "cpu" not in name else "CPU-s"
-        goal = GOAL_S if name == "training_cpu_s" else None
-        known = None if np.isnan(value) else value
-        results.note(name, known, unit, preset="nominal", goal=goal)
+        unit, goal = ("CPU-s", GOAL_S) if name == "training_cpu_s" else ("%", None)
+        results.note(name, statistics.median(values), unit, preset="nominal", goal=goal)
     results.finish(asked.json)
     return 0
 
