@@ -2,8 +2,6 @@
 
     python -m tests.system.docs_pictures
 
-    python -m tests.system.docs_pictures traces     # the plot of docs/researcher.md only
-
 Writes docs/pictures/app-*.png, teach.gif, play.gif and traces.png in about four
 minutes: a script moves the pointer, and a virtual orb in a process of its own feels it. No display
 is needed; the films need Pillow, which `[train]` brings.
@@ -331,10 +329,8 @@ def traces() -> None:
 
 
 def main() -> int:
-    """Save all, or the plot only."""
+    """Save all."""
     traces()
-    if sys.argv[1:] == ["traces"]:
-        return 0
     with tempfile.TemporaryDirectory() as home:
         os.environ.update(XDG_CONFIG_HOME=home, XDG_DATA_HOME=home)
         camera = Camera()
