@@ -50,63 +50,41 @@ class Response:
 
 def respond(recording: Recording) -> Response:
     """Return the response by the device's own stage; else, if it finds no rest, by a fixed one."""
-    if not recording.origin.signal.ratio:
-        return _counted(recording)
-    rest = recording.rest if recording.rest is not None else _middle(recording)
-    followed = _followed(recording)
-    if followed.known.any():
-        return followed
-    # The sensor was never untouched for a second, so the device's stage found no baseline.
-    change = recording.frames / np.where(rest > LEAST_PF, rest, np.inf)
-    return _fixed(np.where(rest > LEAST_PF, change - 1.0, 0.0).astype(np.float32))
-
-
-def _middle(recording: Recording) -> NDArray[np.float32]:
-    """Return the median of each taxel, (rows, columns)."""
-    return np.asarray(np.median(recording.frames, axis=0), dtype=np.float32)
-
-
-def _followed(recording: Recording) -> Response:
-    """Return the response by the device's preprocessor."""
-    frames = recording.frames
-    reads = _middle(recording) > LEAST_PF
-    frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
+    frames, signal = recording.frames, recording.origin.signal
     rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
     settings = PreprocessSettings(rate_hz=rate_hz)
-    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # keeps dead taxels visible
-    steps = [stage.step(frame) for frame in frames.astype(np.float32)]
-    return Response(
-        np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0),
-        np.array([step.deviation for step in steps]),
-        known=np.array([step.ready for step in steps]),
-        touched=np.array([step.ready and not step.quiet for step in steps]),
-    )
-
-
-def _counted(recording: Recording) -> Response:
-    """Return the response in another unit, by the device's stage, which begins at rest."""
-    frames = recording.frames
-    rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
+    middle = np.median(frames, axis=0).astype(np.float32)
+    if signal.ratio:
+        rest = middle if recording.rest is None else recording.rest
+        fixed = frames / np.where(rest > LEAST_PF, rest, np.inf)
+        fixed = np.where(rest > LEAST_PF, fixed - 1.0, 0.0).astype(np.float32)
+        reads = middle > LEAST_PF
+        frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
+        followed = _followed(frames.astype(np.float32), frames[:0], settings)
+        return followed if followed.known.any() else _fixed(fixed)
     still = _untouched(recording) if recording.rest is None else recording.rest[None]
-    rest = np.median(still, axis=0).astype(np.float32)
-    first = _fixed(frames - rest)
+    first = _fixed(frames - np.median(still, axis=0).astype(np.float32))
     firm = _firm(first.energy)
     if not firm > 0.0:
         return first
     settings = PreprocessSettings("difference", firm / FIRM, rate_hz)
-    stage = Preprocessor(settings, *rest.shape)
-    before = max(LEAST_FRAMES, round(settings.start_s * rate_hz))
-    for number in range(before):
-        stage.step(still[number % len(still)])
-    if stage.resting is None:
-        return first
+    lead = np.resize(still, (max(LEAST_FRAMES, round(settings.start_s * rate_hz)), *middle.shape))
+    followed = _followed(frames, lead, settings)
+    return followed if followed.known.all() else first
+
+
+def _followed(frames: Frames, lead: Frames, settings: PreprocessSettings) -> Response:
+    """Return the response by the device's preprocessor, which begins with `lead`."""
+    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # keeps dead taxels visible
+    for frame in lead:
+        stage.step(frame)
     steps = [stage.step(frame) for frame in frames]
     change = np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0)
     return Response(
         change * np.float32(settings.scale),
         np.array([step.deviation for step in steps]) * settings.scale,
-        known=np.ones(len(frames), dtype=np.bool_),
-        touched=np.array([not step.quiet for step in steps]),
+        known=np.array([step.ready for step in steps]),
+        touched=np.array([step.ready and not step.quiet for step in steps]),
     )
 
 
