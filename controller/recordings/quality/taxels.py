@@ -56,8 +56,8 @@ def respond(recording: Recording) -> Response:
     middle = np.median(frames, axis=0).astype(np.float32)
     if signal.ratio:
         rest = middle if recording.rest is None else recording.rest
-        fixed = frames / np.where(rest > LEAST_PF, rest, np.inf)
-        fixed = np.where(rest > LEAST_PF, fixed - 1.0, 0.0).astype(np.float32)
+        z = frames / np.where(rest > LEAST_PF, rest, np.inf)
+        fixed = np.where(rest > LEAST_PF, z - 1.0, 0.0).astype(np.float32)
         reads = middle > LEAST_PF
         frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
         followed = _followed(frames.astype(np.float32), frames[:0], settings)

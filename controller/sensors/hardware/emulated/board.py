@@ -1,6 +1,6 @@
 """An emulated board with an orb: the same interface as a real one's, and its faults."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -64,6 +64,8 @@ class EmulatedBoard:
         circuit: The circuit on the board.
         wiring: The wiring of the board.
         kpa: The orb's pressure.
+        picofarads: True capacitances of the taxels, (rows, columns).
+        faults: Faults that are switched on.
     """
 
     def __init__(
@@ -93,10 +95,9 @@ class EmulatedBoard:
         self.circuit = Circuit(wiring, parts)
         if picofarads is None:
             picofarads = parts.normal(NOMINAL_PF, _SPREAD_PF, (wiring.rows, wiring.columns))
-        self._taxels = np.asarray(picofarads, dtype=np.float64)
         self._fingers = np.zeros(wiring.rows)
         self._phase = float(parts.uniform(0.0, 2 * np.pi))
-        self._faults: dict[WiringFault, float] = {}  # -> since when
+        self.faults: tuple[WiringFault, ...] = ()
         electrodes = (*wiring.electrodes.columns, *wiring.electrodes.rows)
         factory = CircuitFactory(self.circuit, frozenset(electrodes), _PIN_S)
         self.factory = factory
@@ -106,7 +107,7 @@ class EmulatedBoard:
         ]
         self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
         self._row_of = {channel: row for row, channel in enumerate(wiring.electrodes.channels)}
-        self.touch(self._taxels)
+        self.touch(picofarads)
         self.switch(faults)
         self.board = Board(
             wiring,
@@ -118,22 +119,12 @@ class EmulatedBoard:
             lambda: self.circuit.now_s,
         )
 
-    @property
-    def faults(self) -> tuple[WiringFault, ...]:
-        """Faults that are switched on."""
-        return tuple(self._faults)
-
-    @property
-    def picofarads(self) -> Array:
-        """True capacitances of the taxels, (rows, columns)."""
-        return self._taxels
-
     def touch(self, picofarads: Array, fingers: Array | None = None) -> None:
         """Set the taxels, pF, (rows, columns), and the finger over each row, 0 ... 1, (rows,)."""
-        self._taxels = np.array(picofarads, dtype=np.float64)
+        self.picofarads = np.array(picofarads, dtype=np.float64)
         if fingers is not None:
             self._fingers = fingers
-        self.circuit.skin(self._taxels, self._model.finger_pf * self._fingers)
+        self.circuit.skin(self.picofarads, self._model.finger_pf * self._fingers)
 
     def press(self, down: bool) -> None:
         """Press the label button, or let go of it."""
@@ -155,32 +146,29 @@ class EmulatedBoard:
 
     def breathe(self, seconds: float) -> None:
         """Let time pass for the air: it leaks, and the pump brings more."""
-        leak = _DEFLATE_PER_MIN + self._size("air_leak", 0.0)
+        leak = _DEFLATE_PER_MIN + self._size("air_leak")
         self.kpa *= float(np.exp(-leak * seconds / 60.0))
         self.kpa += _INFLATE_KPA_S * seconds * self.pumping
 
-    def switch(self, faults: Iterable[WiringFault], on: bool = True) -> None:
+    def switch(self, faults: Sequence[WiringFault], on: bool = True) -> None:
         """Switch faults on or off."""
-        for fault in faults:
-            if on:
-                self._faults.setdefault(fault, self.circuit.now_s)
-            else:
-                self._faults.pop(fault, None)
-        self.circuit.break_(self._faults)
-        self.factory.pin_s = _PIN_S * self._size("slow_clock", 1.0)
+        others = tuple(fault for fault in self.faults if fault not in faults)
+        self.faults = (*others, *faults) if on else others
+        self.circuit.break_(self.faults)
+        self.factory.pin_s = _PIN_S * (self._size("slow_clock") or 1.0)
         type_ = self.wiring.converter.type
         for chip in self._chips:
-            chip.bits = CHIPS[_OTHER[type_] if self._has("other_converter") else type_].bits
+            chip.bits = CHIPS[_OTHER[type_] if self._size("other_converter") else type_].bits
 
     # --- what the converter does ----------------------------------------------------------------
 
     def transfer(self, chip: FakeChip, data: bytes) -> bytes:
         """Pass bytes over the bus, and time."""
         bits_s = 8 * len(data) / self.wiring.converter.clock_hz
-        self.circuit.advance((bits_s + _TRANSFER_S) * self._size("slow_clock", 1.0))
-        if self._has("bus_errors") and self._noise.random() < self._size("bus_errors", 1.0):
+        self.circuit.advance((bits_s + _TRANSFER_S) * (self._size("slow_clock") or 1.0))
+        if (share := self._size("bus_errors")) and self._noise.random() < share:
             raise OSError(5, "Input/output error")
-        if self._has("no_converter"):
+        if self._size("no_converter"):
             return b"\xff" * len(data)
         return chip.transfer(data)
 
@@ -189,7 +177,7 @@ class EmulatedBoard:
         channel = converter * CHANNELS + input_
         row = self._row_of.get(channel)
         noise = 1.0 if row is None else self._model.noise_lsb
-        for fault in self._faults:
+        for fault in self.faults:
             if fault.kind == "swapped_channels" and row in (fault.row, fault.row + 1):
                 row = 2 * fault.row + 1 - row
             elif fault.kind == "no_channel" and row == fault.row:
@@ -203,7 +191,7 @@ class EmulatedBoard:
             hum = self._model.mains * (1.0 + 3.0 * self._fingers[row])
             turn = 2 * np.pi * self._model.mains_hz * self.circuit.now_s + self._phase
             volts *= 1.0 + hum * np.sin(turn)
-        reference = self.wiring.supply_v * self._size("low_reference", 1.0)
+        reference = self.wiring.supply_v * (self._size("low_reference") or 1.0)
         return float(volts / reference + self._noise.normal(0.0, noise) / _COUNTS)
 
     def _other(self, channel: int, input_: int, converter: int) -> float:
@@ -215,11 +203,9 @@ class EmulatedBoard:
             return self.circuit.hold(pump.zero_v + pump.v_per_kpa * self.kpa, converter)
         return self.circuit.held(converter)
 
-    def _has(self, kind: str) -> bool:
-        return any(fault.kind == kind for fault in self._faults)
-
-    def _size(self, kind: str, otherwise: float) -> float:
-        return next((fault.size for fault in self._faults if fault.kind == kind), otherwise)
+    def _size(self, kind: str) -> float:
+        """Return the size of a fault, 0 if it is off."""
+        return next((fault.size for fault in self.faults if fault.kind == kind), 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ capacitances; time passes only by `advance`. docs/hardware.md draws it.
 Units: pF, MOhm, volts, microseconds; 1 pF x 1 MOhm = 1 us.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import ClassVar, Final
 
 import numpy as np
@@ -82,10 +82,10 @@ class Circuit:
         self._taxels, self._fingers = picofarads, finger_pf
         self._build()
 
-    def break_(self, faults: Iterable[WiringFault]) -> None:
+    def break_(self, faults: tuple[WiringFault, ...]) -> None:
         """Have exactly these faults."""
         self._pass()
-        self._faults = tuple(faults)
+        self._faults = faults
         self._build()
 
     def drive(self, pin: int, high: bool) -> None:
