@@ -22,6 +22,7 @@ from controller.sensors import base as sensors
 from controller.sensors.base import RATE_HZ, Sensor, SensorError
 from controller.shared import files
 from controller.shared.arguments import Parser
+from controller.shared.errors import say
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
 BLUETOOTH: Final = ("rfcomm:", "hid:")  # links over Bluetooth
@@ -130,11 +131,6 @@ def _trial_rows(watch: FrameReader, out: Path | None) -> Iterator[Row]:
     seen = replace(known, unit=unit, sign=trial.sign, scale=trial.scale)
     files.atomic_write(out, seen.text().encode())
     say(f"written: {out}")
-
-
-def say(line: str) -> None:
-    """Print a message: to standard error, because results go to standard output."""
-    print(line, file=sys.stderr, flush=True)
 
 
 def _find_hand(watch: FrameReader) -> Finger | None:

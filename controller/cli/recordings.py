@@ -19,7 +19,7 @@ from controller.recordings.quality.check import (
 )
 from controller.recordings.recording import Recording, RecordingError
 from controller.shared.arguments import Parser
-from controller.shared.errors import TROUBLE, complain, count, printable, reason
+from controller.shared.errors import TROUBLE, complain, count, output_folder, printable, reason
 
 _HIDDEN: Final = "."  # begins the names of unfinished files
 
@@ -149,7 +149,7 @@ def _import(argv: Sequence[str]) -> int:
     add("--out", metavar="DIR", type=Path, default=Path(), help=text)
     options = grammar.parse_args(argv)
     description = described(options.description)
-    folder = _folder(options.out)
+    folder = output_folder(options.out)
     known, status = _ids(folder), 0
     for source in options.sources:
         try:
@@ -179,16 +179,6 @@ def _import_one(
             ) from None
         frames = len(recording.t)
         print(f"{target}: {count(frames, 'frame')}, {summary.duration(frames / origin.rate_hz)}")
-
-
-def _folder(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordingError(
-            f"cannot write into {folder}: {reason(error)}; choose another --out"
-        ) from None
-    return folder
 
 
 def _ids(folder: Path) -> dict[str, Path]:

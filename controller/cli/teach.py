@@ -16,7 +16,15 @@ from controller.bundles.vocabulary import FILE
 from controller.cli.sensor_options import add_sensor
 from controller.recognition.mapping import NONE
 from controller.shared.arguments import Parser, whole
-from controller.shared.errors import INTERRUPTED, TROUBLE, TroubleError, UserError, reason
+from controller.shared.errors import (
+    INTERRUPTED,
+    TROUBLE,
+    TroubleError,
+    UserError,
+    output_folder,
+    reason,
+    say,
+)
 from controller.shared.protocol.messages import COMMANDS
 from controller.shared.shutdown import signals
 from controller.teach import add_gesture, session
@@ -75,20 +83,10 @@ def main(argv: Sequence[str]) -> int:
 
 def _session(plan: SessionPlan) -> tuple[list[Path], bool]:
     """Run a session; return its recordings, and whether a signal ended it."""
-    try:
-        plan.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(
-            f"cannot teach into {plan.out}: {reason(error)}; choose another --out"
-        ) from None
+    output_folder(plan.out)
     with signals() as ends:
         ends.sealing = True
         return session.run(plan, lambda: bool(ends), say), bool(ends)
-
-
-def say(line: str) -> None:
-    """Print a message: to standard error, because results go to standard output."""
-    print(line, file=sys.stderr, flush=True)
 
 
 def _parser() -> Parser:

@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from pathlib import Path
 from typing import Final, TextIO
 
 TROUBLE: Final = 1
@@ -38,6 +39,16 @@ def reason(error: OSError) -> str:
     """Return the system's reason for an error, such as "no such file or directory"."""
     text = error.strerror or str(error)
     return text[:1].lower() + text[1:]
+
+
+def output_folder(path: Path) -> Path:
+    """Return a folder of --out, which is made; UserError if that is not possible."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"cannot write into {path}: {reason(error)}; choose another --out"
+        raise UserError(problem) from None
+    return path
 
 
 def run(program: str, command: Callable[[], int]) -> int:
@@ -75,6 +86,11 @@ def complain(program: str, problem: Exception | str, status: int) -> int:
     with suppress(OSError, ValueError):  # standard error may be closed; the status remains
         print(f"{program}: {printable(str(problem))}", file=sys.stderr)
     return status
+
+
+def say(line: str) -> None:
+    """Print a message on standard error, as results go to standard output."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def ask(question: str) -> str:

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller.shared.errors import output_folder
 from models.cli import _options as options
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results import storage
     from models.studies.paper import channel, drawings, figure7, study, tables
 
-    out = storage.folder_target(arguments.out)
+    out = output_folder(arguments.out)
     kept = out / study.MEASURED
     sets = study.simulated()
     if arguments.data:

@@ -18,6 +18,7 @@ import numpy as np
 from controller.recordings import recording, writer
 from controller.shared import files
 from controller.shared.aliases import Say
+from controller.shared.errors import output_folder
 from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture_file import Repertoire, load
 from controller.simulator.hand.performance import GESTURES
@@ -213,7 +214,7 @@ def generate(
         OSError: A recording cannot be written.
     """
     data.model(), data.repertoire()  # impossible settings are refused before anything is written
-    storage.folder_target(out)
+    output_folder(out)
     _claim(out, data.describe())
     wanted = {(u, n): out / name(u, n) for u in range(users) for n in range(sessions)}
     missing = [key for key, path in wanted.items() if not _whole(path)]

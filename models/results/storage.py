@@ -57,17 +57,6 @@ def bundle_target(path: Path) -> Path:
     return target(path)
 
 
-def folder_target(path: Path) -> Path:
-    """Return the path of a folder to write into, made if need be, or raise UserFileError."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserFileError(
-            f"cannot write into {path}: {reason(error)}; choose another --out"
-        ) from None
-    return path
-
-
 def write_text(path: Path, text: str) -> None:
     """Write a text file, complete or not at all; an OSError leaves the older file."""
     files.atomic_write(path, text.encode())

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from controller.shared import files, npz
-from controller.shared.errors import UserError
-from models.results import storage
+from controller.shared.errors import UserError, output_folder
 
 MAX_BYTES: Final = 1 << 30
 _WORDS: Final = "words"  # the JSON among the arrays
@@ -65,7 +64,7 @@ def claim(folder: Path, of: object) -> None:
             f"{folder} holds an interrupted training of other data or options; repeat its command, "
             "or remove it"
         )
-    storage.folder_target(folder)
+    output_folder(folder)
     if found is None:
         save(mark, {}, {"of": own})
 

@@ -23,7 +23,7 @@ from typing import Any, Final
 
 from controller.recordings.recording import software
 from controller.shared.aliases import Say
-from controller.shared.errors import TroubleError, count
+from controller.shared.errors import TroubleError, count, output_folder
 from models import formatting, processes
 from models.results import storage
 from models.studies.sweep import report
@@ -73,7 +73,7 @@ class Sweep:
 
 def run(sweep: Sweep, say: Say) -> dict[str, Any]:
     """Train what is missing; write `RESULTS` and return its content."""
-    storage.folder_target(sweep.folder / JOBS)
+    output_folder(sweep.folder / JOBS)
     named, done = sweep.named(), answers(sweep.folder)
     finished = sum(name in done for name in named)
     say(count(len(named), "training") + (f", {finished} of them done already" if finished else ""))

@@ -129,7 +129,7 @@ def test_a_folder_that_cannot_be_made_is_told(
 ) -> None:
     (tmp_path / "file").write_text("")
     assert main([*FAST, "--out", str(tmp_path / "file" / "data")]) in (1, 2)
-    assert "cannot teach into" in capsys.readouterr().err
+    assert "cannot write into" in capsys.readouterr().err
 
 
 def test_the_example_is_a_vocabulary_whose_new_gesture_the_hand_can_do() -> None:
