@@ -43,13 +43,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Measure, draw, and print."""
     options.require("repeating the paper", "torch", "sklearn", "matplotlib")
     from controller.bundles import bundle
+    from controller.simulator.orb import PRESETS
     from models.data import examples
     from models.results import storage
     from models.studies.paper import channel, drawings, figure7, study, tables
 
     out = output_folder(arguments.out)
     kept = out / study.MEASURED
-    sets = study.simulated()
+    sets = [study.SessionSet(preset) for preset in PRESETS]
     if arguments.data:
         files = examples.recording_sets(arguments.data)
         sets = [study.SessionSet(name.replace("|", "_"), tuple(own)) for name, own in files.items()]

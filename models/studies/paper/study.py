@@ -11,7 +11,6 @@ from controller.bundles import bundle
 from controller.bundles.fingerprint import SHORT
 from controller.recordings import reader
 from controller.shared.aliases import Say
-from controller.simulator.orb import PRESETS
 from controller.simulator.session import TEST_SEEDS
 from models import formatting, processes
 from models.data.recipe import RECIPES
@@ -36,11 +35,6 @@ class SessionSet:
 
     name: str  # title of the set
     paths: tuple[Path, ...] = ()  # files; none: people are simulated, and `name` is the preset
-
-
-def simulated() -> list[SessionSet]:
-    """Return a set for each preset."""
-    return [SessionSet(preset) for preset in PRESETS]
 
 
 def measure(

@@ -45,10 +45,6 @@ class ClusterError(ValueError):
     """The cluster cannot be used; the message is one sentence."""
 
 
-class LostError(TroubleError):
-    """The cluster went away, or a process died; the message is one sentence."""
-
-
 @dataclass(frozen=True, slots=True)
 class Sweep:
     """A plan, and where it is run."""
@@ -188,7 +184,7 @@ def _outcome(order: Job) -> dict[str, Any]:
 
 
 def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
-    """Yield the answers to all orders, in any order; raise ClusterError or LostError."""
+    """Yield the answers to all orders, in any order; raise ClusterError or TroubleError."""
     if not orders:
         return
     from joblib import Parallel, delayed, parallel_config
@@ -205,14 +201,15 @@ def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
         else {"backend": "loky", "n_jobs": workers, "inner_max_num_threads": 1}
     )
     calls = [delayed(perform)(order) for order in orders]
-    again = "the same command goes on from here"
     try:
         with parallel_config(**how):
             with processes.deaf():
                 done = Parallel(return_as="generator_unordered", batch_size=1)(calls)
             yield from done
     except TerminatedWorkerError:
-        raise LostError(f"a process died (out of memory?); {again}, with fewer --workers") from None
+        raise TroubleError(
+            "a process died (out of memory?); the same command goes on, with fewer --workers"
+        ) from None
     finally:
         ended.set()
         if client:

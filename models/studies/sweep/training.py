@@ -202,15 +202,9 @@ TASKS: Final[Mapping[tuple[str, str], Callable[[Data, Data, Training], Result]]]
 
 
 def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
-    check, random = _number(found.honesty.unseen), _number(found.honesty.random)
-    epochs = len(found.epochs)
-    return {
-        "windows": windows,
-        "epochs": epochs,
-        "best": found.best,
-        "check": check,
-        "random": random,
-    }
+    scores = {"check": found.honesty.unseen, "random": found.honesty.random}
+    known = {key: round(one, 6) if np.isfinite(one) else None for key, one in scores.items()}
+    return {"windows": windows, "epochs": len(found.epochs), "best": found.best, **known}
 
 
 def _session(data: Data, number: int, **items: Scores) -> Result:
@@ -221,10 +215,6 @@ def _session(data: Data, number: int, **items: Scores) -> Result:
         "session": f"{data.session[number]} {row.session}".strip(),
         **{name: [round(own.sum().item(), 6), len(own)] for name, own in items.items()},
     }
-
-
-def _number(value: float) -> float | None:
-    return round(value, 6) if np.isfinite(value) else None
 
 
 def _ignore(line: str) -> None:

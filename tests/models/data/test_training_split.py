@@ -41,17 +41,6 @@ def test_what_is_held_out_is_held_out_as_a_whole(data: load.Data, by: str, held:
         assert not set(session[ends[part]]) & set(np.flatnonzero(split.held))
 
 
-def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: load.Data) -> None:
-    split = splits.split_windows(data, "time", seed=0)
-    ends, window = data.examples.ends, data.examples.window
-    learned = np.concatenate([split.windows.train, split.windows.random])
-    session = data.examples.session
-    for number in np.unique(session):
-        before = ends[learned][session[ends[learned]] == number]
-        after = ends[split.windows.check][session[ends[split.windows.check]] == number]
-        assert after.min() - window + 1 - before.max() > window
-
-
 def test_windows_at_random_are_taken_from_those_to_learn_from(data: load.Data) -> None:
     parts = splits.split_windows(data, "", seed=0).windows
     everything = np.concatenate([parts.train, parts.random, parts.check])
