@@ -14,6 +14,7 @@ from controller.sensors import calibration_store
 from controller.sensors.base import Sensor
 from controller.sensors.calibration_store import Calibration
 from controller.shared.aliases import Frames, Mask
+from controller.shared.notices import notice
 from controller.shared.taxel_measures import DEAD_TAXELS_SHARE, taxel_names, without_lead
 
 CALIBRATION_S: Final = 10.0  # paper, section 4.1
@@ -55,21 +56,22 @@ def calibrate(
     restless = [step.ready and not step.quiet for step in steps]
     run = max(2, round(MOTION_S * rate_hz))
     if late or any(all(restless[i : i + run]) for i in range(len(steps) - run + 1)):
-        return [touched_row("something moved on it")], None, 0.0
+        return [touched_row(notice("moved"))], None, 0.0
     rest, idle = frames.mean(axis=0), steps[-1].idle
     lost = without_lead(rest)
     if not (rest > 0.0).any() or lost.mean() > DEAD_TAXELS_SHARE:
-        words = "no taxel reads anything" if lost.all() else f"{taxel_names(lost)}: no signal"
-        return [Row("rest", Verdict.FAULT, words, "Run: controller doctor", "leads")], None, 0.0
+        none = notice("nothing_reads")
+        words = none if lost.all() else notice("no_signal", taxel_names(lost))
+        return [Row("rest", Verdict.FAULT, words, notice("doctor"), "leads")], None, 0.0
     known = last if last is not None and last.shape == rest.shape and last.min() > 0.0 else None
     if known is not None and (place := _touched_taxel(rest, lost, known)):
-        return [touched_row(f"something seems to lie on it, near {place}")], None, 0.0
+        return [touched_row(notice("lies", place))], None, 0.0
     rows = list(_doubts(frames, lost, idle, rate_hz))
     if known is not None and not lost.any():
         rows += _changes(rest, known)
     if not rows:
-        words = f"{rest[~lost].mean():.1f} pF (SD {rest[~lost].std():.1f})"
-        rows = [Row("rest", Verdict.GOOD, f"{words}, scatters by {100 * idle:.1f} %")]
+        level = f"{rest[~lost].mean():.1f} pF (SD {rest[~lost].std():.1f})"
+        rows = [Row("rest", Verdict.GOOD, f"{level}, scatters by {100 * idle:.1f} %")]
     return rows, np.maximum(rest, 0.01).astype(np.float32), idle
 
 
@@ -82,22 +84,21 @@ def _touched_taxel(rest: Frame, lost: Mask, last: Frame) -> str:
     if np.abs(change).mean() <= PreprocessSettings().gate or drift.shape(change) != "touch":
         return ""
     row, column = np.unravel_index(int(change.argmin()), change.shape)
-    return f"taxel ({row},{column})"
+    return notice("taxel_at", row, column)
 
 
 def _doubts(frames: Frames, lost: Mask, idle: float, rate_hz: float) -> list[Row]:
     """Return doubts about a usable sensor."""
     rows = []
     if lost.any():
-        words = f"{taxel_names(lost)}: no signal; play goes on without"
-        rows.append(Row("leads", Verdict.DOUBTFUL, words, "Run: controller doctor", "leads"))
+        words = notice("no_signal_goes_on", taxel_names(lost))
+        rows.append(Row("leads", Verdict.DOUBTFUL, words, notice("doctor"), "leads"))
     if idle > NOISE_LIMIT_Z * np.sqrt(rate_hz / 10.0):
-        words = f"readings scatter by {100 * idle:.0f} %"
-        rows.append(Row("noise", Verdict.DOUBTFUL, words, "Run: controller doctor", "noise"))
+        words = notice("scatter", 100 * idle)
+        rows.append(Row("noise", Verdict.DOUBTFUL, words, notice("doctor"), "noise"))
     if moved := common_drift(frames, lost, idle):
-        words = f"all taxels drifted by {100 * moved:+.1f} % in {CALIBRATION_S:.0f} s"
-        advice = "Wait until the orb is inflated and warm; does it leak?"
-        rows.append(Row("drift", Verdict.DOUBTFUL, words, advice, "drift"))
+        words = notice("drifted", 100 * moved, CALIBRATION_S)
+        rows.append(Row("drift", Verdict.DOUBTFUL, words, notice("drifted_advice"), "drift"))
     return rows
 
 
@@ -105,11 +106,11 @@ def _changes(rest: Frame, last: Frame) -> list[Row]:
     """Return how rest, (rows, columns), has changed since the last time, by cause."""
     why, rows = drift.causes(last, np.maximum(rest, 0.01)), []
     if abs(why.common) > COMMON_CHANGE_LOG_C:
-        words = f"all taxels {100 * np.expm1(why.common):+.0f} % since the last time"
-        advice = "Pump the orb to its usual pressure." if why.common < 0 else ""
+        words = notice("pressure", 100 * np.expm1(why.common))
+        advice = notice("pressure_advice") if why.common < 0 else ""
         rows.append(Row("pressure", Verdict.DOUBTFUL, words, advice, "pressure"))
     for word, sizes in (("row", why.rows), ("column", why.columns)):
         for i in np.flatnonzero(np.abs(sizes) > LINE_CHANGE_LOG_C).tolist():
-            words = f"{100 * np.expm1(sizes[i]):+.0f} % against the others since the last time"
-            rows.append(Row(f"{word} {i}", Verdict.DOUBTFUL, words, "Look at its lead.", "line"))
+            words, advice = notice("line", 100 * np.expm1(sizes[i])), notice("line_advice")
+            rows.append(Row(notice(word, i), Verdict.DOUBTFUL, words, advice, "line"))
     return rows

@@ -13,6 +13,7 @@ from controller.recognition.images.preprocess import Prepared, Preprocessor
 from controller.recognition.images.scale import PICOFARAD
 from controller.shared import taxel_measures
 from controller.shared.aliases import Frames, Mask
+from controller.shared.notices import notice
 from controller.shared.taxel_measures import taxel_names, without_lead
 
 IDLE_S: Final = 6.0  # time without touch
@@ -23,11 +24,11 @@ DRIFT_NOISE_RATIO: Final = 9.0  # of such a drift to its noise over idle, four m
 USUAL_PF: Final = (15.0, 120.0)
 
 _ADVICE: Final = {
-    "stuck": "Its reading never changes: look at the lead, and at the converter's input.",
-    "saturated": "The converter is at its end: check reference and supply.",
-    "loose": "Fasten the lead at the membrane.",
-    "short": "Look for a solder bridge, or for film that touches.",
-    "noisy": "Dry the membrane; if it stays, a contact or the dielectric leaks here.",
+    "stuck": notice("stuck_advice"),
+    "saturated": notice("saturated_advice"),
+    "loose": notice("loose_advice"),
+    "short": notice("touching"),
+    "noisy": notice("noisy_advice"),
 }
 _CODE: Final = {"loose": "open"}
 
@@ -53,20 +54,19 @@ def skin_rows(
     touched = np.concatenate(pressed) if pressed else np.empty((0, grid.rows, grid.columns))
     yield from examine(idle, touched.astype(np.float32), bad)
     if not pressed:
-        yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
+        yield Row("touches", Verdict.UNKNOWN, notice("unpressed"))
         return
     level = idle.mean(axis=0).astype(np.float64)
     bad |= without_lead(level)
     means = np.array([frames.mean(axis=0) for frames in pressed])
     changes = means / np.where(level > 0.0, level, 1.0) - 1.0
     if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):
-        advice = "Press firmly, a centimetre deep, and start again."
-        words = "some presses were hardly felt"
+        words, advice = notice("unfelt"), notice("unfelt_advice")
         yield Row("touches", Verdict.DOUBTFUL, words, advice, "unfelt")
     told = touch_checks.judge(changes, bad)
     yield from told
     if not faulty(told):
-        yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
+        yield Row("touches", Verdict.GOOD, notice("presses", len(pressed)))
 
 
 def _pressed(watch: FrameReader, hand: Finger, seconds: float) -> list[Frames]:
@@ -85,18 +85,16 @@ def rest(frames: Frames, rate_hz: float) -> list[Row]:
     """Return whether anything touched the skin, and whether it drifts; frames at rest, in order."""
     steps = prepared(frames, rate_hz)
     if not any(step.ready for step in steps):
-        return [touched_row(f"no quiet second in {len(frames) / rate_hz:.0f} s")]
+        return [touched_row(notice("no_quiet", len(frames) / rate_hz))]
     middle, idle = float(np.median(frames)), steps[-1].idle
-    rows = [Row("rest", Verdict.GOOD, f"scatters by {100 * idle:.1f} %")]
+    rows = [Row("rest", Verdict.GOOD, notice("scatters", 100 * idle))]
     if not USUAL_PF[0] < middle < USUAL_PF[1]:
-        words = f"{middle:.1f} pF, where some 41 are usual"
-        advice = "Is the orb inflated, and the right wiring file in use?"
+        words, advice = notice("level", middle), notice("level_advice")
         rows.append(Row("level", Verdict.DOUBTFUL, words, advice, "level"))
     moved = common_drift(frames, without_lead(frames.mean(axis=0)), idle)
     if moved < 0.0:
         minutes = len(frames) * 2 / 3 / rate_hz / 60.0
-        words = f"all taxels lose {-100 * moved / minutes:.0f} % a minute"
-        advice = "The orb leaks air: look at hose and valve, and pump it up."
+        words, advice = notice("leaks", -100 * moved / minutes), notice("leaks_advice")
         rows.append(Row("air", Verdict.FAULT, words, advice, "air_leak"))
     return rows
 
@@ -109,8 +107,7 @@ def prepared(frames: Frames, rate_hz: float) -> list[Prepared]:
 
 def touched_row(why: str) -> Row:
     """Return the row of a sensor that was touched when it should not be."""
-    advice = "Take hands and things off the orb, and start again."
-    return Row("rest", Verdict.FAULT, why, advice, "touched")
+    return Row("rest", Verdict.FAULT, why, notice("hands_off"), "touched")
 
 
 def common_drift(frames: Frames, lost: Mask, idle: float) -> float:

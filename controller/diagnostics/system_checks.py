@@ -10,6 +10,7 @@ from typing import Final
 
 from controller.diagnostics.report import Row, Verdict
 from controller.links import LinkError, open_link
+from controller.shared.notices import notice
 from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 
 _PROBE_S: Final = 60.0  # importing takes 7 s on the slowest machine tried
@@ -20,7 +21,7 @@ _PROBE: Final = (
     "from pathlib import Path\n"
     "print(Recognizer(bundle.read(Path(sys.argv[1]))).engine)\n"
 )
-_OTHER: Final = "Try another version: pip install 'onnxruntime==1.20.1'"
+_OTHER: Final = notice("other_version", "pip install 'onnxruntime==1.20.1'")
 _LITTLE: Final = 200e6  # bytes free: a session of ten minutes takes some 3 MB
 _GRID: Final = (1, 1, 10.0, 10.0)
 _TIMES: Final = (HEARTBEAT_MS, DEADMAN_MS)
@@ -44,16 +45,15 @@ def runtime(bundle: Path, python: str = sys.executable) -> Row:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        found = f"no answer within {_PROBE_S:.0f} s"
+        found = notice("hangs", _PROBE_S)
         return Row(name, Verdict.FAULT, found, _OTHER, "runtime_hangs")
     if done.returncode < 0:
-        found = f"crashes (signal {-done.returncode})"
+        found = notice("crashes", -done.returncode)
         return Row(name, Verdict.FAULT, found, _OTHER, "runtime_crashes")
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        advice = "pip install --force-reinstall onnxruntime, or choose another --bundle"
-        return Row(name, Verdict.FAULT, last, advice, "runtime_fails")
-    return Row(name, Verdict.GOOD, f"{done.stdout.strip()} gives {bundle.name}'s golden answers")
+        return Row(name, Verdict.FAULT, last, notice("reinstall"), "runtime_fails")
+    return Row(name, Verdict.GOOD, notice("golden", done.stdout.strip(), bundle.name))
 
 
 def disk(folder: Path) -> Row:
@@ -65,13 +65,11 @@ def disk(folder: Path) -> Row:
             file.write(b"doctor")
             os.fsync(file.fileno())
     except OSError as error:
-        found = f"cannot write to {place}: {error.strerror or error}"
-        advice = "Make the folder writable, or start the program as its owner."
-        return Row("disk", Verdict.FAULT, found, advice, "disk")
-    found = f"{free / 1e9:.1f} GB free at {place}"
+        found = notice("unwritable", place, error.strerror or error)
+        return Row("disk", Verdict.FAULT, found, notice("unwritable_advice"), "disk")
+    found = notice("free", free / 1e9, place)
     if free < _LITTLE:
-        advice = "Make room: a long session takes tens of MB."
-        return Row("disk", Verdict.DOUBTFUL, found, advice, "disk")
+        return Row("disk", Verdict.DOUBTFUL, found, notice("room"), "disk")
     return Row("disk", Verdict.GOOD, found)
 
 

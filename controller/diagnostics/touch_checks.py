@@ -11,9 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from controller.diagnostics.report import Row, fault
+from controller.diagnostics.report import Row, Verdict
 from controller.recognition.images.dead_taxels import TaxelInterpolator
 from controller.shared.aliases import Array, Mask
+from controller.shared.notices import notice
 from controller.shared.taxel_measures import DENT_TAXELS, response_slope
 
 Place = tuple[int, int]  # row, column
@@ -51,8 +52,8 @@ def judge(changes: Array, bad: Mask) -> list[Row]:
     around = np.array([filler.around(change) for change in whole])
     slope = response_slope(whole, around)
     return _wiring(whole) or [
-        fault("stiff", f"taxel ({row},{column})", f"{100 * max(0.0, slope[row, column]):.0f}")
-        for row, column in np.argwhere((slope < STIFF_SHARE) & ~bad).tolist()
+        _fault("stiff", notice("taxel_at", *place), notice("stiff", 100 * max(0.0, slope[place])))
+        for place in map(tuple, np.argwhere((slope < STIFF_SHARE) & ~bad).tolist())
     ]
 
 
@@ -92,8 +93,8 @@ def _wiring(seen: Array) -> list[Row]:
                 best = score, name_r, name_c, turned
     _, name_r, name_c, turned = best
     if turned:
-        return [fault("turned", "plugs")]
-    return [*_swaps(name_r, "row", "top to bottom"), *_swaps(name_c, "column", "left to right")]
+        return [_fault("turned", "plugs", notice("turned"))]
+    return [*_swaps(name_r, "row"), *_swaps(name_c, "column")]
 
 
 def _pattern(changes: Array) -> Array:
@@ -102,11 +103,17 @@ def _pattern(changes: Array) -> Array:
     return np.asarray(changes / np.linalg.norm(changes, axis=(1, 2), keepdims=True))
 
 
-def _swaps(name: str, word: str, way: str) -> Iterator[Row]:
+def _swaps(name: str, word: str) -> Iterator[Row]:
     """Yield the fault of an order of `_orders` among rows or columns, the `word`."""
     if name == "mirrored":
-        yield fault("mirrored", f"{word}s", way)
+        way = notice("mirrored_down" if word == "row" else "mirrored_right")
+        yield _fault("mirrored", f"{word}s", way)
     elif name:
         one, other = name.split(",")
-        found = f"{word} {other}, and the other way round"
-        yield fault(f"swapped_{word}s", f"{word} {one}", found)
+        found, advice = notice("swapped", notice(word, other)), notice("swapped_advice")
+        yield Row(notice(word, one), Verdict.FAULT, found, advice, f"swapped_{word}s")
+
+
+def _fault(code: str, name: str, found: str) -> Row:
+    """Return the row of a fault with the advice of its code."""
+    return Row(name, Verdict.FAULT, found, notice(f"{code}_advice"), code)

@@ -27,7 +27,7 @@ from controller.sensors.base import SensorError
 from controller.shared import files
 from controller.shared.aliases import Frames
 from controller.shared.errors import reason
-from controller.shared.protocol.codec import fitted
+from controller.shared.notices import notice
 from controller.shared.protocol.messages import Message
 from controller.shared.protocol.teaching import Check, CheckRow, CheckStep
 
@@ -36,7 +36,6 @@ _LOOK_S: Final = 0.25  # of frames, whose mean tells whether a finger is down
 _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _PATIENCE_S: Final = 30.0  # for a press, or for its end
 _REST_SHARE: Final = 0.4  # of the progress; the presses have the rest
-_MOST: Final = 250  # bytes of a sentence
 
 Tell = Callable[[Message], None]
 
@@ -71,7 +70,7 @@ class LiveFrames(FrameReader):
         except queue.Empty:
             frame = None
         if frame is None:
-            raise SensorError("the sensor gives no frames now")
+            raise SensorError(notice("away"))
         return frame
 
 
@@ -145,13 +144,7 @@ def _messages(watch: LiveFrames, bundle: Path, tell: Tell) -> Iterator[Message]:
     """Yield the rows of a check; its steps are told meanwhile."""
     try:
         for row in _rows(watch, bundle, tell):
-            yield CheckRow(
-                fitted(row.name, 64),
-                row.verdict,
-                fitted(row.found, _MOST),
-                fitted(row.advice, _MOST),
-                row.code,
-            )
+            yield CheckRow(row.name, row.verdict, row.found, row.advice, row.code)
     finally:
         watch.stopped = True
     yield CheckStep("over", 0, 0, 1.0)
@@ -171,10 +164,10 @@ def _rows(watch: LiveFrames, bundle: Path, tell: Tell) -> Iterator[Row]:
         yield from skin_rows(watch, bad, lambda _: AskedFinger(tell, watch))
     except SensorError as error:
         if not watch.stopped:
-            yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
+            yield Row("sensor", Verdict.FAULT, str(error), notice("hardware"), "sensor")
         return
     if watch.sensor.driver is not None:
-        yield Row("wiring", Verdict.UNKNOWN, "only controller doctor on the device measures it")
+        yield Row("wiring", Verdict.UNKNOWN, notice("unmeasured"))
 
 
 def _rest(watch: LiveFrames, tell: Tell) -> Frames:
@@ -192,8 +185,8 @@ def _calibration(watch: LiveFrames, frames: Frames) -> Iterator[Row]:
     try:
         rows, kept = calibration.keep(watch.sensor, frames)
     except OSError as error:
-        yield Row(name, Verdict.FAULT, f"cannot be kept: {reason(error)}", "", name)
+        yield Row(name, Verdict.FAULT, notice("unkept", reason(error)), "", name)
         return
     yield from (row for row in rows if row.verdict is not Verdict.GOOD)
     if kept:
-        yield Row(name, Verdict.GOOD, "kept, and used from the next start on")
+        yield Row(name, Verdict.GOOD, notice("kept"))

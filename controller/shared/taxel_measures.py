@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.shared.aliases import Array, Change, Frames, Mask
+from controller.shared.notices import Notice, listed, notice
 
 # A taxel below this share of the others' baseline has an open lead: it reads about 1 of 41 pF, and
 # a pressed taxel never so little.
 LEAD_SHARE: Final = 0.2
 DEAD_TAXELS_SHARE: Final = 0.2  # most that the neighbours can stand in for; more is another fault
-NAMED_TAXELS: Final = 6  # more taxels than that are counted, not listed
+NAMED_TAXELS: Final = 6  # more taxels or lines than that are counted, not listed
 
 # Sound taxels scatter up to 2.06 times as much as the middle one, leaky ones 2.7 times and more.
 NOISE_RATIO: Final = 2.3
@@ -75,7 +76,7 @@ class TaxelFault:
     Attributes:
         kind: "stuck", "saturated", "loose", "short", "noisy" or "dead".
         mask: The taxels, (rows, columns).
-        text: A sentence about them, after their names.
+        text: A notice about them, after their names.
         useless: Whether they do not respond to touch.
     """
 
@@ -105,21 +106,20 @@ def faults(frames: Frames, unit: str, still: Mask, change: Frames, idle: Mask) -
     often = (frames == frames.max()).mean(axis=0) > CLIPPED_FRAMES_SHARE
     clipped = often & (often.sum() >= CLIPPED_TAXELS)
     found = [
-        TaxelFault("stuck", still, "stuck, always the same reading"),
-        TaxelFault("saturated", clipped & ~still, f"saturated, at {frames.max():.4g} {unit}"),
+        TaxelFault("stuck", still, notice("stuck")),
+        TaxelFault("saturated", clipped & ~still, notice("saturated", frames.max(), unit)),
     ]
     if unit == "pF":
         loose = without_lead(level) & ~useless(found, shape)
         low = np.mean(level, where=loose) if loose.any() else 0.0
-        text = f"{low:.2g} pF where the others read {np.median(level):.2g}; a lead is off"
-        found.append(TaxelFault("loose", loose, text))
+        found.append(TaxelFault("loose", loose, notice("loose", low, np.median(level))))
         found += [
-            TaxelFault("short", mask, "equal readings; do they touch?", useless=False)
+            TaxelFault("short", mask, notice("equal_readings"), useless=False)
             for mask in _shorts(level, useless(found, shape))
         ]
     own = change - np.median(change, axis=(1, 2), keepdims=True)
     loud = noisy(noise(own, idle)) & ~useless(found, shape)
-    found.append(TaxelFault("noisy", loud, "noisy; does a contact leak?", useless=False))
+    found.append(TaxelFault("noisy", loud, notice("noisy"), useless=False))
     return [one for one in found if one.mask.any()]
 
 
@@ -238,23 +238,18 @@ def responses(
     return found
 
 
-def taxel_names(mask: Mask) -> str:
+def taxel_names(mask: Mask) -> Notice:
     """Return names of the taxels of a mask, (rows, columns): lines, single taxels, or a count."""
     if mask.all():
-        return "all taxels"
+        return notice("all_taxels")
     for word, lines in (("row", mask), ("column", mask.T)):
         whole = lines.all(axis=1)
-        if whole.any() and not lines[~whole].any():
-            return f"{word}{'s' * int(whole.sum() > 1)} {_list(np.flatnonzero(whole).tolist())}"
+        if 0 < whole.sum() <= NAMED_TAXELS and not lines[~whole].any():
+            numbers = np.flatnonzero(whole).tolist()
+            return notice(f"{word}s", listed(numbers)) if numbers[1:] else notice(word, *numbers)
     places = np.argwhere(mask).tolist()
     if len(places) == 1:
-        return f"taxel row {places[0][0]}, column {places[0][1]}"
+        return notice("taxel", *places[0])
     if len(places) > NAMED_TAXELS:
-        return f"{len(places)} of {mask.size} taxels"
-    return f"taxels {_list(f'({row},{column})' for row, column in places)}"
-
-
-def _list(items: Iterable[object]) -> str:
-    """Return "a, b and c"."""
-    *most, last = map(str, items)
-    return f"{', '.join(most)} and {last}" if most else last
+        return notice("some_taxels", len(places), mask.size)
+    return notice("taxels", listed(f"({row},{column})" for row, column in places))

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from controller.recognition.images import drift
 from controller.recognition.images.preprocess import Prepared
 from controller.shared.aliases import Mask
+from controller.shared.notices import notice
 from controller.shared.taxel_measures import taxel_names
 
 Map = NDArray[np.floating]  # (rows, columns)
 
 MOST: Final = 8  # sentences at once
-LETTERS: Final = 120  # of each
 
 _EVERY_S: Final = 1.0
 _LOST_S: Final = 1.0  # least duration of an open lead; a shorter one is intermittent
@@ -88,33 +88,29 @@ class HealthMonitor:
         """
         if self.due:
             lines = [*self._leads(), *self._silent(dead), *self._hands(), *self._drift(rest)]
-            self.found = tuple(line[:LETTERS] for line in lines[:MOST])
+            self.found = tuple(lines[:MOST])
         return self.found
 
     def _leads(self) -> list[str]:
         assert self._lost_run is not None
         off = self._lost_run >= _LOST_S * self._rate_hz
         if off.any():
-            return [f"{taxel_names(off)}: no signal, play goes on without; fasten the lead"]
+            return [notice("lead_off", taxel_names(off))]
         since = self._frame - _CRACKLING_S * self._rate_hz
         self._losses = [frame for frame in self._losses if frame > since]
         if len(self._losses) >= _CRACKLES:
-            return ["a lead crackles: it was off and on again several times; fasten leads and plug"]
+            return [notice("lead_crackles")]
         return []
 
     def _silent(self, dead: Mask | None) -> list[str]:
         """Return the line about dead taxels, (rows, columns)."""
-        if dead is None:
-            return []
-        remedy = "neighbours stand in; use Calibrate and check"
-        return [f"{taxel_names(dead)}: no answer to touch, {remedy}"]
+        return [] if dead is None else [notice("taxels_dead", taxel_names(dead))]
 
     def _hands(self) -> list[str]:
         if not self._ready and self._frame >= _UNREADY_S * self._rate_hz:
-            return ["no quiet second since the start; take hands and things off the orb"]
+            return [notice("never_quiet")]
         if self._busy_run >= _TOUCHED_S * self._rate_hz:
-            minutes = self._busy_run / self._rate_hz / 60.0
-            return [f"something has touched the orb for {minutes:.0f} min; take it off"]
+            return [notice("touched_long", self._busy_run / self._rate_hz / 60.0)]
         return []
 
     def _drift(self, rest: Map | None) -> list[str]:
@@ -139,20 +135,16 @@ class HealthMonitor:
         for word, sizes in (("row", found.rows), ("column", found.columns)):
             for i, size in enumerate(sizes.tolist()):
                 if drifted((word, i), size, _LINE):
-                    percent = 100 * np.expm1(size)
-                    lines.append(f"{word} {i} has drifted by {percent:+.0f} %; look at its lead")
+                    lines.append(notice("line_drifted", notice(word, i), 100 * np.expm1(size)))
         flat = found.film.ravel()
         far = np.array([drifted(i, size, _FILM) for i, size in enumerate(flat.tolist())])
         if far.any():
-            percent = 100 * np.expm1(np.median(flat[far]))
             where = taxel_names(far.reshape(found.film.shape))
-            lines.append(f"{where}: drifted by {percent:+.0f} %; the film may be cracking")
+            lines.append(notice("film_drifted", where, 100 * np.expm1(np.median(flat[far]))))
         return lines
 
 
 def _air(common: float) -> str:
     """Return the line for a drift of all taxels; C varies with the square of the pressure."""
     pressure = 100 * np.expm1(common / 2.0)
-    if common < 0.0:
-        return f"pressure down {-pressure:.0f} %: pump (or the orb has cooled)"
-    return f"pressure up {pressure:.0f} %: let air out (or the orb has warmed)"
+    return notice("pressure_down" if common < 0.0 else "pressure_up", abs(pressure))

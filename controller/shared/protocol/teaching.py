@@ -219,7 +219,7 @@ class CheckStep(Report):
 class CheckRow(Report):
     """Device to host: one row of the doctor's table, as `controller.diagnostics.report.Row`."""
 
-    name: Annotated[str, codec.sentence(64)]
+    name: Annotated[str, codec.sentence(120)]
     verdict: codec.Text40
     found: Annotated[str, codec.sentence(250)]
     advice: Annotated[str, codec.sentence(250)]

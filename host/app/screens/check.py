@@ -6,7 +6,7 @@ from typing import Final
 from controller.shared.protocol.messages import Command, Contact, Report
 from controller.shared.protocol.teaching import FAILED, Check, CheckRow, CheckStep, LearnStatus
 from host.app.screen import Orb, OrbScreen, rows
-from host.ui.naming import place, said
+from host.ui.naming import check_name, said
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.stage import Stage
 
@@ -49,7 +49,7 @@ class CheckScreen(OrbScreen):
         words = self.words
         hint = f"{said(words, row.found)}. {said(words, row.advice)}".strip()
         key = row.verdict.lower().replace(" ", "_")
-        name = said(words, place(words, row.name))
+        name = check_name(words, row.name)
         return Item(name, lambda: None, words(f"check.{key}"), hint=hint)
 
     def recognised(self, command: Command, time_s: float) -> bool:

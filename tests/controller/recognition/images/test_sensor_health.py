@@ -9,7 +9,10 @@ from numpy.typing import NDArray
 
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Prepared, Preprocessor
-from controller.recognition.images.sensor_health import LETTERS, MOST, HealthMonitor
+from controller.recognition.images.sensor_health import MOST, HealthMonitor
+from controller.shared.notices import Notice
+from controller.shared.protocol.messages import Health
+from controller.shared.protocol.packets import Decoder, encode
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 
@@ -76,8 +79,10 @@ def test_sentences_fit_on_the_wire() -> None:
     far = np.exp(np.random.default_rng(8).normal(-0.5, 0.8, (5, 5)))
     found = session.feel(idle(180.0) * (1.0 + (far - 1.0) * slow))
     assert 0 < len(found) <= MOST
-    assert max(map(len, found)) <= LETTERS
-    assert all(line.isascii() and line.isprintable() for line in found)
+    data = encode(Health(found), session=0, sequence=0, t_ms=0)
+    [packet] = Decoder().feed(data)
+    assert isinstance(packet.message, Health)
+    assert all(isinstance(one, Notice) for one in packet.message.found)  # none was cut
 
 
 FELT = Prepared(np.ones((5, 5), np.float32), True, 0.0, True)

@@ -10,6 +10,7 @@ import numpy as np
 import pygame
 import pytest
 
+from controller.shared.notices import notice
 from controller.shared.protocol import messages
 from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import COMMANDS, Command, Contact, Telemetry, Welcome
@@ -276,13 +277,10 @@ def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> Non
 
 def test_health_is_said_in_the_language_in_use_as_far_as_it_is_known() -> None:
     french = language.load("fr")
-    said = naming.said(
-        french, "taxel row 0, column 3: no signal, play goes on without; fasten the lead"
-    )
+    said = naming.said(french, notice("lead_off", notice("taxel", 0, 3)))
     assert said.startswith("taxel ligne 0, colonne 3 : pas de signal")
-    assert naming.said(french, "pressure down 6 %: pump (or the orb has cooled)").startswith(
-        "pression en baisse de 6 %"
-    )
+    pressure = naming.said(french, notice("pressure_down", 6))
+    assert pressure.startswith("pression en baisse de 6 %")
     assert naming.said(french, "a new kind of fault") == "a new kind of fault"
 
 
