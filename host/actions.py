@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from tetris.engine.game import Action
-from tetris.kit.keys import Code, Keys
+from tetris.kit.bindings import Code, Keys
 from tetris.kit.settings import Settings
 
 ACTIONS: Final[dict[str, Action]] = {

@@ -93,7 +93,7 @@ class Orb:
         """Draw the dome, its gestures and its link into a pygame surface; by default all of it."""
         from host.ui.panel.panel import Panel
         from host.ui.pointer_input import DomeArea
-        from tetris.kit.look import Look
+        from tetris.kit.settings import Look
 
         if not isinstance(self._panel, Panel):
             self._panel = Panel()

@@ -32,7 +32,7 @@ from tetris.kit.language import Words
 from tetris.kit.menu import Item, MenuStep
 from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, Start
-from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.play_screen import PlayScreen
 
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)

@@ -18,7 +18,7 @@ from host.ui.orb_state import OrbState
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.stage import Screen, Stage
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.menu_screen import MenuScreen
 
 _LETTERS: Final = 44  # of a sentence in a line of a table
 

@@ -23,8 +23,7 @@ import pygame
 from tetris.bots import greedy
 from tetris.engine.events import Action
 from tetris.engine.game import Config, Game, Phase
-from tetris.kit.look import Look
-from tetris.kit.settings import Settings
+from tetris.kit.settings import Look, Settings
 from tetris.kit.theme import PALETTES
 from tetris.window.view import GameView
 

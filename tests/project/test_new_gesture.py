@@ -28,7 +28,7 @@ from host.ui.orb_state import OrbState
 from host.ui.panel.panel import Panel
 from host.ui.pointer_input import DomeArea
 from models.data.simulate import DataSet
-from tetris.kit.look import Look
+from tetris.kit.settings import Look
 
 book = vocabulary.shipped()
 

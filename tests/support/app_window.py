@@ -12,7 +12,7 @@ from host.connection.receiver import Connected, Delivered, Received
 from host.targets import SIZE
 from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
-from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.play_screen import PlayScreen
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)

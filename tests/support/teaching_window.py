@@ -28,7 +28,7 @@ from host.targets import SIZE
 from tests.support import app_window
 from tests.support.app_window import LABELS, WELCOME
 from tetris.kit.menu import Menu
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.menu_screen import MenuScreen
 
 FLAT = bytes([128] * 25)
 DENT = bytes([128] * 11 + [90, 70, 90] + [128] * 11)

@@ -9,8 +9,8 @@ import pytest
 from tetris.engine.game import Action
 from tetris.kit.display import open_window
 from tetris.window.app import App, Start
-from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.play_screen import READY_S, PlayScreen
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import READY_S, PlayScreen
 
 FRAME_S = 1 / 60
 

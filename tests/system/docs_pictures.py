@@ -35,8 +35,8 @@ from host.targets import SIZE
 from host.window_loop import window
 from tetris.kit.theme import DARK
 from tetris.window.app import Start
-from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import PlayScreen
 
 from .desktop import arc
 from .pictures import Shelf

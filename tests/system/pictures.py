@@ -31,7 +31,7 @@ from host.connection.device_store import DeviceStore
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from tetris.window.app import Start
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.menu_screen import MenuScreen
 
 from .walk import SHUT
 

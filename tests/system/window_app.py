@@ -18,8 +18,8 @@ from host.app.screens.learn import LearnScreen
 from host.cli import play
 from host.connection.receiver import Delivered, Received
 from tetris.kit.pads import BUTTONS
-from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import PlayScreen
 
 
 def shown(app: "PrintingApp") -> dict[str, Any]:

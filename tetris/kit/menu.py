@@ -11,7 +11,7 @@ from typing import Final
 
 import pygame
 
-from tetris.kit.keys import Code
+from tetris.kit.bindings import Code
 
 Step = Callable[[int], None]
 

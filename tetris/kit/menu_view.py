@@ -6,8 +6,8 @@ from typing import Final, NamedTuple
 import pygame
 
 from tetris.kit import theme
-from tetris.kit.look import Look
 from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.settings import Look
 from tetris.kit.theme import Colour
 
 # All in design units: a window 720 high has as many.

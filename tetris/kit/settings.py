@@ -1,4 +1,4 @@
-"""The player's settings, kept in a TOML file.
+"""The player's settings, kept in a TOML file, and the look that they choose.
 
 A file from another version, or edited by hand, is read as far as it makes sense: a value that
 is out of its limits or of another kind is as if it were not there. A file that is no TOML at
@@ -17,6 +17,7 @@ import tomli_w
 from tetris import files
 from tetris.kit import bindings, language
 from tetris.kit.bindings import Names
+from tetris.kit.language import FALLBACK
 from tetris.kit.theme import PALETTES
 
 FILE_NAME: Final = "tetris.toml"
@@ -48,6 +49,20 @@ class Settings:
     introduced: bool = False  # whether the introduction to the orb was offered
     keys: Names = field(default_factory=lambda: bindings.KEYS)
     pads: Names = field(default_factory=lambda: bindings.PADS)
+
+
+class Look:
+    """Palette and words that every picture is drawn with, and the settings that chose them."""
+
+    def __init__(self, settings: Settings = Settings(language=FALLBACK)) -> None:  # noqa: B008
+        self.settings = settings
+        self.palette = PALETTES[settings.theme]
+        self.words = language.load(settings.language or language.of_system())
+
+    @property
+    def scale(self) -> float:
+        """Size of letters beside the board, 1.0 the one that suits the cells."""
+        return self.settings.scale / 100
 
 
 LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(

@@ -8,11 +8,10 @@ from typing import Any
 import pygame
 
 from tetris.kit import settings as settings_file
-from tetris.kit.keys import Code
-from tetris.kit.look import Look
+from tetris.kit.bindings import Code
 from tetris.kit.menu import OF_ACTION, Item, MenuStep
 from tetris.kit.pads import Pads
-from tetris.kit.settings import SECTIONS, Settings
+from tetris.kit.settings import SECTIONS, Look, Settings
 from tetris.kit.sounds import Sounds
 
 Action = Any  # a member of the application's enum of actions

@@ -14,7 +14,7 @@ from tetris.engine import events as happened
 from tetris.engine.events import Action, Event
 from tetris.engine.moves import Spin
 from tetris.kit import theme
-from tetris.kit.look import Look
+from tetris.kit.settings import Look
 from tetris.kit.theme import Colour
 from tetris.window.scenery import Layout
 from tetris.window.tiles import tiles_of

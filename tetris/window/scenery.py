@@ -6,7 +6,7 @@ from typing import Final
 import pygame
 
 from tetris.kit import theme
-from tetris.kit.look import Look
+from tetris.kit.settings import Look
 from tetris.window.tiles import tiles_of
 
 _LOGO: Final = (

@@ -15,11 +15,16 @@ from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.settings import stepped
 from tetris.kit.stage import Stage
 from tetris.window.game_session import BotPlayer, SavedGame, Saves, Session
-from tetris.window.screens.lists import best_screen, replays_screen, result_rows
-from tetris.window.screens.menu_screen import AttractMode, MenuScreen
-from tetris.window.screens.pages import BindingScreen, open_settings
-from tetris.window.screens.play_screen import PlayScreen
-from tetris.window.screens.replay_screen import ReplayScreen
+from tetris.window.menu_screen import AttractMode, MenuScreen
+from tetris.window.pages import (
+    BindingScreen,
+    best_screen,
+    open_settings,
+    replays_screen,
+    result_rows,
+)
+from tetris.window.play_screen import PlayScreen
+from tetris.window.replay_screen import ReplayScreen
 
 _SEED_BITS: Final = 32
 _BOT_ACTION_S: Final = 0.08  # quick, and still to be followed by eye

@@ -10,7 +10,7 @@ import pygame
 from tetris.engine.board import GARBAGE
 from tetris.engine.pieces import KINDS, SHAPES
 from tetris.kit import theme
-from tetris.kit.look import Look
+from tetris.kit.settings import Look
 from tetris.kit.theme import Colour, Palette
 
 _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges

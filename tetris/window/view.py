@@ -14,7 +14,7 @@ from tetris.engine.game import Finish, Game, Phase, TopOut
 from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.kit import theme
-from tetris.kit.look import Look
+from tetris.kit.settings import Look
 from tetris.window.effects import Callouts, Effects
 from tetris.window.scenery import PAD, Layout, draw_scenery
 from tetris.window.tiles import tiles_of

@@ -15,7 +15,7 @@ from host.ui.orb_state import Deviation, LinkState, OrbState
 from host.ui.panel.gesture_rows import GestureRows
 from host.ui.panel.panel_layout import HEIGHT, WIDTH, PanelLayout
 from host.ui.pointer_input import DomeArea
-from tetris.kit.look import Look
+from tetris.kit.settings import Look
 from tetris.kit.theme import Colour
 
 _COLOURS: Final[dict[LinkState, str]] = {

@@ -13,7 +13,7 @@ from host.ui.panel.panel_layout import Dock
 from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
 from tetris.engine.game import Phase
 from tetris.window.app import Start
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.menu_screen import MenuScreen
 
 
 def test_the_orb_steers_the_menu_and_begins_a_game() -> None:

@@ -10,8 +10,8 @@ from host.actions import ACTIONS
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from tests.support.app_window import FELT, WELCOME, Window, playing, said
 from tetris.engine.game import Phase
-from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.play_screen import RESUME_S
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import RESUME_S
 
 
 def held(*names: str) -> Delivered:

@@ -9,7 +9,7 @@ from host.app.screens.watch import WatchScreen
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.app_window import FELT, WELCOME, Window
 from tetris.engine.game import Phase
-from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.play_screen import PlayScreen
 
 
 class Watching(Window):

@@ -23,7 +23,7 @@ import pytest
 
 from tests.benchmarks import key_signals
 from tests.support.x_programs import PATIENCE_S, Orb, Player, Screen, server, until
-from tetris.window.screens.play_screen import READY_S
+from tetris.window.play_screen import READY_S
 
 pytestmark = [
     pytest.mark.system,

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tetris.engine.game import Action
 from tetris.kit import bindings
-from tetris.kit.keys import DueAction, Keys
+from tetris.kit.bindings import DueAction, Keys
 from tetris.kit.pads import Pads, Press
 
 LEFT, RIGHT = SHIFTS = Action.LEFT, Action.RIGHT

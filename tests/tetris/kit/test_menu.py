@@ -3,9 +3,9 @@
 import pygame
 import pytest
 
-from tetris.kit.look import Look
 from tetris.kit.menu import Item, Menu, MenuStep, Row, step_in
 from tetris.kit.menu_view import MenuView, wrapped
+from tetris.kit.settings import Look
 
 
 class Counter:

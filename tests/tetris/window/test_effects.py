@@ -11,8 +11,7 @@ from tetris.engine.board import Board
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
-from tetris.kit.look import Look
-from tetris.kit.settings import Settings
+from tetris.kit.settings import Look, Settings
 from tetris.window.effects import Effects, praise, sparks
 from tetris.window.scenery import Layout
 from tetris.window.view import GameView, clock, figures_of

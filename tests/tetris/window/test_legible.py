@@ -12,8 +12,8 @@ from tests.tetris.kit.test_theme import contrast
 from tetris.kit import language, theme
 from tetris.kit.settings import Settings
 from tetris.kit.theme import LEAST_PX, PALETTES, Colour
-from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.play_screen import READY_S, RESUME_S
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import READY_S, RESUME_S
 
 SIZES = [(640, 360), (480, 800), (960, 720)]
 

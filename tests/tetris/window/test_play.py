@@ -15,8 +15,8 @@ from tetris.history.replay import Recorder
 from tetris.kit import theme
 from tetris.kit.settings import CHOICES, Settings
 from tetris.window.app import App, Start
-from tetris.window.screens.play_screen import ASK_S, LONGEST_S, READY_S, RESUME_S, PlayScreen
-from tetris.window.screens.replay_screen import ReplayScreen
+from tetris.window.play_screen import ASK_S, LONGEST_S, READY_S, RESUME_S, PlayScreen
+from tetris.window.replay_screen import ReplayScreen
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:

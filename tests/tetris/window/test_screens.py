@@ -10,9 +10,9 @@ from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Action
 from tetris.kit.menu_view import Spot
 from tetris.kit.settings import Settings
-from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.screens.pages import WAIT_S, BindingScreen
-from tetris.window.screens.play_screen import READY_S, PlayScreen
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.pages import WAIT_S, BindingScreen
+from tetris.window.play_screen import READY_S, PlayScreen
 
 DOWN, UP, DROP = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HARD_DROP
 

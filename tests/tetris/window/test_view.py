@@ -13,8 +13,7 @@ from tetris.engine.events import Spawned
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
 from tetris.kit import display, theme
-from tetris.kit.look import Look
-from tetris.kit.settings import Settings
+from tetris.kit.settings import Look, Settings
 from tetris.window.game_session import BotPlayer
 from tetris.window.tiles import colours
 from tetris.window.view import GameView

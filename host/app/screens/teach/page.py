@@ -15,7 +15,7 @@ from host.ui import naming
 from host.ui.thumbnails import Base, thumbnail
 from host.ui.touch_watch import TouchEvent, TouchWatch
 from tetris.kit import theme
-from tetris.kit.keys import Code
+from tetris.kit.bindings import Code
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import Stage

@@ -20,7 +20,7 @@ from host.app.screens.teach.trial import TryPage
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.app_window import WELCOME
 from tests.support.teaching_window import DENT, Window
-from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.play_screen import PlayScreen
 
 
 @pytest.fixture

@@ -23,8 +23,7 @@ from host.ui.panel.panel import Panel, Projection
 from host.ui.panel.panel_layout import HEIGHT, WIDTH, Dock
 from host.ui.pointer_input import DomeArea
 from tetris.kit import language
-from tetris.kit.look import Look
-from tetris.kit.settings import Settings
+from tetris.kit.settings import Look, Settings
 from tetris.kit.theme import PALETTES
 from tetris.window.screen_flow import Start
 

@@ -12,7 +12,7 @@ from tetris.bots.greedy import Plan
 from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
 from tetris.kit import bindings
-from tetris.kit.keys import Code, DueAction, Keys
+from tetris.kit.bindings import Code, DueAction, Keys
 from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session

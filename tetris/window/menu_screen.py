@@ -6,7 +6,7 @@ from typing import Final
 import pygame
 
 from tetris.engine.game import Game
-from tetris.kit.keys import Code, Keys
+from tetris.kit.bindings import Code, Keys
 from tetris.kit.menu import DIRECTIONS, OF_CODE, Menu, MenuStep, step_in
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage

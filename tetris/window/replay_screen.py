@@ -7,11 +7,11 @@ import pygame
 
 from tetris.engine.modes import MODES
 from tetris.history.replay import Player, Recorder
-from tetris.kit.keys import Code
+from tetris.kit.bindings import Code
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import IDLE_HZ, PLAY_HZ, Stage
 from tetris.window.effects import sounds_of
-from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.menu_screen import MenuScreen
 from tetris.window.view import GameView, clock, figures_of
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
