@@ -18,8 +18,7 @@ from controller.recordings.journal import MAX_BYTES, decode
 from controller.recordings.recording import RecordingError
 from controller.recordings.writer import DAMAGED, JOURNAL, SEALED, seal
 from controller.shared.errors import count, reason
-from controller.shared.files import sync, sync_folder
-from controller.shared.leftovers import lock
+from controller.shared.files import lock, sync, sync_folder
 
 _BLOCK: Final = 4096  # bytes; disks lose or keep whole blocks
 

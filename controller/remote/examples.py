@@ -17,7 +17,7 @@ from controller.recognition.images.frames import Image
 from controller.remote.worker import Worker
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.shared import files, leftovers, npz
+from controller.shared import files, npz
 from controller.shared.aliases import Images
 from controller.shared.errors import UserError, reason
 from controller.shared.notices import notice
@@ -97,7 +97,7 @@ class ExampleStore:
         """Read the examples there; files for another grid (rows, columns) are left alone."""
         self.folder, self._grid, self._rate_hz = folder, grid, rate_hz
         self.pending: dict[int, PendingExample] = {}
-        leftovers.sweep(folder)
+        files.sweep(folder)
         with contextlib.suppress(OSError):
             for path in sorted(folder.iterdir()):
                 self._read(path)
@@ -125,7 +125,7 @@ class ExampleStore:
     def delete(self) -> int:
         """Delete all examples, of other grids too, and what a crash left; return the number."""
         self.pending.clear()
-        leftovers.sweep(self.folder, age_s=0.0)
+        files.sweep(self.folder, age_s=0.0)
         found = [path for path in self.folder.glob("*") if _FILE.fullmatch(path.name)]
         for path in found:
             path.unlink(missing_ok=True)

@@ -14,9 +14,9 @@ from controller.remote.worker import Worker
 from controller.runtime.assemble import Parts, next_file
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.shared import leftovers
+from controller.shared import files
 from controller.shared.errors import reason
-from controller.shared.leftovers import is_free
+from controller.shared.files import is_free
 from controller.shared.notices import notice
 from controller.shared.protocol.messages import Message
 from controller.shared.protocol.teaching import Record, RecordingStatus, RecordLabel
@@ -98,7 +98,7 @@ def delete(folder: Path) -> int:
     """Delete all recordings in a folder but the one under way; return how many."""
     if not folder.is_dir():
         return 0
-    leftovers.sweep(folder, age_s=0.0)
+    files.sweep(folder, age_s=0.0)
     found = [path for path in folder.iterdir() if path.is_file() and is_free(path)]
     for path in found:
         path.unlink(missing_ok=True)

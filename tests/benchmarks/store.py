@@ -36,7 +36,7 @@ from controller.recordings import journal_file
 from controller.recordings.recorder import SYNC_S, Recorder
 from controller.recordings.recording import Provenance, RecordingError
 from controller.remote import link_recording
-from controller.shared import leftovers
+from controller.shared import files
 
 from .results import Results, command_line, say
 
@@ -217,7 +217,7 @@ def main() -> None:
         name, data = made[0]
         store.install(data, StoredBundle(name, 1.0, "now"))  # which sweeps
         named = {f"{entry.name}.orb" for entry in store.record().entries}
-        left = {path.name for path in folder.iterdir()} - named - {RECORD, leftovers.LOCK}
+        left = {path.name for path in folder.iterdir()} - named - {RECORD, files.LOCK}
     assert set(ends) <= {0, -signal.SIGKILL}
     results.note("store_changes", done.value)
     results.note("store_kills", killed)

@@ -19,7 +19,7 @@ import tomli_w
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
-from controller.shared import config, files, leftovers
+from controller.shared import config, files
 from controller.shared.errors import reason
 
 RECORD: Final = "installed.toml"
@@ -107,7 +107,7 @@ class BundleStore:
             BundleError: The bundle reads back differently, or the record is damaged.
             OSError: It cannot be written; nothing has changed.
         """
-        with leftovers.locked(self.folder):
+        with files.locked(self.folder):
             before = self.record()
             path = self.path(entry.name)
             files.atomic_write(path, data)
@@ -122,12 +122,12 @@ class BundleStore:
 
     def use(self, name: str) -> InstalledRecord:
         """Take a stored bundle into use, "" the shipped one; BundleError if it cannot be."""
-        with leftovers.locked(self.folder):
+        with files.locked(self.folder):
             return self._use(self.record(), name)
 
     def take_back(self) -> InstalledRecord:
         """Take the bundle before the last correction into use; BundleError if there was none."""
-        with leftovers.locked(self.folder):
+        with files.locked(self.folder):
             record = self.record()
             entry = record.entry(record.current)
             if entry is None or entry.corrects is None:
@@ -136,7 +136,7 @@ class BundleStore:
 
     def undo(self) -> InstalledRecord:
         """Undo the last change, an installation too; BundleError if there was none."""
-        with leftovers.locked(self.folder):
+        with files.locked(self.folder):
             record = self.record()
             if record.before is None:
                 raise BundleError("there is no change to undo")
@@ -162,8 +162,8 @@ class BundleStore:
             if match and record.entry(match[1]) is None:
                 with contextlib.suppress(OSError):
                     path.unlink()
-        leftovers.sweep(self.folder, age_s=0.0)
-        leftovers.sweep(self.folder / INCOMING)
+        files.sweep(self.folder, age_s=0.0)
+        files.sweep(self.folder / INCOMING)
 
 
 def home() -> Path:

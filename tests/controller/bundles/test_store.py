@@ -21,7 +21,7 @@ from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBun
 from controller.cli.run import options_of
 from controller.runtime.assemble import deployed
 from controller.shared import files
-from controller.shared.leftovers import LOCK
+from controller.shared.files import LOCK
 from tests.support.killed import at_each_call
 from tests.support.onnx_files import model, node, value
 

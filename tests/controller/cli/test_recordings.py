@@ -11,7 +11,7 @@ import pytest
 from controller.__main__ import main
 from controller.recordings import writer
 from controller.recordings.recording import Mark, Recording
-from controller.shared.leftovers import lock
+from controller.shared.files import lock
 from tests.controller.recordings.test_importer import CAPFINGERID, screen
 from tests.controller.recordings.test_recovery import left
 from tests.support.recordings import broken, of, played
