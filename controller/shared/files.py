@@ -138,7 +138,7 @@ def atomic_write(
         raise
     finally:
         with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
+            beside.unlink()
     if durable:
         sync_folder(path.parent)
 

@@ -186,3 +186,9 @@ def test_arrays_are_listed_or_read_by_name_and_their_rows_come_first(tmp_path: P
     assert np.array_equal(npz.single(tmp_path / "one.npy", LIMIT), np.eye(2))
     with pytest.raises(npz.NpzError, match="data that does not fit its shape"):
         npz.unpack(archive(member(data=npy("(2,)", data=bytes(9)))), LIMIT)
+
+
+def test_of_the_name_of_a_member_80_characters_are_told() -> None:
+    data = archive(member(b"a" * 90, method=99))
+    with pytest.raises(npz.NpzError, match=f"holds '{'a' * 80}' encrypted, or packed"):
+        npz.unpack(data, LIMIT)

@@ -33,6 +33,10 @@ def test_no_change_is_not_smooth() -> None:
     assert drift.smoothness(np.ones((5, 5))) == 1.0
 
 
+def test_no_change_is_even() -> None:
+    assert drift.unevenness(np.zeros((5, 5))) == 0.0
+
+
 def test_air_and_warmth_change_all_taxels_alike() -> None:
     rng = np.random.default_rng(1)
     assert drift.shape(-0.1 + 0.005 * rng.standard_normal((5, 5))) == "common"

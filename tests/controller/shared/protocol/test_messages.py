@@ -539,6 +539,7 @@ def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
         wire.Contacts((wire.Contact(1, 0.0, 0.0, 0.0, 0.0),) * 17),
         wire.State(("x",) * 65),
         wire.Welcome(1, 1, "", "", True, 0, 5, 1.0, 1.0, 100, 300, (), ()),
+        wire.PositionUncertainty(1, -0.5),
     ],
     ids=str,
 )
