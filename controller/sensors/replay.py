@@ -10,7 +10,8 @@ from controller.bundles.bundle import Bundle
 from controller.recognition.images.frames import Frame
 from controller.recordings import reader, recording
 from controller.recordings.recording import UNKNOWN, Recording
-from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import Geometry, SensorError
 
 
 @dataclass(frozen=True)
