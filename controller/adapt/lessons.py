@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from controller.adapt.examples import TURNS, Example
 from controller.bundles import container, head
 from controller.bundles.container import BundleError
-from controller.bundles.head import Head, HeadError, Matrix
+from controller.bundles.head import Head, Matrix
 from controller.recognition.debounce import DebounceSettings
 from controller.shared import config, npz
 from controller.shared.aliases import Images
@@ -86,7 +86,7 @@ def read(data: bytes) -> Lessons:
         parts = container.unpack(data)
         table = container.manifest(parts[container.MANIFEST])
         grid = table["rows"], table["columns"]
-        own = head.read(parts[container.HEAD], container.MAX_BYTES)
+        own = head.read(parts[container.HEAD])
         part = parts.get(container.REHEARSAL)
         known = None if part is None else _rehearsal(part, own, grid)
         debounce = config.settings(DebounceSettings, table["debounce"])
@@ -104,7 +104,7 @@ def read(data: bytes) -> Lessons:
             patience_s=before.patience_s,
         )
         return Lessons(parts, table, own, known, unpack(arrays), debounce)
-    except (npz.NpzError, HeadError, BundleError, ConfigError, KeyError) as error:
+    except (npz.NpzError, BundleError, ConfigError, KeyError) as error:
         raise BundleError(notice("the_bundle", error)) from None
 
 

@@ -27,8 +27,8 @@ from controller.bundles.container import (
     USER,
     BundleError,
 )
-from controller.bundles.golden import Golden, GoldenError
-from controller.bundles.head import EVERYBODY, Head, HeadError
+from controller.bundles.golden import Golden
+from controller.bundles.head import EVERYBODY, Head
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
@@ -195,8 +195,8 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         mapping = parse_mapping(rules, plain.labels)
         known = users_table.parse(table.get("users"), plain.labels)
         _check_parts(set(container.content(parts)), known)
-        head = heads.read(parts[HEAD], MAX_BYTES)
-        taught = heads.read_rows(parts[TAUGHT], MAX_BYTES) if TAUGHT in parts else {}
+        head = heads.read(parts[HEAD])
+        taught = heads.read_rows(parts[TAUGHT]) if TAUGHT in parts else {}
         _check_head(head, taught, plain.labels, known)
         golden = goldens.read(
             parts[GOLDEN],
@@ -204,11 +204,10 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
             len(head.out),
             located=located,
             people=1 + len(known.names) if identified else 0,
-            limit_bytes=MAX_BYTES,
         )
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
-    except (ConfigError, GoldenError, HeadError) as error:
+    except ConfigError as error:
         raise BundleError(str(error)) from None
     if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
         raise BundleError("maps gestures by their place, but has no location network")

@@ -22,7 +22,9 @@ import zipfile
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from controller.shared import config
+import numpy as np
+
+from controller.shared import config, npz
 from controller.shared.config import ConfigError
 from controller.shared.errors import UserError
 from controller.shared.npz import DAMAGE, ZipError, open_zip
@@ -68,6 +70,30 @@ def unpack(data: bytes) -> dict[str, bytes]:
     if _sums(parts) != parts[SUMS]:
         raise BundleError("is damaged: a part has not the hash in SHA256SUMS")
     return parts
+
+
+def arrays_of(data: bytes, what: str) -> npz.Arrays:
+    """Return the arrays in a part; BundleError if it is damaged."""
+    try:
+        return npz.unpack(data, MAX_BYTES)
+    except npz.NpzError as error:
+        raise BundleError(f"has {what} whose file {error}") from None
+
+
+def check_arrays(what: str, arrays: npz.Arrays, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Raise BundleError unless arrays are finite float32 of these shapes; -1: any length."""
+    if set(arrays) != set(shapes):
+        raise BundleError(f"has {what} of {', '.join(arrays)}, not {', '.join(shapes)}")
+    for name, shape in shapes.items():
+        array = arrays[name]
+        same = array.ndim == len(shape) and all(
+            size in (own, -1) for size, own in zip(shape, array.shape, strict=True)
+        )
+        if array.dtype != np.float32 or not same or not np.isfinite(array).all():
+            raise BundleError(
+                f"has {what} with {name} of {array.dtype} {array.shape}; "
+                f"expected are finite float32 {shape}"
+            )
 
 
 def pack(parts: Mapping[str, bytes]) -> bytes:

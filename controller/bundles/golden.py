@@ -5,15 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.bundles.container import BundleError, arrays_of, check_arrays
 from controller.shared import npz
 
 _PEOPLE = "people"  # output of the user network
 
 Answers = NDArray[np.float32]  # (n, outputs)
-
-
-class GoldenError(ValueError):
-    """The vectors do not match the manifest; the message has no subject."""
 
 
 def _none() -> Answers:
@@ -46,17 +43,13 @@ def read(
     *,
     located: bool,
     people: int,
-    limit_bytes: int,
 ) -> Golden:
     """Return the golden vectors in a file for windows of a grid (window, rows, columns).
 
-    `people` is the number of outputs of the user network; 0: there is none. GoldenError if the file
+    `people` is the number of outputs of the user network; 0: there is none. BundleError if the file
     is damaged, or its arrays have other shapes.
     """
-    try:
-        arrays = npz.unpack(data, limit_bytes)
-    except npz.NpzError as error:
-        raise GoldenError(f"has golden vectors whose file {error}") from None
+    arrays = arrays_of(data, "golden vectors")
     shapes: dict[str, tuple[int, ...]] = {
         "windows": grid,
         "probabilities": (classes,),
@@ -65,18 +58,10 @@ def read(
     }
     if people:
         shapes[_PEOPLE] = (people,)
-    if set(arrays) != set(shapes):
-        raise GoldenError(f"has golden vectors {', '.join(arrays)}, not {', '.join(shapes)}")
-    for name, shape in shapes.items():
-        array = arrays[name]
-        if array.dtype != np.float32 or array.shape[1:] != shape or not np.isfinite(array).all():
-            raise GoldenError(
-                f"has golden {name} of {array.dtype} {array.shape}; "
-                f"expected are finite float32 (n, {', '.join(map(str, shape))})"
-            )
+    check_arrays("golden vectors", arrays, {name: (-1, *shape) for name, shape in shapes.items()})
     windows, images = len(arrays["windows"]), len(arrays["images"])
     answers = [len(arrays[name]) for name in ("probabilities", _PEOPLE) if name in arrays]
     same = {windows} == set(answers) and images == len(arrays["touches"])
     if not same or not windows or bool(images) != located:
-        raise GoldenError("has different numbers of golden inputs and outputs")
+        raise BundleError("has different numbers of golden inputs and outputs")
     return Golden(**arrays)

@@ -14,16 +14,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.bundles.container import arrays_of, check_arrays
 from controller.shared import npz
 
 EVERYBODY: Final = ""  # the user of what is for all users
 _ROWS: Final = "rows-"  # before a user's name: arrays of taught rows
 
 Matrix = NDArray[np.float32]  # (rows, columns), or a vector (n,)
-
-
-class HeadError(ValueError):
-    """The arrays are no head; the message has no subject."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,30 +61,22 @@ class Head:
 
     @classmethod
     def of(cls, arrays: npz.Arrays) -> "Head":
-        """Return the head in arrays; HeadError if they are none."""
+        """Return the head in arrays; BundleError if they are none."""
+        units, classes = (len(arrays.get(name, ())) for name in ("hidden_bias", "out_bias"))
+        shapes = (units, -1), (units,), (classes, units), (classes,)
         names = [one.name for one in fields(cls)]
-        if set(arrays) != set(names):
-            raise HeadError(f"has a head of {', '.join(arrays)}, not {', '.join(names)}")
-        units, classes = len(arrays["hidden_bias"]), len(arrays["out_bias"])
-        shapes = (units, arrays["hidden"].shape[-1]), (units,), (classes, units), (classes,)
-        for name, shape in zip(names, shapes, strict=True):
-            array = arrays[name]
-            if array.dtype != np.float32 or array.shape != shape or not np.isfinite(array).all():
-                raise HeadError(
-                    f"has a head with {name} of {array.dtype} {array.shape}; "
-                    f"expected are finite float32 {shape}"
-                )
+        check_arrays("a head", arrays, dict(zip(names, shapes, strict=True)))
         return cls(**arrays)
 
 
-def read(data: bytes, limit_bytes: int) -> Head:
-    """Return the head in the part `head.npz`; HeadError if it is damaged."""
-    return Head.of(_unpacked(data, limit_bytes))
+def read(data: bytes) -> Head:
+    """Return the head in the part `head.npz`; BundleError if it is damaged."""
+    return Head.of(arrays_of(data, "a head"))
 
 
-def read_rows(data: bytes, limit_bytes: int) -> dict[str, Head]:
-    """Return the rows in the part `taught.npz` by user; HeadError if it is damaged."""
-    arrays = _unpacked(data, limit_bytes)
+def read_rows(data: bytes) -> dict[str, Head]:
+    """Return the rows in the part `taught.npz` by user; BundleError if it is damaged."""
+    arrays = arrays_of(data, "a head")
     found: dict[str, npz.Arrays] = {}
     for name in arrays:
         if name.startswith(_ROWS):
@@ -109,10 +98,3 @@ def softmax(logits: Matrix) -> Matrix:
     """Return the softmax of logits, (n, classes)."""
     power = np.exp(logits - logits.max(axis=1, keepdims=True))
     return np.asarray(power / power.sum(axis=1, keepdims=True), dtype=np.float32)
-
-
-def _unpacked(data: bytes, limit_bytes: int) -> npz.Arrays:
-    try:
-        return npz.unpack(data, limit_bytes)
-    except npz.NpzError as error:
-        raise HeadError(f"has a head whose file {error}") from None

@@ -35,8 +35,6 @@ from controller.shared.protocol.teaching import (
 _TEXT: Final = 64  # bytes of names
 _FOLDER: Final = 255
 _SHIPPED: Final = (bundles.default_path(), bundles.default_path(bundles.SLOW_HZ))
-_OBJECTION: Final = 200
-_FEW: Final = 40  # bytes of it where labels and commands fill the packet
 
 
 class Describer(Handler):
@@ -104,12 +102,12 @@ def reports(
         installed and record.before is not None,
         len(taught),
         "" if objection else fitted(str(folder), _FOLDER),
-        fitted(objection, _OBJECTION),
+        objection,
     )
     try:
         encode(head, session=0, sequence=0, t_ms=0)
     except ProtocolError:  # so many labels that they fill the packet
-        head = replace(head, folder="", objection=fitted(objection, _FEW))
+        head = replace(head, folder="")
     said = {one.label: one.say for one in vocabulary.of(loaded.labels).entries}
     infos = (
         GestureInfo(

@@ -22,7 +22,7 @@ HUNG_MS = 1000  # without a sign of the control loop: the device sends no heartb
 SILENCE_MS = 2000  # a device drops a silent host; a host gives up waiting
 LATE_MS = 250  # an older command is not carried out
 PIECE = 1000  # bytes of a bundle in one packet
-MAX_TEXT, MAX_SENTENCE = 64, 500  # bytes of UTF-8: `controller.shared.protocol.codec.fitted`
+MAX_TEXT = 64  # bytes of UTF-8: `controller.shared.protocol.codec.fitted`
 WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
 
 

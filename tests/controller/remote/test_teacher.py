@@ -26,6 +26,7 @@ from controller.runtime.assemble import TOKEN, Parts, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
 from controller.runtime.renewal import exchange
+from controller.shared.notices import Notice
 from controller.shared.protocol.messages import Contact, Message
 from controller.shared.protocol.teaching import (
     DONE,
@@ -203,6 +204,7 @@ def test_an_orb_that_cannot_be_taught_says_why(make: Callable[..., Orb], case: s
     assert isinstance(vocabulary, Vocabulary)
     why = vocabulary.objection
     assert ("--key FILE" if case == "no key" else "--bundle") in why
+    assert isinstance(why, Notice)
     assert vocabulary.folder == ""
     assert orb.ask(ExampleStart(1, "poke")) == [ExampleTaken(1, "poke", False, why, 0.0, b"")]
     for request in (Learn("poke", "", "none", False, ""), Recalibrate(), SaveAs("a")):

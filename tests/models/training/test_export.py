@@ -39,7 +39,7 @@ def test_exported_networks_answer_as_trained(shape: tuple[int, int, int], stride
         probabilities = torch.softmax(gesture(windows), dim=1).numpy()
         touches = location(windows[:, 0]).numpy()
     exported = export.export_gestures(gesture, windows.numpy())
-    own = head.read(exported.parts[container.HEAD], container.MAX_BYTES)
+    own = head.read(exported.parts[container.HEAD])
     got = own.probabilities(export.run(exported.parts[container.EMBEDDING], windows.numpy()))
     np.testing.assert_allclose(got, probabilities, atol=1e-6)
     exported = export.export_location(location, windows[:, 0].numpy(), TouchInput())
@@ -54,7 +54,7 @@ def test_the_onnx_package_and_our_reader_find_nothing_wrong() -> None:
     model = exported.parts[container.EMBEDDING]
     onnx.checker.check_model(onnx.load_from_string(model), full_check=True)
     assert onnx_reader.read(model).shape == (1, 10, 5, 5)
-    own = head.read(exported.parts[container.HEAD], container.MAX_BYTES)
+    own = head.read(exported.parts[container.HEAD])
     assert own.hidden.shape == (10, 20)
 
 
