@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     request = replace(request, command=_command(request))
     if request.epochs == 0:
         return _choose(request)
-    options.require("training", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
+    options.require("training", "torch", "sklearn", "onnx", "tomli_w", "jinja2", "matplotlib")
     from models.reports import cards
     from models.results.training import Training
     from models.training.train import train
@@ -101,7 +101,7 @@ def _check(request: Request) -> None:
         if request.others or request.gestures:
             raise ValueError("--others and --gestures are for people; add --task user")
         return
-    flags = {"window": "window", "auxiliary": "auxiliary", "start": "from"}
+    flags = {"window": "window", "split": "split", "auxiliary": "auxiliary", "start": "from"}
     for name, flag in flags.items():
         if getattr(request, name):
             raise ValueError(f"--{flag} is not for people; leave it out")

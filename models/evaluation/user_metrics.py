@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.metrics import roc_auc_score  # the [train] extra
 
 from controller.recognition.user_id import (
     NOT_ENROLLED,
@@ -67,23 +68,15 @@ def open_set(
     sure, unsure = belief[:, 1:].max(axis=1), strange[:, 1:].max(axis=1)
     named = _named(belief, users)
     user = own[1][first]
+    enrolled = np.repeat([1, 0], [len(sure), len(unsure)])
+    known = len(sure) and len(unsure)
     return OpenSetFigures(
         seen,
-        auroc(sure, unsure),
+        float(roc_auc_score(enrolled, np.concatenate([sure, unsure]))) if known else math.nan,
         float((_named(strange, users) != NOT_ENROLLED).mean()),
         float((named == user).mean()),
         float(((named != user) & (named != NOT_ENROLLED)).mean()),
     )
-
-
-def auroc(high: NDArray[np.float64], low: NDArray[np.float64]) -> float:
-    """Return the probability that one of (n,) is above one of (m,); ties are halves."""
-    if not (len(high) and len(low)):
-        return math.nan
-    ordered = np.sort(low)
-    below = np.searchsorted(ordered, high, side="left")
-    level = np.searchsorted(ordered, high, side="right") - below
-    return float((below + 0.5 * level).mean() / len(low))
 
 
 def acceptance(strange: Belief, false_accepts: float) -> float:

@@ -67,7 +67,8 @@ def users(found: UserResult) -> str:
     parts = [
         f"# {found.name}: {count(len(found.people), 'person', 'people')}",
         f"`{found.command}`",
-        f"Identified by {', '.join(found.gestures)}. {found.split}",
+        f"Identified by {', '.join(found.gestures)}. Held out: the last session of each; the "
+        "network in the bundle learned from all.",
         *found.notes,
         *(one.markdown() for one in tables.users(found)),
         USERS_WARNING,

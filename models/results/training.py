@@ -213,7 +213,6 @@ class UserResult:
     command: str  # command line
     gestures: tuple[str, ...]  # labels that identify users
     people: tuple[Enrolled, ...]  # enrolled users
-    split: str  # the hold-out rule, a sentence
     random: float  # share of windows at random named rightly: the paper's protocol, which leaks
     # share of rows of so many gestures that are named rightly, in what was held out
     seen: dict[int, Figure]

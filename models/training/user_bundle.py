@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import tomli_w
@@ -17,7 +16,6 @@ from controller.recognition.user_id import Users
 from controller.shared import files
 from controller.shared.aliases import Say
 from controller.shared.errors import count
-from models.data import splits, touch_images
 from models.data.load import Data
 from models.data.recipe import USER
 from models.evaluation import user_metrics
@@ -28,8 +26,6 @@ from models.training import export, user_task
 from models.training.networks import Network
 from models.training.request import Request
 from models.training.user_task import UserGestures
-
-SPLITS: Final = ("session", "time")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,24 +57,19 @@ class UserPlan:
                 f"the bundle was taught gestures of {odd[0]}, who was not recorded here; record "
                 f"{odd[0]}, too, or name another bundle with --with"
             )
-        made = cls(
-            request, data, names, labels, gestures, _held(data, gestures, names, request.split)
-        )
+        made = cls(request, data, names, labels, gestures, _held(data, gestures, names))
         say(f"{made.enrolled}: {', '.join(names)}; identified by {', '.join(labels)}")
         return made
 
     def train(self, device: torch.device, folder: Path, say: Say) -> UserResult:
         """Train the networks; write the bundle, its card and its report.
 
-        The figures are of a network that learned nothing from the gestures held out; unless time is
-        split, the bundle gets one that learned from all.
+        The figures are of a network that learned nothing from the gestures held out; the bundle
+        gets one that learned from all.
         """
         request, everything = self.request, self.gestures
         recipe = USER.lasting(request.epochs or 0)
-        outputs, by_time = 1 + len(self.names), request.split == "time"
-        before = np.zeros_like(self.held)  # their windows share frames with what is held out
-        before[:-1] = self.held[1:] & (everything.day[1:] == everything.day[:-1])
-        learned = everything.some(~self.held & ~before if by_time else ~self.held)
+        outputs, learned = 1 + len(self.names), everything.some(~self.held)
         random = user_task.random_windows(len(learned.ends), request.seed)
         net, score = user_task.train_users(
             learned,
@@ -90,10 +81,9 @@ class UserPlan:
             folder=folder,
         )
         found = _scored(self, net, score)
-        if not by_time:
-            net, _ = user_task.train_users(
-                everything, outputs, request.seed, recipe=recipe, name="users, all", folder=folder
-            )
+        net, _ = user_task.train_users(
+            everything, outputs, request.seed, recipe=recipe, name="users, all", folder=folder
+        )
         known = Users(self.names, self.labels, found.temperature, found.accept, STAY, FORGET_S)
         entry = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
         write_users(request, net, known, f"{entry}{found.seen[1].value:.1%}")
@@ -188,26 +178,18 @@ def _within(row: SessionRow, folders: Sequence[Path]) -> bool:
     return any(Path(row.path).is_relative_to(folder) for folder in folders)
 
 
-def _held(
-    data: Data, gestures: UserGestures, names: Sequence[str], split: str
-) -> NDArray[np.bool_]:
+def _held(data: Data, gestures: UserGestures, names: Sequence[str]) -> NDArray[np.bool_]:
     """Return which gestures are held out, (events,): users' last sessions, half the strangers."""
-    if (split or "session") not in SPLITS:
-        splits.require(split)  # windows at random are refused with the reason
-        raise ValueError(f"people are split by {' or '.join(SPLITS)}, not by {split}")
     person = data.user[gestures.session]
     stranger = gestures.user == 0
     held: NDArray[np.bool_] = stranger & np.isin(person, np.unique(person[stranger])[1::2])
-    if split == "time":
-        held |= ~stranger & touch_images.last_events(gestures.day)
-        return held
     for number, name in enumerate(names, 1):
         own = gestures.user == number
         sessions = np.unique(gestures.day[own])
         if len(sessions) < 2:
             raise ValueError(
                 f"{name} has one session only, and a network would learn that day, not {name}: "
-                "record more on other days, or see with --split time what one is worth"
+                "record more on other days"
             )
         held |= own & (gestures.day == sessions[-1])
     return held
@@ -240,11 +222,6 @@ def _scored(plan: UserPlan, net: Network, random: float) -> UserResult:
         command=request.command,
         gestures=plan.labels,
         people=people,
-        split=(
-            "Held out: the last gestures of each session, which says little of another day."
-            if request.split == "time"
-            else "Held out: the last session of each; the network in the bundle learned from all."
-        ),
         random=random,
         seen={seen: user_metrics.share(*own, known, seen) for seen in SEEN},
         events=len(first),
