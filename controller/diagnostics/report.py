@@ -29,7 +29,7 @@ class Row:
     verdict: Verdict  # how it is
     found: str  # what was measured or seen, with units; never empty
     advice: str = ""  # what to do; "" where it is good
-    code: str = ""  # a word for programs, such as "open_row"; "" where it is good
+    code: str = ""  # a word for programs, such as "open"; "" where it is good
 
 
 def faulty(rows: Iterable[Row]) -> bool:

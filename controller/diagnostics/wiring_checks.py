@@ -133,7 +133,7 @@ class WiringChecks:
                     self._line("swapped_channels", kind, i, f"row {k}")
                     self._line("swapped_channels", kind, k, f"row {i}")
                 elif touching[i, k]:
-                    self._line(f"short_{kind}s", kind, i, f"{kind} {k}")
+                    self._line("short", kind, i, f"{kind} {k}")
                     self._explain(kind, k)
         for row in self._left("row"):
             share = m.shares[:, row].mean(axis=0)
@@ -148,12 +148,12 @@ class WiringChecks:
         m = self._m
         for row in self._left("row"):
             if m.dark[row] > DRIVEN_SHARE:
-                self._line("stuck_row", "row", row)
+                self._line("stuck", "row", row)
             elif m.held[row, row] < HELD_SHARE / 5:
-                self._line("no_channel" if m.held_level[row] else "stuck_row", "row", row)
+                self._line("no_channel" if m.held_level[row] else "stuck", "row", row)
         for column in self._left("column"):
             if not (m.column_low[column] and m.column_high[column]):
-                self._line("stuck_column", "column", column)
+                self._line("stuck", "column", column)
 
     def _noise(self) -> None:
         free = ~self._bad_lines["row"]
@@ -176,7 +176,7 @@ class WiringChecks:
             for i in self._left(kind):
                 if across.sum() > 1 and lost[i, across].all() and charges[i]:
                     mean = f"{taxels[i].mean():.1f}"
-                    self._line(f"open_{kind}", kind, i, mean, f"{middle:.0f}")
+                    self._line("open", kind, i, mean, f"{middle:.0f}")
 
     def _row_parts(self) -> None:
         for row in () if self._unreliable else self._left("row"):

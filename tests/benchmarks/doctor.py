@@ -53,8 +53,9 @@ SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
 TOUCHED: Final = ("swapped_rows", "swapped_columns", "stiff", "mirrored", "turned")
 # What a fault is called, where that is not the name of its kind: seen from the board they are one.
 CALLED: Final = {
-    "low_reference": "reference", "grounded_row": "stuck_row", "grounded_column": "stuck_column",
-    "no_bleed": "bleed",
+    "low_reference": "reference", "grounded_row": "stuck", "grounded_column": "stuck",
+    "no_bleed": "bleed", "open_row": "open", "open_column": "open", "short_rows": "short",
+    "short_columns": "short",
 }  # fmt: skip
 _PLACES: Final = {
     "taxel": (ROWS, COLUMNS), "row": (ROWS,), "rows": (ROWS - 1,), "column": (COLUMNS,),

@@ -50,7 +50,7 @@ def test_inputs_that_are_swapped_are_named_both() -> None:
 
 def test_two_faults_are_told_apart() -> None:
     assert set(found("open_column:1", "dead:3,4")) == {
-        ("open_column", "column 1"), ("dead", "taxel (3,4)"),
+        ("open", "column 1"), ("dead", "taxel (3,4)"),
     }  # fmt: skip
 
 
