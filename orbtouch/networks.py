@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import adapt
-from controller.adapt import symmetry
+from controller.adapt.examples import guess_symmetries
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.inference.networks import Recognizer
@@ -211,7 +211,7 @@ class Network:
                 "more after its beginning"
             )
         touches = [touch for one in found if (touch := one.found(self.rate_hz)) is not None]
-        turns, mirror = symmetry.guess(touches)
+        turns, mirror = guess_symmetries(touches)
         turns = turns if rotations is None else rotations
         mirror = mirror if mirrored is None else mirrored
         found = [replace(one, rotations=turns, mirrored=mirror) for one in found]

@@ -1,10 +1,10 @@
-"""Examples of a gesture, and data augmentation of their windows.
+"""Examples of a gesture, data augmentation of their windows, and the guess of its symmetries.
 
 Each example is varied in duration, strength, sampling instants and noise, and rotated and mirrored
 by its symmetries.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -33,6 +33,13 @@ PACE: Final = 0.2  # standard deviation of the logarithm of duration
 GAIN: Final = 0.2  # and of strength
 OFFSET: Final = 0.004  # standard deviation of the baseline error, z
 NOISE: Final = 0.003  # and of the noise of each reading
+LEAST_EXAMPLES: Final = 3  # of which symmetries can be guessed
+MOMENTS: Final = 4  # of a touch that are compared, evenly between its beginning and end
+LIKE: Final = 1.6  # times the usual distance: farther away it is another gesture
+CLOSE: Final = 0.6  # distance of what is the same in any case; that of nothing in common is 1.4
+
+Shape = NDArray[np.float64]  # (examples, MOMENTS, rows, columns), each of length 1
+Turn = tuple[int, bool]  # quarter turns, and whether it is mirrored before
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,3 +209,53 @@ def vary_images(images: Images, rng: np.random.Generator) -> Images:
     change += OFFSET * rng.normal(size=images.shape[1:])
     more = NOISE * float(np.exp(rng.normal()))
     return np.asarray(1.0 + change + more * rng.normal(size=images.shape), dtype=np.float32)
+
+
+def guess_symmetries(examples: Sequence[Example]) -> tuple[str, bool]:
+    """Return the rotations, as in `Example`, and whether the mirror image is the same gesture.
+
+    Examples of a gesture that any direction suits differ among themselves as much as from a turned
+    one. So the turned (or mirrored) examples belong to the gesture if each is about as near to
+    another example as the examples are to each other.
+
+    Args:
+        examples: Of one gesture and grid, with their spans; of fewer than `LEAST_EXAMPLES` the
+            guess is "none", False.
+    """
+    if len(examples) < LEAST_EXAMPLES:
+        return "none", False
+    shapes = np.stack([_shape(one) for one in examples])
+    turns, rotations = [0], "none"
+    if _same(shapes, [(0, False)], [(2, False)]):
+        turns, rotations = [0, 2], "half"
+        quarters = [(1, False), (3, False)]
+        if shapes.shape[2] == shapes.shape[3] and _same(shapes, [(0, False), (2, False)], quarters):
+            turns, rotations = [0, 1, 2, 3], "all"
+    mirrored = _same(shapes, [(k, False) for k in turns], [(k, True) for k in turns])
+    return rotations, mirrored
+
+
+def _same(shapes: Shape, known: Iterable[Turn], other: Iterable[Turn]) -> bool:
+    """Return whether examples turned otherwise are as near to others as in the known turns."""
+    return _distance(shapes, other) <= max(CLOSE, LIKE * _distance(shapes, known))
+
+
+def _distance(shapes: Shape, turns: Iterable[Turn]) -> float:
+    """Return the mean distance of each example, turned, to the nearest other one."""
+    flat = shapes.reshape(len(shapes), -1)
+    nearest = np.full(len(shapes), np.inf)
+    for quarters, mirrored in turns:
+        turned = np.rot90(shapes[..., ::-1] if mirrored else shapes, quarters, (2, 3))
+        alike = turned.reshape(flat.shape) @ flat.T
+        np.fill_diagonal(alike, -np.inf)
+        nearest = np.minimum(nearest, np.sqrt(np.maximum(0.0, 2.0 - 2.0 * alike.max(axis=1))))
+    return float(nearest.mean())
+
+
+def _shape(example: Example) -> Shape:
+    """Return an example's images at some moments of its touch, of length 1 together."""
+    assert example.span is not None
+    at = np.linspace(*example.span, MOMENTS + 2)[1:-1]
+    last = len(example.images) - 1.001
+    images = between(example.images, np.clip(at, 0.0, last)).astype(np.float64) - 1.0
+    return np.asarray(images / max(1e-9, float(np.linalg.norm(images))))

@@ -1,5 +1,7 @@
 """Changes of a bundle in a process of low priority, so that the control loop does not wait.
 
+`few_shot` has the other changes beside that of a command.
+
 The child gets a change, a path and a target as a pickle on its standard input, and answers with
 pickles: the share that is done, and the outcome as the last one. The end of its standard input
 means that its parent has ended, and ends it.
@@ -22,6 +24,7 @@ from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.container import BundleError
+from controller.recognition.mapping import NONE
 from controller.shared.errors import reason
 from controller.shared.notices import notice
 
@@ -88,6 +91,31 @@ def _run(change: Change, path: Path, out: Path, progress: Progress) -> AdaptedBu
         if not isinstance(answer, AdaptedBundle):
             raise AdaptError(notice("learn_ended", status))
     return answer
+
+
+def set_command(
+    data: bytes, label: str, command: str, user: str = "", progress: Progress = lambda share: None
+) -> AdaptedBundle:
+    """Return a bundle with another command of a gesture, "" nothing.
+
+    With a user, only that user's mapping changes; with "" as the label it is removed.
+
+    Raises:
+        AdaptError, BundleError: It is not possible.
+    """
+    loaded, parts = bundles.parse(data), container.unpack(data)
+    if user and user not in loaded.users.names:
+        raise AdaptError(notice("unknown_user", user))
+    if label not in loaded.labels[1:] and (label or not user):
+        raise AdaptError(notice("no_gesture", label))
+    table = container.manifest(parts[container.MANIFEST])
+    mappings = table["users"].setdefault("mapping", {}) if user else {"": table["mapping"]}
+    if label:
+        mappings.setdefault(user, {})[label] = command or NONE
+    else:
+        mappings.pop(user, None)
+    progress(1.0)
+    return AdaptedBundle(tomli_w.dumps(table).encode(), container.content(parts))
 
 
 def write(made: AdaptedBundle, out: Path) -> AdaptedBundle:

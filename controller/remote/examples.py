@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 
 from controller.adapt import lessons
-from controller.adapt.examples import NULL_LABEL, Example
-from controller.adapt.symmetry import guess
+from controller.adapt.examples import NULL_LABEL, Example, guess_symmetries
 from controller.recognition.images.frames import Image
 from controller.remote.worker import Worker
 from controller.runtime.device import Device
@@ -138,7 +137,7 @@ class ExampleStore:
 
     def report(self, one: PendingExample) -> ExampleTaken:
         """Return the message about an example, with the symmetries of all of its label."""
-        return one.report(guess([each.example for each in self.of(one.example.label)]))
+        return one.report(guess_symmetries([each.example for each in self.of(one.example.label)]))
 
     def _path(self, number: int) -> Path:
         return self.folder / f"example-{number}.npz"

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from controller.adapt import AdaptError, commands, few_shot, process
+from controller.adapt import AdaptError, few_shot, process
 from controller.adapt.examples import TURNS
 from controller.adapt.process import Change
 from controller.bundles.container import BundleError
@@ -177,7 +177,7 @@ class Teacher(Handler):
         if parts.options.mapping is not None:
             raise BundleError(notice("mapping_file", parts.options.mapping))
         done = f"{label}: {command or 'nothing'}" if label else notice("like_all", user)
-        change = partial(commands.set_command, label=label, command=command, user=user)
+        change = partial(process.set_command, label=label, command=command, user=user)
         return partial(self._alter, change, done)
 
     def _learning(self, message: Learn, parts: Parts) -> Callable[[], str]:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import adapt
-from controller.adapt import Example, symmetry
+from controller.adapt import Example
+from controller.adapt.examples import guess_symmetries
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
@@ -94,7 +95,7 @@ def cut(loaded: Bundle, recording: Recording, entry: Entry) -> list[Example]:
     touches = [touch for one in found if (touch := one.found(loaded.rate_hz)) is not None]
     rotations, mirrored = entry.rotations, entry.mirror == SELF
     if rotations == ROTATIONS[0] and not mirrored:
-        rotations, mirrored = symmetry.guess(touches)
+        rotations, mirrored = guess_symmetries(touches)
     return [
         replace(one, rotations=rotations, mirrored=mirrored)
         for one in found

@@ -8,7 +8,7 @@ import pytest
 import tomli_w
 
 from controller import adapt
-from controller.adapt import AdaptedBundle, AdaptError, Example, commands, lessons, process
+from controller.adapt import AdaptedBundle, AdaptError, Example, lessons, process
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.bundle import Bundle
@@ -84,7 +84,7 @@ def test_a_gesture_that_is_taught_again_forgets_its_old_examples() -> None:
 
 
 def test_a_gesture_of_the_training_keeps_its_command_when_it_is_taught_again() -> None:
-    data = file_of(commands.set_command(DATA, "pinch", "hold"))
+    data = file_of(process.set_command(DATA, "pinch", "hold"))
     for _ in range(2):
         data = file_of(relearn(data, examples("pinch", (10, 16)), "pause"))
     assert bundles.parse(data).mapping.command("pinch", None) == "hold"
@@ -105,11 +105,11 @@ def test_progress_rises_to_the_end() -> None:
 
 
 def test_a_command_is_changed_and_nothing_else() -> None:
-    made = commands.set_command(DATA, "pinch", "hold")
+    made = process.set_command(DATA, "pinch", "hold")
     bundle, before = bundles.parse(file_of(made)), bundles.parse(DATA)
     assert bundle.mapping.rules == {**before.mapping.rules, "pinch": (Rule("hold"),)}
     assert bundle.settings == before.settings
-    silent = bundles.parse(file_of(commands.set_command(DATA, "pinch", "")))
+    silent = bundles.parse(file_of(process.set_command(DATA, "pinch", "")))
     assert silent.mapping.command("pinch", None) is None
 
 
@@ -127,24 +127,24 @@ def test_only_what_was_taught_can_be_forgotten(label: str) -> None:
 
 def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
     data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
-    made = file_of(commands.set_command(data, "twist_cw", "drop", "bob"))
+    made = file_of(process.set_command(data, "twist_cw", "drop", "bob"))
     before, after = bundles.parse(data), bundles.parse(made)
     assert after.mapping == before.mapping
     own = {"pinch": (Rule("hold"),), "twist_cw": (Rule("drop"),)}
     assert {name: mapping.rules for name, mapping in after.users.mappings.items()} == {"bob": own}
-    first = bundles.parse(file_of(commands.set_command(made, "press", "", "ann")))
+    first = bundles.parse(file_of(process.set_command(made, "press", "", "ann")))
     assert first.users.mapping("ann", first.mapping).command("press", None) is None
-    back = bundles.parse(file_of(commands.set_command(made, "", "", "bob")))
+    back = bundles.parse(file_of(process.set_command(made, "", "", "bob")))
     assert back.users.mappings == {}
     with pytest.raises(AdaptError, match="no user 'cleo'"):
-        commands.set_command(data, "press", "drop", "cleo")
+        process.set_command(data, "press", "drop", "cleo")
 
 
 def test_a_users_commands_stay_when_a_gesture_is_learned_anew_and_forgotten() -> None:
     pinch = [replace(one, user="bob") for one in examples("pinch", (9, 15))]
     data = file_of(relearn(file_of(adapt.teach(DATA, pinch)), examples("swipe", (10, 16))))
     for label in ("swipe", "pinch"):
-        data = file_of(commands.set_command(data, label, "hold", "bob"))
+        data = file_of(process.set_command(data, label, "hold", "bob"))
     data = file_of(relearn(data, examples("swipe", (10, 14))))
     assert set(bundles.parse(data).users.mappings["bob"].rules) == {"swipe", "pinch"}
     forgot = bundles.parse(file_of(adapt.forget(data, "swipe")))

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.adapt import commands, few_shot, process
+from controller.adapt import few_shot, process
 from controller.adapt.examples import Example
 from controller.adapt.few_shot import AdaptError
 from controller.bundles import bundle
 
 SHIPPED = bundle.default_path(10.0)
-HOLD = partial(commands.set_command, label="press", command="hold")
+HOLD = partial(process.set_command, label="press", command="hold")
 
 
 def unexpected(path: Path) -> None:

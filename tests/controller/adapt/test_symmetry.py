@@ -5,8 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from controller.adapt.examples import Example
-from controller.adapt.symmetry import guess
+from controller.adapt.examples import Example, guess_symmetries
 from controller.bundles import bundle as bundles
 from controller.recognition.images.preprocess import Preprocessor
 from controller.shared.config import parse_toml
@@ -90,7 +89,7 @@ def played(label: str, user: int, count: int = 5) -> list[Example]:
 
 @pytest.mark.parametrize("label", FIXED)
 def test_examples_that_are_all_alike_say_that_direction_and_place_matter(label: str) -> None:
-    assert [guess(played(label, user)) for user in (11, 12)] == [FIXED[label]] * 2
+    assert [guess_symmetries(played(label, user)) for user in (11, 12)] == [FIXED[label]] * 2
 
 
 @pytest.mark.parametrize("label", FREE)
@@ -98,22 +97,22 @@ def test_presses_at_many_places_and_swipes_in_all_directions_say_that_it_does_no
     label: str,
 ) -> None:
     # Examples that happen to be alike say less, so this holds for most people only.
-    right = [guess(played(label, user)) == FREE[label] for user in range(20, 32)]
+    right = [guess_symmetries(played(label, user)) == FREE[label] for user in range(20, 32)]
     assert sum(right) >= 8
 
 
 def test_swipes_there_and_back_are_the_same_after_half_a_turn() -> None:
     both = [*played("right", 11)[:3], *played("left", 12)[:3]]
-    assert guess(both) == ("half", True)
+    assert guess_symmetries(both) == ("half", True)
 
 
 def test_too_few_examples_suggest_nothing() -> None:
-    assert guess(played("press", 11)[:2]) == ("none", False)
+    assert guess_symmetries(played("press", 11)[:2]) == ("none", False)
 
 
 def test_on_an_oblong_grid_a_quarter_turn_is_never_the_same() -> None:
     oblong = [Example(one.label, one.images[:, :4], span=one.span) for one in played("centre", 11)]
-    assert guess(oblong)[0] in ("none", "half")
+    assert guess_symmetries(oblong)[0] in ("none", "half")
 
 
 @pytest.mark.slow
@@ -121,7 +120,7 @@ def test_on_an_oblong_grid_a_quarter_turn_is_never_the_same() -> None:
 def test_the_guess_is_right_for_most_gestures_and_people(count: int, least: float) -> None:
     truth = {**FIXED, **FREE}
     right = [
-        guess(played(label, user, count)) == truth[label]
+        guess_symmetries(played(label, user, count)) == truth[label]
         for label in truth
         for user in range(20, 50)
     ]
