@@ -1,10 +1,13 @@
 """The window's orb as its screens know it, and the base class of the screens about it."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
 from typing import Any, Final
+
+import pygame
 
 from controller.shared.errors import UserError
 from controller.shared.protocol.link_events import Connected, Received
@@ -13,13 +16,18 @@ from host.app.lessons import Lessons
 from host.connection import bundle_upload
 from host.connection.bundle_upload import BundleUpload
 from host.targets import Target
+from host.ui import sprites
 from host.ui.naming import said
 from host.ui.orb_state import OrbState
+from tetris.kit import theme
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu, Row
+from tetris.kit.menu_view import wrapped
 from tetris.kit.stage import Screen, Stage
+from tetris.kit.theme import Colour
 from tetris.window.menu_screen import MenuScreen
 
+_ICON: Final = 1.1  # of the letters' size
 _LETTERS: Final = 44  # of a sentence in a line of a table
 
 
@@ -83,6 +91,17 @@ def rows(sentence: str, *, marked: bool = False) -> list[Row]:
     return [Row((line,), marked) for line in wrap(sentence, _LETTERS)]
 
 
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A paragraph on a page."""
+
+    text: str  # wrapped
+    size: int  # of the letters, design units
+    colour: Colour  # of the letters, and of the icon
+    icon: str = ""  # name of one before the letters; "": none
+    after: int = 12  # space below it, design units
+
+
 class OrbScreen(MenuScreen):
     """A menu page that takes what the orb recognises and reports before the menu does."""
 
@@ -127,6 +146,26 @@ class OrbScreen(MenuScreen):
         if upload.over:
             return said(self.words, bundle_upload.outcome(upload)), None
         return self.words(f"install.{upload.stage}"), upload.offset / upload.size
+
+    def draw_lines(self, surface: pygame.Surface, inner: pygame.Rect, lines: Sequence[Line]) -> int:
+        """Draw paragraphs in a rectangle as far as they fit; return where they end."""
+        unit, top = self._stage.unit, inner.top
+        for line in lines:
+            size, left = max(1, round(line.size * unit)), inner.left
+            high = theme.font(size).get_linesize()
+            if line.icon:
+                side = round(size * _ICON)
+                mark = sprites.icon(line.icon, side, line.colour)
+                surface.blit(mark, mark.get_rect(midleft=(left, top + high // 2)))
+                left += round(1.4 * side)
+            room = max(1, inner.right - left)
+            for words in wrapped(line.text, size, room):
+                picture = theme.fitted(words, size, line.colour, room)
+                if top + high <= inner.bottom:
+                    surface.blit(picture, (left, top))
+                top += high
+            top += round(line.after * unit)
+        return top
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Take a recognised gesture; return whether it is no step in the menu."""

@@ -1,38 +1,21 @@
 """Base class of pages with a game: text and items in a column, the game's board beside them."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import pygame
 
-from host.app.screen import Orb, OrbScreen
-from host.ui import sprites
+from host.app.screen import Line, Orb, OrbScreen
 from tetris.engine.events import Event
 from tetris.engine.game import Game
-from tetris.kit import theme
 from tetris.kit.menu import Menu
-from tetris.kit.menu_view import wrapped
 from tetris.kit.stage import PLAY_HZ, Stage
-from tetris.kit.theme import Colour
 from tetris.window.effects import sounds_of
 from tetris.window.view import Figure, GameView
 
 _LEAST, _MOST = 0.36, 0.5  # of the area's width, for the column
 _BOARD: Final = 0.97  # of the area's height, a board's width with what stands beside it
 _EDGE: Final = 30  # left of letters and above them, design units like all below
-_ICON: Final = 1.1  # of the letters' size
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A paragraph of the column."""
-
-    text: str  # wrapped
-    size: int  # of the letters, design units
-    colour: Colour  # of the letters, and of the icon
-    icon: str = ""  # name of one before the letters; "": none
-    after: int = 12  # space below it, design units
 
 
 class GamePage(OrbScreen):
@@ -85,25 +68,5 @@ class GamePage(OrbScreen):
         items = pygame.Rect(0, 0, column.width, high)
         items.bottom = min(area.bottom - edge // 2, view.layout.board.bottom)
         inner = pygame.Rect(edge, column.top, column.width - edge, items.top - column.top)
-        self._draw_lines(surface, inner, self.lines(time_s), unit)
+        self.draw_lines(surface, inner, self.lines(time_s))
         self._view.draw(surface, items, menu, self.selected, unit)
-
-    def _draw_lines(
-        self, surface: pygame.Surface, inner: pygame.Rect, lines: Sequence[Line], unit: float
-    ) -> None:
-        top = inner.top
-        for line in lines:
-            size, left = max(1, round(line.size * unit)), inner.left
-            high = theme.font(size).get_linesize()
-            if line.icon:
-                side = round(size * _ICON)
-                mark = sprites.icon(line.icon, side, line.colour)
-                surface.blit(mark, mark.get_rect(midleft=(left, top + high // 2)))
-                left += round(1.4 * side)
-            room = max(1, inner.right - left)
-            for words in wrapped(line.text, size, room):
-                picture = theme.fitted(words, size, line.colour, room)
-                if top + high <= inner.bottom:
-                    surface.blit(picture, (left, top))
-                top += high
-            top += round(line.after * unit)

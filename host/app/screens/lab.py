@@ -13,12 +13,11 @@ from controller.shared.protocol.messages import Report, StageTime
 from controller.shared.protocol.teaching import InjectFault, Record, RecordingStatus
 from controller.shared.taxel_measures import noisy
 from host.app.lab_data import IMAGE_STEP, NOISE_RATIO, SECONDS, Array, LabData
-from host.app.screen import Orb, OrbScreen
+from host.app.screen import Line, Orb, OrbScreen
 from host.ui import naming
 from tetris.kit import theme
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu
-from tetris.kit.menu_view import wrapped
 from tetris.kit.stage import Stage
 from tetris.kit.theme import Colour, Palette
 
@@ -115,7 +114,9 @@ class LabScreen(OrbScreen):
         self._view.draw(surface, below, self.menu, self.selected, unit)
         area.height -= below.height + round(8 * unit)
         pen = Pen(surface, stage.look.palette, unit)
-        top = pen.sentences(area, self._sentences())
+        dim = stage.look.palette.dim
+        lines = [Line(text, _LETTERS, dim, after=4) for text in self._sentences()]
+        top = self.draw_lines(surface, area, lines)
         area.height, area.top = area.bottom - top, top
         grid = area.copy()
         grid.width = round(area.width * 0.66)
@@ -167,17 +168,6 @@ class Pen:
     def words(self, words: str, colour: Colour, widest: int) -> pygame.Surface:
         """Return words as a picture."""
         return theme.fitted(words, self.px(_LETTERS), colour, max(1, widest))
-
-    def sentences(self, area: pygame.Rect, lines: Sequence[str]) -> int:
-        """Draw sentences at the top of an area; return where they end."""
-        top = area.top
-        for sentence in lines:
-            for line in wrapped(sentence, self.px(_LETTERS), area.width):
-                self.surface.blit(
-                    theme.text(line, self.px(_LETTERS), self.palette.dim), (area.left, top)
-                )
-                top += self.px(_LINE)
-        return top + self.px(_GAP)
 
     def trace(
         self,

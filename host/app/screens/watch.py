@@ -11,8 +11,8 @@ import pygame
 from controller.shared.event_metric import Score
 from controller.shared.protocol.messages import Command, GroundTruth, Perform, Report
 from host.actions import ACTIONS
-from host.app.screen import Orb
-from host.app.screens.game_page import GamePage, Line
+from host.app.screen import Line, Orb
+from host.app.screens.game_page import GamePage
 from host.demo.autoplayer import Autoplayer
 from host.demo.record import DemoRecord
 from host.ui import naming
