@@ -301,7 +301,7 @@ class OrbApp(Orb):
             return ""
         if self.touch.two_fingers:
             return words("orb.two_fingers")
-        return "" if self.orb.history else words("orb.first_touch")
+        return "" if self.orb.last else words("orb.first_touch")
 
     def close(self) -> None:
         """Let go of the devices."""

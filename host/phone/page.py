@@ -76,7 +76,7 @@ def view(orb: OrbState, words: Words, pad: DomeArea, now_s: float) -> dict[str, 
         "words": {"language": words.name, **{key: words(f"phone.{key}") for key in _WORDS}},
         "status": words(status),
         "last": _last(orb, words, now_s),
-        "commanded_s": orb.history[-1].time_s if orb.history else 0.0,  # it vibrates at a new one
+        "commanded_s": orb.last_s,  # it vibrates at a new one
         "zones": _zones(rules, pad) if rules else "",
     }
 
@@ -84,7 +84,7 @@ def view(orb: OrbState, words: Words, pad: DomeArea, now_s: float) -> dict[str, 
 def _last(orb: OrbState, words: Words, now_s: float) -> str:
     """Return the last command, or why a touch gave none, while it is news."""
     if last := orb.latest(now_s):
-        return f"{naming.gesture(words, last.label)} → {naming.command(words, last.command)}"
+        return f"{naming.gesture(words, last.label)} → {naming.command(words, last.name)}"
     reason = orb.reason_unanswered(now_s)
     return naming.unanswered(words, reason) if reason else ""
 

@@ -4,7 +4,6 @@
 """
 
 import math
-from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
@@ -34,7 +33,6 @@ Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, to
 LinkState = Literal["connecting", "live", "stale", "lost"]
 
 EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second look alive
-MEMORY: Final = 8  # commands in the list
 LATEST_S: Final = 2.5  # the last recognised gesture stands below the dome for so long
 TOUCHED: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
@@ -65,17 +63,6 @@ class Rim:
             return 0.0
         rise = min(1.0, passed_s / _PULSE_RISE_S)
         return self._strength * rise * math.exp(-max(0.0, passed_s - _PULSE_RISE_S) / _PULSE_FALL_S)
-
-
-@dataclass(frozen=True, slots=True)
-class RecentCommand:
-    """One command as the list shows it."""
-
-    label: str
-    command: str
-    probability: float
-    touch: tuple[float, float] | None  # grid units
-    time_s: float
 
 
 @dataclass
@@ -111,7 +98,8 @@ class OrbState:
     health: tuple[str, ...] = ()  # what is wrong, worst first; stands in the hint's place
     user: str = ""  # the identified user; "" for none that it knows
     sure: float = 0.0  # how probable that is; 0 where the device knows no users
-    history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
+    last: Command | None = None  # command recognised last
+    last_s: float = 0.0  # when
     unanswered: tuple[Reason, float] | None = None  # why the last touch gave no command, and when
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
@@ -209,12 +197,10 @@ class OrbState:
         self.rate_hz = message.rate_hz
 
     def command(self, message: Command, now_s: float) -> None:
-        """Remember a command for the list."""
+        """Take a command."""
         self._touches.answer()
         self.unanswered = None
-        self.history.append(
-            RecentCommand(message.label, message.name, message.probability, message.touch, now_s)
-        )
+        self.last, self.last_s = message, now_s
 
     def silent(self, link: LinkState, reason: str) -> None:
         """Take a change of the link for the worse: what was felt is no longer felt."""
@@ -242,10 +228,9 @@ class OrbState:
         reason, at_s = self.unanswered or (None, now_s)
         return reason if now_s - at_s < REASON_S else None
 
-    def latest(self, now_s: float) -> RecentCommand | None:
+    def latest(self, now_s: float) -> Command | None:
         """Return the last command while it is news."""
-        last = self.history[-1] if self.history else None
-        return last if last and now_s - last.time_s < LATEST_S else None
+        return self.last if now_s - self.last_s < LATEST_S else None
 
     def lively(self, now_s: float) -> bool:
         """Return whether the picture moves: touched, shown a gesture, or still fading."""
@@ -260,10 +245,10 @@ class OrbState:
 
     def mark(self, now_s: float) -> tuple[float, float, float] | None:
         """Return the last recognised touch as x, y and how fresh it is, 1 down to 0."""
-        last = self.history[-1] if self.history else None
-        if last is None or last.touch is None or now_s - last.time_s >= MARK_S:
+        passed_s = max(0.0, now_s - self.last_s)
+        if self.last is None or self.last.touch is None or passed_s >= MARK_S:
             return None
-        return (*last.touch, 1.0 - max(0.0, now_s - last.time_s) / MARK_S)
+        return (*self.last.touch, 1.0 - passed_s / MARK_S)
 
 
 def pulse_strength(events: Iterable[Event]) -> float:

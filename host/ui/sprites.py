@@ -74,19 +74,15 @@ def in_steps(alpha: float) -> int:
 
 @lru_cache(maxsize=64)
 def card(
-    size: tuple[int, int], radius: int, fill: Colour, line: Colour | None = None, alpha: int = 255
+    size: tuple[int, int], radius: int, fill: Colour, line: Colour | None = None
 ) -> pygame.Surface:
     """Return a rectangle with round corners and, if wished, a fine outline."""
     surface = _canvas(size)
     box = surface.get_rect()
-    pygame.draw.rect(surface, (*(line or fill), alpha), box, border_radius=radius * SMOOTH)
+    pygame.draw.rect(surface, line or fill, box, border_radius=radius * SMOOTH)
     if line:
-        pygame.draw.rect(
-            surface,
-            (*fill, alpha),
-            box.inflate(-2 * SMOOTH, -2 * SMOOTH),
-            border_radius=(radius - 1) * SMOOTH,
-        )
+        inner = box.inflate(-2 * SMOOTH, -2 * SMOOTH)
+        pygame.draw.rect(surface, fill, inner, border_radius=(radius - 1) * SMOOTH)
     return pygame.transform.smoothscale(surface, size)
 
 

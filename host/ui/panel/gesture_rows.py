@@ -30,13 +30,12 @@ class GestureRows:
     def fresh(self, now_s: float) -> tuple[int, int]:
         """Return the class of the newest recognised gesture, and how fresh it is, 0 to _STEPS."""
         view = self._view
-        last = view.history[-1] if view.history else None
         if view.gesture in view.labels:
             return view.labels.index(view.gesture), _STEPS
-        if last is None or last.label not in view.labels or now_s - last.time_s >= FADE_S:
+        passed_s = max(0.0, now_s - view.last_s)
+        if view.last is None or view.last.label not in view.labels or passed_s >= FADE_S:
             return 0, 0
-        share = 1.0 - max(0.0, now_s - last.time_s) / FADE_S
-        return view.labels.index(last.label), round(share * _STEPS)
+        return view.labels.index(view.last.label), round((1.0 - passed_s / FADE_S) * _STEPS)
 
     def bars(self) -> tuple[int, ...]:
         """Return the lengths of the filled bars, pixels."""

@@ -287,7 +287,7 @@ class Panel:
         if last:
             understood, done = (
                 naming.gesture(words, last.label),
-                naming.command(words, last.command),
+                naming.command(words, last.name),
             )
             return f"{understood} → {done}", palette.accent
         if view.gesture:

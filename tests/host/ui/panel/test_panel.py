@@ -108,13 +108,6 @@ def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() 
     assert (view.shape, len(view.probabilities)) == ((3, 4), 2)
 
 
-def test_the_list_of_commands_is_bounded() -> None:
-    view = live_view()
-    for frame in range(300):
-        view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
-    assert (len(view.history), view.history[-1].time_s) == (orb_state.MEMORY, 299.0)
-
-
 def test_touches_and_faults_are_shown_and_forgotten_at_the_end(surface: pygame.Surface) -> None:
     view = live_view()
     pictures = [pygame.image.tobytes(drawn(view, surface), "RGB")]
