@@ -99,19 +99,13 @@ def check_target(path: Path) -> None:
 
 
 def atomic_write(
-    path: Path,
-    data: bytes,
-    *,
-    private: bool = False,
-    replace: bool = True,
-    folders: bool = True,
-    durable: bool = True,
+    path: Path, data: bytes, *, private: bool = False, replace: bool = True, folders: bool = True
 ) -> None:
     """Write a file so that its name never stands for half of it, whatever ends the program.
 
     The data goes to a new file in the same folder, to the disk, and then to its name. The file's
     permissions follow the user's umask; if `private`, only the user may read it. `folders` makes
-    those that are missing; without `durable` a power cut may lose it.
+    those that are missing.
 
     Raises:
         FileExistsError: The name is taken, and `replace` is false.
@@ -127,8 +121,7 @@ def atomic_write(
         with os.fdopen(os.open(beside, flags, 0o600 if private else 0o666), "wb") as file:
             file.write(data)
             file.flush()
-            if durable:
-                sync(file.fileno())
+            sync(file.fileno())
         if replace:
             beside.replace(path)
         else:
@@ -139,8 +132,7 @@ def atomic_write(
     finally:
         with contextlib.suppress(OSError):
             beside.unlink()
-    if durable:
-        sync_folder(path.parent)
+    sync_folder(path.parent)
 
 
 def sync(handle: int) -> None:

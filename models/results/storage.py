@@ -31,10 +31,10 @@ def read_text(path: Path, limit_bytes: int = MAX_BYTES) -> str:
         raise UserFileError(f"cannot read {path}: {reason(error)}") from None
 
 
-def read_json(path: Path, limit_bytes: int = MAX_BYTES) -> Any:
+def read_json(path: Path) -> Any:
     """Return the value in a JSON file; raise UserFileError, with the line, for any other."""
     try:
-        return config.parse_json(read_text(path, limit_bytes), limit_bytes)
+        return config.parse_json(read_text(path), MAX_BYTES)
     except config.ConfigError as error:
         raise UserFileError(f"{path}, {error}") from None
 

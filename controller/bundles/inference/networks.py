@@ -79,9 +79,9 @@ class Recognizer(Networks):
         return (x, y) if math.isfinite(x + y) else None
 
 
-def gestures_of(bundle: Bundle, user: str = EVERYBODY) -> Network:
-    """Return the network from windows to probabilities, for all users or a single one."""
-    return _chain(_embedding(bundle), bundle.head_of(user))
+def gestures_of(bundle: Bundle) -> Network:
+    """Return the network from windows to probabilities, for all users."""
+    return _chain(_embedding(bundle), bundle.head_of(EVERYBODY))
 
 
 def _embedding(bundle: Bundle) -> Network:
