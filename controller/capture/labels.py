@@ -36,7 +36,8 @@ class Labeller:
         self.labels = tuple(labels)
         self._button_label = button_label
         self._named: str | None = None  # label of the pressed button; None: it is up
-        self._asked: Cue | None = None
+        self._asked: Cue | None = None  # the present cue, and the same without the time left
+        self._timeless: Cue | None = None
 
     @property
     def done(self) -> bool:
@@ -61,10 +62,11 @@ class Labeller:
             voids = self.cues.advance(t_s, felt=felt)
         marks = [Mark(t_s, "cue", f"again {void.label}: {void.why}") for void in voids]
         asked = self.cues.at(t_s) if self.cues is not None else None
-        fresh = asked is not None and not _same(asked, self._asked)
+        timeless = asked and replace(asked, left_s=0.0)
+        fresh = asked is not None and timeless != self._timeless
         if asked is not None and fresh:
             marks.append(Mark(t_s, "cue", _words(asked)))
-        self._asked = asked
+        self._asked, self._timeless = asked, timeless
         return FrameLabels(
             button=self._button(button),
             cue=self._cue(asked),
@@ -96,11 +98,6 @@ class Labeller:
 
     def _index(self, label: str) -> int:
         return self.labels.index(label) if label in self.labels else UNKNOWN
-
-
-def _same(one: Cue, other: Cue | None) -> bool:
-    """Return whether two cues are equal except for the time left."""
-    return other is not None and replace(one, left_s=0.0) == replace(other, left_s=0.0)
 
 
 def _words(cue: Cue) -> str:

@@ -14,7 +14,6 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from controller import __version__
 from controller.cli import COMMANDS
@@ -29,9 +28,6 @@ from controller.shared import errors
 from controller.shared.arguments import Parser, number, whole
 from controller.shared.errors import TROUBLE, UserError, complain, let_go
 from controller.shared.shutdown import Shutdown, signals
-
-if TYPE_CHECKING:
-    from controller.remote.bundle_updates import Exchange
 
 _log = logging.getLogger("controller")
 
@@ -96,6 +92,11 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
             parts = changed
             exchange(parts, device)
 
+    handlers: Sequence[Handler] = ()
+    if not printing:
+        from controller.remote import handlers as remote  # only a run with a link imports them
+
+        handlers = remote.handlers(lambda: parts, take_up)
     loop = Loop(
         parts.link,
         lambda: open_device(parts, next(sessions)),
@@ -103,7 +104,7 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
         # A simulation or a replay begins when a host connects.
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
-        handlers=() if printing else _handlers(lambda: parts, take_up),
+        handlers=handlers,
     )
 
     def over() -> bool:
@@ -119,13 +120,6 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
         missed = errors.count(loop.missed, "frame")
         _log.info("missed %s; is the machine too busy?", missed)
     return not shutdown and shutdown.renew
-
-
-def _handlers(current: Callable[[], Parts], exchange: Exchange) -> Sequence[Handler]:
-    """Return the handlers of requests over the link; only a run with a link imports them."""
-    from controller.remote.handlers import handlers
-
-    return handlers(current, exchange)
 
 
 def _state(parts: Parts) -> str:

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.pipeline import CommandRecord, Touch
+from controller.recognition.pipeline import CommandRecord
 from controller.recordings.recording import (
     LABELLERS,
     MAX_PROVENANCE,
@@ -229,12 +229,9 @@ def _commands(arrays: npz.Arrays) -> tuple[CommandRecord, ...]:
     gesture, name = (_texts(arrays, f"command_{name}", len(t)) for name in ("gesture", "name"))
     if not np.isfinite(t).all() or not np.isfinite(probability).all():
         raise RecordingError("holds commands whose times or probabilities are no numbers")
-    return tuple(
-        CommandRecord(
-            float(t[i]), int(frame[i]), gesture[i], float(probability[i]), _place(touch[i]), name[i]
-        )
-        for i in range(len(t))
-    )
+    places = [None if np.isnan(place).any() else (place[0], place[1]) for place in touch.tolist()]
+    columns = (t.tolist(), frame.tolist(), gesture, probability.tolist(), places, name)
+    return tuple(CommandRecord(*row) for row in zip(*columns, strict=True))
 
 
 def _truth(arrays: npz.Arrays, count: int) -> SimulatedTruth | None:
@@ -251,8 +248,3 @@ def _truth(arrays: npz.Arrays, count: int) -> SimulatedTruth | None:
     if not (np.isfinite(onset) & np.isfinite(release) & (release >= onset)).all():
         raise RecordingError("has events that end before they begin")
     return SimulatedTruth(touch, contact, events)
-
-
-def _place(touch: NDArray[np.float64]) -> Touch | None:
-    """Return a position, an array of shape (2,), NaN for none."""
-    return None if np.isnan(touch).any() else (float(touch[0]), float(touch[1]))

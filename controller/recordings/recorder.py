@@ -159,23 +159,17 @@ class Recorder:
             except OSError as error:
                 wait_s, problem = RETRY_S, f"cannot write {self._place}: {reason(error)}; {ADVICE}"
             else:
-                wait_s, problem = SYNC_S, self._slowness(monotonic() - began_s)
+                wait_s, problem, took_s = SYNC_S, "", monotonic() - began_s
+                if took_s > SLOW_S:
+                    problem = (
+                        f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as "
+                        "much, so record onto a faster one"
+                    )
             if problem and not self.problem:
                 _log.warning("%s", problem)
             elif self.problem and not problem:
                 _log.info("%s is up to date again", self._place)
             self.problem = problem
-
-    def _slowness(self, took_s: float) -> str:
-        """Return the problem that a sync took too long; "" if it did not."""
-        return (
-            ""
-            if took_s <= SLOW_S
-            else (
-                f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as much, so "
-                "record onto a faster one"
-            )
-        )
 
     def _rescue(self, recording: Recording, error: Exception, answers: bool) -> str:
         """Seal a session into a temporary folder, beside its journal; return the sentence."""

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from controller.recognition.pipeline import CommandRecord, Touch
+from controller.recognition.pipeline import CommandRecord
 from controller.recordings import reader
 from controller.recordings.reader import COLUMNS, STATE
 from controller.recordings.recording import (
@@ -52,6 +51,7 @@ def pack(recording: Recording) -> bytes:
 
 def tables(marks: Sequence[Mark], commands: Sequence[CommandRecord]) -> npz.Arrays:
     """Return the columns of the tables of marks and commands, one row each."""
+    touches = np.array([c.touch or NOWHERE for c in commands], dtype=np.float64)
     return {
         "mark_t": np.array([m.t_s for m in marks], dtype=np.float64),
         "mark_kind": np.array([m.kind for m in marks], dtype=np.str_),
@@ -60,7 +60,7 @@ def tables(marks: Sequence[Mark], commands: Sequence[CommandRecord]) -> npz.Arra
         "command_frame": np.array([c.frame for c in commands], dtype=np.int64),
         "command_gesture": np.array([c.gesture for c in commands], dtype=np.str_),
         "command_probability": np.array([c.probability for c in commands], dtype=np.float64),
-        "command_touch": _touches([c.touch for c in commands]),
+        "command_touch": touches.reshape(-1, 2),
         "command_name": np.array([c.command for c in commands], dtype=np.str_),
     }
 
@@ -117,11 +117,6 @@ def _truth(truth: SimulatedTruth) -> npz.Arrays:
     }
 
 
-def _touches(touches: Sequence[Touch | None]) -> NDArray[np.float64]:
-    """Return positions as rows, (n, 2), NaN for none."""
-    return np.array([touch or NOWHERE for touch in touches], dtype=np.float64).reshape(-1, 2)
-
-
 # --- names ----------------------------------------------------------------------------------------
 
 
@@ -133,17 +128,13 @@ def next_free(folder: Path, user: str, session: str) -> Path:
                 f"the {what} {name!r} names files, so it must be 1 to {LONGEST} letters (a to z) "
                 "and digits; choose another"
             )
-    stem = _stem(user, session)
+    stem = f"sub-{user}_ses-{session}_run-"
     runs = [0]
     for path in folder.iterdir() if folder.is_dir() else ():
         match = _RUN.match(path.name.lower())  # some file systems ignore case
         if match and match[1] == stem.lower():
             runs.append(int(match[2]))
     return folder / f"{stem}{max(runs) + 1:02d}{SEALED}"
-
-
-def _stem(user: str, session: str) -> str:
-    return f"sub-{user}_ses-{session}_run-"
 
 
 def alternatives(path: Path) -> Iterator[Path]:

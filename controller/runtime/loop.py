@@ -108,11 +108,9 @@ class Loop:
             self._end()
 
     def _send_all(self, messages: Sequence[Message]) -> None:
+        now_s = 0.0 if self.device is None else self.device.now_s
         for message in messages:
-            self._link.send(message, self._now_ms())
-
-    def _now_ms(self) -> int:
-        return round((self.device.now_s if self.device is not None else 0.0) * 1000)
+            self._link.send(message, round(now_s * 1000))
 
     def _begin(self, *, granted: bool) -> None:
         """Begin with a fresh device whose time is 0."""

@@ -1,1 +1,1 @@
-"""Key names, key mappings, held keys and the keyboard of the terminal; standard library only."""
+"""Key names, key mappings and held keys; standard library only."""
