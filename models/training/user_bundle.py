@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import EVERYBODY
-from controller.recognition.user_id import Users
 from controller.shared import files
 from controller.shared.aliases import Say
 from controller.shared.errors import count
@@ -67,45 +67,41 @@ class UserPlan:
         The figures are of a network that learned nothing from the gestures held out; the bundle
         gets one that learned from all.
         """
-        request, everything = self.request, self.gestures
-        recipe = USER.lasting(request.epochs or 0)
-        outputs, learned = 1 + len(self.names), everything.some(~self.held)
-        random = user_task.random_windows(len(learned.ends), request.seed)
-        net, score = user_task.train_users(
-            learned,
-            outputs,
-            request.seed,
-            recipe=recipe,
-            random=random,
-            name="users",
+        request, seed = self.request, self.request.seed
+        learned = self.gestures.some(~self.held)
+        random = user_task.random_windows(len(learned.ends), seed)
+        train = partial(
+            user_task.train_users,
+            outputs=1 + len(self.names),
+            seed=seed,
+            recipe=USER.lasting(request.epochs or 0),
             folder=folder,
         )
+        net, score = train(learned, random=random, name="users")
         found = _scored(self, net, score)
-        net, _ = user_task.train_users(
-            everything, outputs, request.seed, recipe=recipe, name="users, all", folder=folder
-        )
-        known = Users(self.names, self.labels, found.temperature, found.accept, STAY, FORGET_S)
+        net, _ = train(self.gestures, name="users, all")
         entry = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
-        write_users(request, net, known, f"{entry}{found.seen[1].value:.1%}")
+        write_users(self, net, found, f"{entry}{found.seen[1].value:.1%}")
         page.write_users(request.out, found)
         return found
 
 
-def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
+def write_users(plan: UserPlan, net: Network, found: UserResult, entry: str) -> None:
     """Write the base bundle with its users; mappings and rows that it has for them stay."""
+    request = plan.request
     data = files.read_bytes(request.base or bundle.default_path(), container.MAX_BYTES)
     base, parts = bundle.parse(data), container.unpack(data)
     table, content = container.manifest(parts[container.MANIFEST]), container.content(parts)
     exported = export.export_users(net, base.golden.windows)
     rules = table.get("users", {}).get("mapping", {})
     table["users"] = {
-        "names": list(known.names),
-        "gestures": list(known.gestures),
-        "temperature": known.temperature,
-        "accept": known.accept,
-        "stay": known.stay,
-        "forget_s": known.forget_s,
-        "mapping": {name: own for name, own in rules.items() if name in known.names},
+        "names": list(plan.names),
+        "gestures": list(plan.labels),
+        "temperature": found.temperature,
+        "accept": found.accept,
+        "stay": STAY,
+        "forget_s": FORGET_S,
+        "mapping": {name: own for name, own in rules.items() if name in plan.names},
     }
     table["card"]["users"] = entry
     golden = replace(base.golden, people=exported.outputs)
