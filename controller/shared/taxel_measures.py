@@ -220,9 +220,9 @@ def responses(
     square = np.square(spots[:, None] - grid[None]).sum(axis=2)
     dent = np.exp(-square / (2.0 * DENT_TAXELS**2)) - DENT_OFFSET  # (places, n)
     own, felt = (np.sign(around[peak]) * one[tuple((grid + peak).T)] for one in (change, whole))
-    found: list[tuple[tuple[int, int], float, float]] = []
     if felt.max() < TOUCH_Z:
-        return found
+        return []
+    found: list[tuple[tuple[int, int], float, float]] = []
     for i in np.flatnonzero(np.square(grid).sum(axis=1) <= (2.0 * TOUCHED_TAXELS) ** 2).tolist():
         others = np.arange(len(grid)) != i
         along, power = dent[:, others] @ felt[others], np.square(dent[:, others]).sum(axis=1)

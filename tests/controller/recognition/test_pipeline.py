@@ -50,6 +50,16 @@ def test_every_other_gesture_becomes_its_command_too(label: str, command: str) -
     assert [(r.command, r.gesture) for r in records] == [(command, label)]
 
 
+def test_frames_without_a_number_are_counted() -> None:
+    frames = [REST] * 20 + [pressed(0, 3)] * 20
+    own = pipeline()
+    counted = [
+        step.command for k, f in enumerate(frames, 1) if (step := own.step(f, k / 10)).command
+    ]
+    given = [step.command for step in played(pipeline(), frames) if step.command]
+    assert counted == given
+
+
 def test_the_gesture_is_held_until_rest() -> None:
     steps = played(pipeline(), [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
     held = [step.held for step in steps]

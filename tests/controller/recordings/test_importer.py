@@ -85,6 +85,13 @@ def test_a_class_can_be_null_and_minus_one_is_unknown() -> None:
     assert first.sequence.tolist() == [1, 2, 3, 4, 5, 6]
 
 
+def test_a_class_called_null_is_null_without_a_word() -> None:
+    text = CAPFINGERID.replace("null =", "#")
+    first, _ = imported(text, task_names=np.array(["null", "PAUSE", "SCROLL", "TAP"]))
+    assert first.origin.labels == ("null", "SCROLL", "TAP")
+    assert first.cue.tolist() == [0, 0, 2, 2, 1]
+
+
 def test_sessions_of_a_person_are_told_apart_by_arrays() -> None:
     text = CAPFINGERID + 'session = ["hand", "finger"]\n'
     hand, finger = np.array([0, 1] * 6), np.zeros(12, dtype=np.int64)

@@ -1,5 +1,6 @@
 """Pending examples: what counts as one, and how many a folder holds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,3 +49,8 @@ def test_three_images_of_null_are_an_example_as_a_whole() -> None:
 def test_the_firmest_image_is_within_the_touch() -> None:
     found = taken(1, "poke", FRAMES, 10.0).example
     assert np.abs(firmest(found) - 1.0).mean() == np.abs(FRAMES - 1.0).mean(axis=(1, 2)).max()
+
+
+def test_the_firmest_image_of_a_touch_of_no_length_is_that_where_it_begins() -> None:
+    short = replace(taken(1, "poke", FRAMES, 10.0).example, span=(5.0, 5.0))
+    assert (firmest(short) == short.images[5]).all()

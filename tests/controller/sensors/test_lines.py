@@ -413,3 +413,16 @@ def test_values_of_a_frame_are_as_many_as_in_two_lines_in_a_row() -> None:
     assert parser.feed(b"4,5\n") == []
     assert [values.tolist() for values in parser.feed(b"6,7\n8,9\n")] == [[6.0, 7.0], [8.0, 9.0]]
     assert (parser.count, parser.frames, parser.dropped) == (2, 2, 2)
+
+
+def test_a_port_with_nothing_to_read_is_asked_for_a_byte_to_see_if_it_is_lost() -> None:
+    class Lost:
+        in_waiting = 0
+
+        def read(self, size: int) -> bytes:
+            if size:
+                raise OSError("the board was unplugged")
+            return b""
+
+    with pytest.raises(OSError, match="unplugged"):
+        lines.available(Lost())

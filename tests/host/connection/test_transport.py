@@ -10,7 +10,7 @@ import pytest
 
 from controller.shared.ports import Stream
 from host.connection.receiver import LinkError
-from host.connection.transport import BACKLOG, _Selected, open_transport
+from host.connection.transport import BACKLOG, _Polled, _Selected, open_transport
 
 DEADLINE_S = 20.0
 
@@ -92,3 +92,20 @@ def test_a_port_that_takes_three_bytes_at_a_time_gets_each_once() -> None:
     transport.write(b"OrbTouch")
     assert port.taken == b"OrbTouch"
     transport.close()
+
+
+@pytest.mark.parametrize(("waiting", "asked"), [(4, [1, 3]), (1, [1])])
+def test_a_port_without_a_file_descriptor_waits_for_one_byte_only(
+    waiting: int, asked: list[int]
+) -> None:
+    class Port:
+        in_waiting, asked = waiting, list[int]()
+
+        def read(self, size: int) -> bytes:
+            self.asked.append(size)
+            self.in_waiting -= size
+            return b"!" * size
+
+    port = Port()
+    assert _Polled(port, "port").read(DEADLINE_S) == b"!" * waiting
+    assert port.asked == asked

@@ -239,6 +239,7 @@ def test_only_a_virtual_device_takes_granted_time_fingers_and_hands() -> None:
 
 
 def test_grants_count_only_where_time_is_granted(session: DeviceSession) -> None:
+    assert not session.granted
     greet(session, sequence=6)
     assert heard(session, Grant(100), sequence=8, now_ms=0) == []
     greet(session, sequence=9, join=dataclasses.replace(JOIN, granted=True))
