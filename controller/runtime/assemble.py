@@ -26,6 +26,7 @@ from controller.recognition.images.frames import same_rate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recordings import reader
+from controller.recordings.recording import refuse_misfit
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter
 from controller.runtime.process import IdleCollector
@@ -91,13 +92,16 @@ def prepare(options: RunOptions) -> Parts:
     bundle, mapping, recognizer = deployed(options)
     sensor = sensor_of(options, bundle)
     if not same_rate(sensor.rate_hz, bundle.rate_hz):  # it cannot be read as fast
-        options, bundle, mapping, recognizer, sensor = _slower(options, bundle, sensor)
+        sensor.close()
+        options = _slower(options, bundle, sensor.rate_hz)
+        bundle, mapping, recognizer = deployed(options)
+        sensor = sensor_of(options, bundle)
     _check_names(options, bundle)
+    _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tested, too
     runs = None
     if options.record is not None:
         from controller.capture.session_recorder import RunFiles
-    _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tested, too
-    if options.record is not None:
+
         runs = RunFiles(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
     link = open_link(
@@ -164,15 +168,12 @@ def _rate(options: RunOptions) -> float | None:
     return reader.survey(options.replay).origin.rate_hz
 
 
-def _slower(
-    options: RunOptions, bundle: Bundle, sensor: Sensor
-) -> tuple[RunOptions, Bundle, Mapping, Recognizer, Sensor]:
-    """Return options, bundle, mapping, networks and sensor for one slower than the bundle needs.
+def _slower(options: RunOptions, bundle: Bundle, most_hz: float) -> RunOptions:
+    """Return the options for a sensor that is slower than the bundle needs.
 
     SensorError unless the shipped bundle is in use, and the other one is slow enough.
     """
-    most_hz, slow_hz = sensor.rate_hz, bundles.SLOW_HZ
-    sensor.close()
+    slow_hz = bundles.SLOW_HZ
     shipped = BundleStore().current() == bundles.default_path()
     if options.bundle is not None or options.rate is not None or not shipped or most_hz < slow_hz:
         raise SensorError(
@@ -180,9 +181,7 @@ def _slower(
             f"{bundle.rate_hz:g}; shorten [times] of its wiring, or choose a slower bundle"
         )
     _log.warning("it is read at %g Hz, with the bundle for that", slow_hz)
-    options = replace(options, rate=slow_hz)
-    bundle, mapping, recognizer = deployed(options)
-    return options, bundle, mapping, recognizer, sensor_of(options, bundle)
+    return replace(options, rate=slow_hz)
 
 
 def _check_names(options: RunOptions, bundle: Bundle) -> None:
@@ -215,7 +214,8 @@ def sensor_of(options: RunOptions, bundle: Bundle) -> Sensor:
         preset=options.preset,
         fault=options.fault,
     )
-    sensor.refuse_misfit(bundle)
+    if sensor.source is not None:
+        refuse_misfit(sensor.source, bundle.settings)
     grid = sensor.geometry
     if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
         raise SensorError(
@@ -252,8 +252,9 @@ def open_device(parts: Parts, session: int) -> Device:
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else sensor_of(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
-    if sensor.source is not None:
-        return Device(sensor, pipeline, link, schedule=sensor.schedule())
+    if (source := sensor.source) is not None:
+        schedule = zip(source.sequence.tolist(), source.t.tolist(), strict=True)
+        return Device(sensor, pipeline, link, schedule=schedule)
     recorder = None if parts.runs is None else _recorder(parts, parts.runs, sensor, pipeline)
     latency = LatencyReporter(
         1.0 / sensor.rate_hz,

@@ -7,7 +7,7 @@ A module of a sensor has `Options`, a dataclass derived from `SensorOptions`, an
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -21,7 +21,6 @@ from controller.shared.notices import notice
 from controller.shared.protocol.messages import Contact, GroundTruth
 
 if TYPE_CHECKING:
-    from controller.bundles.bundle import Bundle
     from controller.recordings.recording import Recording
     from controller.sensors.hardware.description import Description
     from controller.sensors.hardware.driver import Driver
@@ -79,15 +78,6 @@ class Sensor:
 
     def close(self) -> None:
         """Release what the sensor holds."""
-
-    # --- recorded sensors ---------------------------------------------------------------------
-
-    def schedule(self) -> Iterator[tuple[int, float]]:
-        """Yield (number, seconds) of every recorded frame."""
-        return iter(())
-
-    def refuse_misfit(self, bundle: Bundle) -> None:
-        """Raise RecordingError if the bundle is for another sensor than the recorded one."""
 
     # --- virtual sensors ----------------------------------------------------------------------
 

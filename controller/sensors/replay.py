@@ -1,14 +1,12 @@
 """A recording as a sensor: its frames and button states at their recorded times."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from controller.bundles.bundle import Bundle
 from controller.recognition.images.frames import Frame
-from controller.recordings import reader, recording
+from controller.recordings import reader
 from controller.recordings.recording import UNKNOWN, Recording
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.geometry import Geometry, SensorError
@@ -40,14 +38,6 @@ class Replay(Sensor):
         self.rate_hz = source.rate_hz
         self.device_id = origin.device_id
         self.signal = origin.signal
-
-    def schedule(self) -> Iterator[tuple[int, float]]:
-        """Yield (number, seconds) of every frame."""
-        yield from zip(self.source.sequence.tolist(), self.source.t.tolist(), strict=True)
-
-    def refuse_misfit(self, bundle: Bundle) -> None:
-        """Raise RecordingError for a bundle of another grid or rate than the recording's."""
-        recording.refuse_misfit(self.source, bundle.settings)
 
     def read(self, t_s: float) -> Frame:
         """Return the frame recorded at `t_s`, (rows, columns), pF; SensorError without one."""
