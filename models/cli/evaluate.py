@@ -107,7 +107,7 @@ def _recorded(arguments: argparse.Namespace, left_out: list[str]) -> Sets:
 def _simulated(loaded: "Bundle", arguments: argparse.Namespace) -> Sets:
     """Return simulated people on both presets' orbs, and a note on them."""
     from controller.simulator.orb import PRESETS
-    from models.data.simulated_people import EVALUATE_SEED, People
+    from models.data.simulate import EVALUATE_SEED, People
 
     count = arguments.sessions
     sets: dict[str, Played] = {}

@@ -7,7 +7,7 @@ number of processes writes the same bytes, in any order, at once or in several g
 import hashlib
 import json
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,9 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from controller.bundles.bundle import Bundle
 from controller.recordings import recording, writer
+from controller.recordings.recording import Recording
 from controller.shared import files
 from controller.shared.aliases import Say
 from controller.shared.errors import output_folder
@@ -24,11 +26,14 @@ from controller.simulator.hand.gesture_file import Repertoire, load
 from controller.simulator.hand.performance import GESTURES
 from controller.simulator.hand.user_style import UserStyle, person
 from controller.simulator.orb import PRESETS, OrbModel, preset
-from controller.simulator.session import DATA, Protocol, Session, simulate
+from controller.simulator.session import DATA, TEST_SEEDS, Protocol, Session, simulate
 from models import formatting, processes
 from models.results import storage
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
+# Seeds that no training accepts: what is looked at again and again, and what only reports see.
+EVALUATE_SEED: Final = TEST_SEEDS.start
+BENCHMARK_SEED: Final = TEST_SEEDS.start + 10
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 
@@ -131,7 +136,7 @@ class DataSet:
             quick=self.quick,
         )
 
-    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
+    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> Recording:
         """Simulate one session; users and sessions count from 0, faults are there throughout."""
         seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
         which, day = f"{self.seed}-{user + 1}-{number + 1}", 0
@@ -161,7 +166,7 @@ class DataSet:
         events = sorted((*played.events, *played.distractors), key=lambda event: event.onset_s)
         frames = len(played.frames)
         unsaid = recording.unlabelled(frames)
-        return recording.Recording(
+        return Recording(
             origin,
             played.frames,
             t=played.time_s,
@@ -188,6 +193,51 @@ class Given(np.random.SeedSequence):
     def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
         """Return them."""
         return list(self._seeds[:n_children])
+
+
+@dataclass(frozen=True, slots=True)
+class People:
+    """Simulated people at play."""
+
+    data: DataSet  # settings of their sessions
+    users: int  # number of users; sessions go round among them
+
+    @classmethod
+    def of(
+        cls,
+        bundle: Bundle,
+        preset: str,
+        seed: int,
+        minutes: float,
+        *,
+        users: int,
+        hand: Hand = "person",
+    ) -> "People":
+        """Return people who make a bundle's gestures; ValueError if the simulated hand cannot."""
+        data = DataSet(
+            seed=seed,
+            minutes=minutes,
+            preset=preset,
+            hand=hand,
+            rate_hz=bundle.rate_hz,
+            rows=bundle.rows,
+            columns=bundle.columns,
+            pitch_mm=bundle.pitch_mm,
+            gestures=bundle.labels[1:],
+        )
+        try:
+            data.repertoire()
+        except ValueError as error:
+            raise ValueError(f"{error}; judge this bundle on recordings: add DIR") from None
+        return cls(data, users)
+
+    def sessions(self, count: int, faults: Sequence[str] = ()) -> Iterator[tuple[str, Recording]]:
+        """Yield named sessions with faults from the first frame on."""
+        ill = [Fault.parse(one, self.data.rows, self.data.columns) for one in faults]
+        for number in range(count):
+            user, session = number % self.users, number // self.users
+            name = f"{self.data.preset} {user + 1:02d}-{session + 1:02d}"
+            yield name, self.data.session(user, session, ill)
 
 
 def name(user: int, number: int) -> str:

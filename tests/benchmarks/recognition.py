@@ -26,7 +26,7 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.simulator.orb import PRESETS
-from models.data.simulated_people import BENCHMARK_SEED, People
+from models.data.simulate import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise
 from models.results.evaluation import Figure, Result
 

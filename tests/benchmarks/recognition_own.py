@@ -26,8 +26,7 @@ from controller.recordings.recording import Recording
 from controller.simulator.hand.user_style import UserStyle
 from controller.simulator.orb import PRESETS
 from models.data.ground_truth import GroundTruth
-from models.data.simulate import DataSet
-from models.data.simulated_people import BENCHMARK_SEED
+from models.data.simulate import BENCHMARK_SEED, DataSet
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs

@@ -28,8 +28,7 @@ from controller.simulator.session import DATA
 from models.data import touch_images
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import RECIPES, UNVARIED_USER, VARIED_USER
-from models.data.simulate import ORB, DataSet, Given
-from models.data.simulated_people import BENCHMARK_SEED
+from models.data.simulate import BENCHMARK_SEED, ORB, DataSet, Given
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results.evaluation import Figure

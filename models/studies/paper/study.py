@@ -14,7 +14,7 @@ from controller.shared.aliases import Say
 from controller.simulator.session import TEST_SEEDS
 from models import formatting, processes
 from models.data.recipe import RECIPES
-from models.data.simulated_people import People
+from models.data.simulate import People
 from models.results import storage
 from models.studies.paper import bound, figure7, section6
 from models.studies.paper.figure7 import Settings
