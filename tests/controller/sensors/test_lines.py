@@ -407,14 +407,6 @@ def test_of_a_flood_the_first_is_parsed_and_the_rest_is_dropped(
     assert (counter.fed, counter.cuts) == (parsed, dropped)
 
 
-def test_values_of_a_frame_are_as_many_as_in_two_lines_in_a_row() -> None:
-    parser = LineParser()
-    assert parser.feed(b"cut\n1,2,3\n") == []
-    assert parser.feed(b"4,5\n") == []
-    assert [values.tolist() for values in parser.feed(b"6,7\n8,9\n")] == [[6.0, 7.0], [8.0, 9.0]]
-    assert (parser.count, parser.frames, parser.dropped) == (2, 2, 2)
-
-
 def test_a_port_with_nothing_to_read_is_asked_for_a_byte_to_see_if_it_is_lost() -> None:
     class Lost:
         in_waiting = 0
