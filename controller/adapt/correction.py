@@ -60,7 +60,7 @@ def correct(
         BundleError, AdaptError, OSError: Nothing has changed; the message has the reason.
     """
     if not label:
-        left = _corrections(store.path(store.take_back().current))
+        left = _corrections(store.path(store.undo(correction=True).current))
         return notice("taken_back", left)
     before = store.record().current
     path = store.path(before, rate_hz)

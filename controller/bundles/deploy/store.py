@@ -125,20 +125,13 @@ class BundleStore:
         with files.locked(self.folder):
             return self._use(self.record(), name)
 
-    def take_back(self) -> InstalledRecord:
-        """Take the bundle before the last correction into use; BundleError if there was none."""
+    def undo(self, *, correction: bool = False) -> InstalledRecord:
+        """Undo the last change, or only a `correction`; BundleError if it was none."""
         with files.locked(self.folder):
             record = self.record()
             entry = record.entry(record.current)
-            if entry is None or entry.corrects is None:
-                raise BundleError("there is no change to undo")
-            return self._use(record, entry.corrects)
-
-    def undo(self) -> InstalledRecord:
-        """Undo the last change, an installation too; BundleError if there was none."""
-        with files.locked(self.folder):
-            record = self.record()
-            if record.before is None:
+            other = correction and (entry is None or entry.corrects is None)
+            if other or record.before is None:
                 raise BundleError("there is no change to undo")
             return self._use(record, record.before)
 

@@ -27,7 +27,7 @@ OPSETS: Final = range(13, 24)  # in these the operators below have one meaning
 IR_VERSIONS: Final = range(7, 14)
 _DOMAINS: Final = ("", "ai.onnx")  # of ONNX's own operators
 
-# Each operator and its allowed attributes: integers, or lists of them.
+# Each operator and its allowed attributes: integers, or the lists below.
 OPERATORS: Final[dict[str, str]] = {
     "Add": "",
     "Cast": "to",
@@ -41,8 +41,8 @@ OPERATORS: Final[dict[str, str]] = {
     "Sub": "",
     "Tanh": "",
 }
+LISTS: Final = ("strides", "pads")
 
-Attribute = int | tuple[int, ...]
 Tensor = NDArray[Any]  # float32 or int64, of any shape
 _FLOAT32: Final = 1  # TensorProto.DataType
 _TYPES: Final[dict[int, np.dtype[Any]]] = {  # FLOAT, INT64, FLOAT16
@@ -64,7 +64,7 @@ class Node:
     # names of its input arrays: outputs of earlier nodes, weights, or the graph's input
     inputs: tuple[str, ...]
     output: str  # name of its output array
-    attributes: dict[str, Attribute]  # values of its attributes
+    attributes: dict[str, Any]  # values of its attributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -307,10 +307,10 @@ def _node(node: _Message) -> Node:
     inputs, outputs = node.texts(1), node.texts(2)
     if len(outputs) != 1 or not 1 <= len(inputs) <= 3 or not all((*inputs, *outputs)):
         raise GraphError(f"has {op} with {len(inputs)} inputs and {len(outputs)} outputs")
-    attributes: dict[str, Attribute] = {}
+    attributes: dict[str, Any] = {}
     for entry in node.messages(5, _ATTRIBUTE):
         name, kind = entry.text(1), entry.number(20)
-        if name not in OPERATORS[op].split() or kind not in (_INT, _INTS):
+        if name not in OPERATORS[op].split() or kind != (_INTS if name in LISTS else _INT):
             raise GraphError(f"has {op} with the setting {name!r}, which is not understood")
         if name in attributes:
             raise GraphError(f"is damaged: {op} has the setting {name!r} twice")

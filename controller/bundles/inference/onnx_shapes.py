@@ -8,7 +8,7 @@ far above the networks of a capacitive skin.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypeVar
+from typing import Final
 
 from controller.bundles.inference.onnx_reader import MAX_RANK, Graph, GraphError, Node, Tensor
 
@@ -64,8 +64,8 @@ _Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
 def _slid(node: Node, kernel: Shape, shape: Shape) -> Shape:
     """Return the output sizes of a convolution along its axes; ValueError if it does not fit."""
     axes = len(kernel)
-    strides = attribute(node, "strides", (1,) * axes)
-    pads = attribute(node, "pads", (0,) * 2 * axes)
+    strides = node.attributes.get("strides", (1,) * axes)
+    pads = node.attributes.get("pads", (0,) * 2 * axes)
     if (len(strides), len(pads)) != (axes, 2 * axes):
         raise ValueError("strides or pads are not one for each axis")
     if min(strides + kernel) < 1 or min(pads) < 0:
@@ -75,20 +75,9 @@ def _slid(node: Node, kernel: Shape, shape: Shape) -> Shape:
     return tuple((size - span) // stride + 1 for size, span, stride in along)
 
 
-_Setting = TypeVar("_Setting", int, Shape)
-
-
-def attribute(node: Node, name: str, default: _Setting) -> _Setting:
-    """Return an attribute; ValueError unless it has the type of its default."""
-    value = node.attributes.get(name, default)
-    if not isinstance(value, type(default)):
-        raise ValueError(f"{name} is no {'whole number' if isinstance(default, int) else 'list'}")
-    return value
-
-
 def _same(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (shape,) = inputs
-    if node.op == "Softmax" and attribute(node, "axis", -1) not in (-1, len(shape) - 1):
+    if node.op == "Softmax" and node.attributes.get("axis", -1) not in (-1, len(shape) - 1):
         raise ValueError("only the last axis is supported")
     return shape, math.prod(shape)
 
@@ -121,7 +110,7 @@ def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, in
 
 def _gemm(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (rows, inner), right = inputs[:2]
-    depth, width = reversed(right) if attribute(node, "transB", 0) else right
+    depth, width = reversed(right) if node.attributes.get("transB", 0) else right
     if inner != depth:
         raise ValueError(f"{inner} against {depth}")
     if len(inputs) == 3 and inputs[2] not in ((width,), (1, width)):
@@ -131,7 +120,7 @@ def _gemm(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, in
 
 def _flatten(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (shape,) = inputs
-    if attribute(node, "axis", 1) != 1:
+    if node.attributes.get("axis", 1) != 1:
         raise ValueError("only axis 1 is supported")
     return (shape[0], math.prod(shape[1:])), 0
 

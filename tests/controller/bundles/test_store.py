@@ -104,10 +104,10 @@ def test_corrections_are_taken_back_one_by_one(tmp_path: Path, shelf: BundleStor
     for number in range(2, 12):
         names.append(put(shelf, variant(tmp_path, number), corrects=names[-1]))
     assert [entry.name for entry in shelf.record().entries] == [names[0], *names[-7:]]
-    went_back = [shelf.take_back().current for _ in range(7)]
+    went_back = [shelf.undo(correction=True).current for _ in range(7)]
     assert went_back == [*reversed(names[-7:-1]), names[0]]
     with pytest.raises(BundleError, match="there is no change to undo"):
-        shelf.take_back()
+        shelf.undo(correction=True)
     assert shelf.record().previous == names[-7]
 
 
