@@ -25,11 +25,8 @@ def main(argv: Sequence[str]) -> int:
         return 0
     if problem := lack():
         return complain("host", problem, TROUBLE)
-    from controller.shared.bluetooth.pairing_agent import Prompt
-
-    confirm, tell = None if options.yes else Prompt().confirm, partial(print, flush=True)
     try:
-        url = asyncio.run(pair(tell, confirm, adapter=options.adapter, address=options.address))
+        url = asyncio.run(_pair(options))
     except BluetoothError as error:
         return complain("host", error, TROUBLE)
     print(f"play: host --link {url}")
@@ -55,3 +52,11 @@ def _address(words: str) -> str:
     if not rfcomm.ADDRESS.fullmatch(words):
         raise argparse.ArgumentTypeError(f"{words} is no address like 00:11:22:33:44:55")
     return words.upper()
+
+
+async def _pair(options: argparse.Namespace) -> str:
+    from controller.shared.bluetooth.pairing_agent import Prompt
+
+    confirm = None if options.yes else Prompt().confirm  # a prompt needs the running loop
+    tell = partial(print, flush=True)
+    return await pair(tell, confirm, adapter=options.adapter, address=options.address)
