@@ -61,7 +61,7 @@ def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[s
 
 def read_mapping(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]]:
     """Return the mapping in a TOML file, and those of its [users.NAME]; UserError if it cannot."""
-    table = config.read_toml(path)
+    table = config.checked(path, dict, MappingError, "docs/mapping.md")
     users = table.pop(USERS, {})
     if not isinstance(users, dict) or not all(isinstance(own, dict) for own in users.values()):
         raise MappingError(f"{path}: [{USERS}] holds anything but a table for each name")

@@ -58,11 +58,6 @@ class ConfigError(UserError, ValueError):
         self.table, self.key = table, key
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the table in a TOML file, or raise ConfigError with a sentence that names the file."""
-    return checked(path, lambda table: table, ConfigError)
-
-
 def parse_toml(text: str | bytes, limit_bytes: int = MAX_BYTES) -> dict[str, Any]:
     """Return the table in a text of TOML.
 
@@ -191,25 +186,24 @@ def checked(
     path: Path,
     make: Callable[[dict[str, Any]], _Settings],
     error: type[UserError],
-    page: str = "",
+    page: str,
 ) -> _Settings:
     """Return `make(table)` of a TOML file.
 
     Trouble, and a ConfigError of `make`, become an `error` with file, line and the page to read.
     """
-    page = f" ({page})" if page else ""
     try:
         text = read_text(path, MAX_BYTES)
         table = parse_toml(text)
     except OSError as problem:
-        raise error(f"cannot read {path}: {reason(problem)}{page}") from None
+        raise error(f"cannot read {path}: {reason(problem)} ({page})") from None
     except ConfigError as problem:
-        raise error(f"{path}, {problem}{page}") from None
+        raise error(f"{path}, {problem} ({page})") from None
     try:
         return make(table)
     except ConfigError as problem:
         line = line_of(text, problem.table, problem.key, near=True)
-        raise error(f"{path}{line} {problem}{page}") from None
+        raise error(f"{path}{line} {problem} ({page})") from None
 
 
 def line_of(text: str, table: str, key: str = "", count: int = 1, *, near: bool = False) -> str:

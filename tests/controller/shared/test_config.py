@@ -17,7 +17,6 @@ from controller.shared.config import (
     line_of,
     parse_json,
     parse_toml,
-    read_toml,
     settings,
 )
 from controller.shared.errors import UserError
@@ -85,8 +84,8 @@ def test_a_file_is_named_in_its_mistake(tmp_path: Path) -> None:
     ):
         file.write_bytes(content)
         with pytest.raises(ConfigError) as caught:
-            read_toml(file)
-        assert str(caught.value) == message
+            checked(file, dict, ConfigError, "docs/x.md")
+        assert str(caught.value) == f"{message} (docs/x.md)"
 
 
 @given(st.recursive(st.integers(-(2**63), 2**63 - 1) | st.text() | st.booleans(), st.lists))
