@@ -214,12 +214,14 @@ def _unpack_sentence(raw: bytes, depth: int = MOST_NESTED) -> str:
     code, at = _NAME.read(raw, 0)
     if not code:
         return _printable(raw[at:].decode())
+    if depth < 1:
+        raise ProtocolError("a notice is nested too deeply")
     arguments: list[str] = []
     while at < len(raw):
         part, at = _PART.read(raw, at)
         arguments.append(_unpack_sentence(part, depth - 1))
-    if depth < 1 or len(arguments) > MOST_ARGUMENTS:
-        raise ProtocolError("a notice has too many arguments, or is nested too deeply")
+    if len(arguments) > MOST_ARGUMENTS:
+        raise ProtocolError("a notice has too many arguments")
     return Notice(code, arguments) if code in TEMPLATES else f"{code}: {', '.join(arguments)}"
 
 
