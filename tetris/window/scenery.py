@@ -78,11 +78,6 @@ class Layout:
         """The smallest rectangle around the board and its cards."""
         return self.board.unionall((self.hold, self.stats, self.next))
 
-    @property
-    def hold_centre(self) -> tuple[int, int]:
-        """The middle of the piece that is held."""
-        return self.hold.centerx, self.slots[0][1]
-
     def at(self, x: float, y: float) -> tuple[int, int]:
         """Return the upper left pixel of a cell of the board."""
         return (

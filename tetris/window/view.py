@@ -284,7 +284,8 @@ class GameView:
             pygame.draw.rect(surface, accent, self.layout.hold, wide, border_radius=radius)
         if game.hold:
             picture = self._tiles.preview(game.hold, self._small, dim=not game.can_hold)
-            surface.blit(picture, picture.get_rect(center=self.layout.hold_centre))
+            centre = self.layout.hold.centerx, self.layout.slots[0][1]
+            surface.blit(picture, picture.get_rect(center=centre))
 
     def _draw_next(self, surface: pygame.Surface, game: Game) -> None:
         for kind, centre in zip(game.next, self.layout.slots, strict=False):
