@@ -104,7 +104,8 @@ def _play_unseen(options: argparse.Namespace) -> int:
         try:
             save(options.record, recorder.replay())
         except (OSError, ReplayError) as error:
-            return _unwritten(options.record, error)
+            reason = getattr(error, "strerror", None) or error
+            return complain(f"cannot write {options.record}: {reason}", 1)
     return _report(recorder.game, options.json)
 
 
@@ -147,11 +148,6 @@ def complain(problem: Exception | str, status: int) -> int:
 def printable(text: str) -> str:
     """Return a text with escapes in place of characters that would control a terminal."""
     return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
-
-
-def _unwritten(path: Path, error: OSError | ReplayError) -> int:
-    reason = getattr(error, "strerror", None) or error
-    return complain(f"cannot write {path}: {reason}", 1)
 
 
 def _version() -> str:

@@ -94,7 +94,6 @@ class App:
         if config is not None:
             settings, notice = settings_file.load(config / settings_file.FILE_NAME)
         self._surface = surface
-        self._size = surface.get_size()
         self.changed: Sequence[pygame.Rect] | None = None
         self._drawn: Screen | None = None  # the screen that the surface shows
         self.stage = Stage(settings, config, surface.get_rect())
@@ -159,10 +158,9 @@ class App:
         self.changed = screen.draw(self._surface, time_s)
 
     def place(self, surface: pygame.Surface) -> None:
-        """Draw into another part of the host window from now on."""
+        """Draw into this surface, such as another part of the host window, from now on."""
         self._surface, self._drawn = surface, None
-        if surface.get_size() != self._size:
-            self._size = surface.get_size()
+        if surface.get_size() != self.stage.area.size:
             self.stage.resize(surface.get_rect())
 
     def act(self, action: Action) -> None:
@@ -202,17 +200,11 @@ class App:
                 stage.pads.release_all()
                 screen.release_all("pause.focus")
             case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED if self._whole:
-                self._resize()
+                self.place(pygame.display.get_surface() or self._surface)
             case pygame.WINDOWEXPOSED:
                 self._drawn = None
             case kind if kind in _MOUSE:
                 screen.mouse(event, time_s)
-
-    def _resize(self) -> None:
-        self._surface, self._drawn = pygame.display.get_surface() or self._surface, None
-        if self._surface.get_size() != self._size:
-            self._size = self._surface.get_size()
-            self.stage.resize(self._surface.get_rect())
 
     def _obey_fullscreen(self) -> None:
         wanted = self.stage.settings.fullscreen
@@ -221,10 +213,10 @@ class App:
             if wanted:
                 self._window = self._surface.get_size(), pygame.display.get_window_position()
             size, place = self._window
-            self._surface = set_fullscreen(wanted, size)
+            surface = set_fullscreen(wanted, size)
             if not wanted and place is not None:
                 pygame.display.set_window_position(place)
-            self._resize()
+            self.place(surface)
             self._settled_s = self.stage.time_s + _SETTLE_S
 
     def close(self) -> None:
