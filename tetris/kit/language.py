@@ -3,6 +3,7 @@
 import os
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
@@ -12,17 +13,17 @@ FALLBACK: Final = "en"
 _PARTS: Final = ("tetris", "host")  # folders of assets with texts for the window
 
 
+@dataclass(frozen=True, slots=True)
 class Words:
     """One language. Call it with a key such as `menu.play`."""
 
-    def __init__(self, name: str, table: Mapping[str, str], spare: Mapping[str, str]) -> None:
-        """Use a table of keys to words, and another one for keys that it does not have."""
-        self.name = name
-        self._table, self._spare = table, spare
+    name: str
+    table: Mapping[str, str]  # of keys to words
+    spare: Mapping[str, str]  # for keys that it does not have
 
     def __call__(self, key: str, **values: object) -> str:
         """Return the words for a key, with values set into them; a key that none has is shown."""
-        words = self._table.get(key) or self._spare.get(key) or key
+        words = self.table.get(key) or self.spare.get(key) or key
         return words.format(**values) if values else words
 
 

@@ -1,6 +1,6 @@
 """Blocks and ghosts as small pictures, with a mark for each piece."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from math import cos, pi, sin
 from typing import Final
@@ -17,7 +17,7 @@ _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges
 _GHOST_FILL: Final = 0.2  # of the outline's opacity
 _DIM_ALPHA: Final = 80
 _LEAST: Final = 5  # pixels; a smaller block is plain
-_MOST: Final = 256  # pictures kept; a window that is dragged larger passes through many sizes
+_MOST: Final = 64  # pictures kept of a kind: a window that is dragged passes through many sizes
 
 
 def colours(palette: Palette) -> dict[str, Colour]:
@@ -32,45 +32,28 @@ def tiles_of(look: Look) -> "Tiles":
 
 
 class Tiles:
-    """The blocks of one theme."""
+    """The blocks of one theme; each picture is drawn once for a mark and a size in pixels.
+
+    Attributes:
+        mino: Returns one block, its corners transparent.
+        ghost: Returns one block of the ghost: an outline with a breath of colour inside.
+        hint: Returns one block of a hint: a dot in the colour of its piece.
+        preview: Returns a whole piece as it enters, cut to its outline.
+        dimmed: Returns the same, faint.
+    """
 
     def __init__(self, palette: Palette, *, patterns: bool = False) -> None:
         """Use a theme's colours; patterns tell the pieces apart without them."""
         self._palette, self._patterns = palette, patterns
         self._colours = colours(palette)
-        self._kept: dict[tuple[str, str, int], pygame.Surface] = {}
-
-    def mino(self, mark: str, size: int) -> pygame.Surface:
-        """Return one block of size x size pixels, its corners transparent."""
-        return self._keep("mino", mark, size, self._draw_mino)
-
-    def ghost(self, mark: str, size: int) -> pygame.Surface:
-        """Return one block of the ghost: an outline with a breath of colour inside."""
-        return self._keep("ghost", mark, size, self._draw_ghost)
-
-    def preview(self, mark: str, size: int, *, dim: bool = False) -> pygame.Surface:
-        """Return a whole piece as it enters, of blocks of that size, cut to its outline."""
-        if dim:
-            return self._keep("dim", mark, size, self._draw_dim)
-        return self._keep("whole", mark, size, self._draw_whole)
-
-    def hint(self, mark: str, size: int) -> pygame.Surface:
-        """Return one block of a hint: a dot in the colour of its piece."""
-        return self._keep("hint", mark, size, self._draw_hint)
+        keep = lru_cache(maxsize=_MOST)
+        self.mino, self.ghost = keep(self._draw_mino), keep(self._draw_ghost)
+        self.hint, self.preview = keep(self._draw_hint), keep(self._draw_whole)
+        self.dimmed = keep(self._draw_dim)
 
     def colour(self, mark: str) -> Colour:
         """Return the colour of a mark of the board; that of garbage for any other."""
         return self._colours.get(mark) or self._colours[GARBAGE]
-
-    def _keep(
-        self, what: str, mark: str, size: int, draw: Callable[[str, int], pygame.Surface]
-    ) -> pygame.Surface:
-        picture = self._kept.get((what, mark, size))
-        if picture is None:
-            if len(self._kept) >= _MOST:
-                self._kept.clear()
-            picture = self._kept[what, mark, size] = draw(mark, size)
-        return picture
 
     def _draw_mino(self, mark: str, size: int) -> pygame.Surface:
         if size < _LEAST:

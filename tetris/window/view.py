@@ -1,6 +1,6 @@
 """Drawing of a game into a rectangle of a surface, and the figures beside its board."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
@@ -27,6 +27,7 @@ _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
 _VEIL_ALPHA: Final = 205  # over the board when time does not pass
 _HEADROOM_ROWS: Final = 1  # drawn above the board, for a piece that is just entering
 _DANGER_ROWS: Final = 4  # a stack so near to the top lights the well's frame
+_Line = tuple[str, float, theme.Colour]  # words on the board, and their size in cells
 _Part = tuple[pygame.Rect, object, Callable[[], object]]  # where, what it shows, and its drawing
 
 
@@ -178,9 +179,9 @@ class GameView:
             self._effects.draw(surface, layout, time_s)
             if veiled:
                 surface.blit(self._veil, layout.board)
-                self._draw_words(surface, game)
+                self._draw_words(surface, *self._verdict(game))
             if ready:
-                self._draw_ready(surface, ready)
+                self._draw_words(surface, (ready, 1.6, self._look.palette.accent))
 
         def draw_stats() -> None:
             self._draw_figures(surface, figures)
@@ -249,13 +250,14 @@ class GameView:
             radius = self.layout.cell // 5
             pygame.draw.rect(surface, self._look.palette.bad, frame, wide, border_radius=radius)
 
-    def _draw_words(self, surface: pygame.Surface, game: Game) -> None:
-        board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
-        title = self._look.words(_TITLES.get(game.result, "view.over"))
-        lines = [(title, cell * 1.5, palette.text)]
+    def _verdict(self, game: Game) -> Iterator[_Line]:
+        palette, words = self._look.palette, self._look.words
+        yield words(_TITLES.get(game.result, "view.over")), 1.5, palette.text
         if game.phase is Phase.OVER:
-            points = self._look.words("view.points", points=f"{game.score:,}")
-            lines.append((points, cell * 0.85, palette.accent))
+            yield words("view.points", points=f"{game.score:,}"), 0.85, palette.accent
+
+    def _draw_words(self, surface: pygame.Surface, *lines: _Line) -> None:
+        board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
         middle = board.top + round(0.43 * board.height)
         band = pygame.Rect(0, 0, board.width, round((len(lines) * 1.35 + 0.9) * cell))
         band.midtop = board.centerx, middle - round(1.2 * cell)
@@ -263,17 +265,9 @@ class GameView:
         surface.fill(palette.line, (band.left, band.top, band.width, 1))
         surface.fill(palette.line, (band.left, band.bottom - 1, band.width, 1))
         for words, size, colour in lines:
-            picture = theme.fitted(words, round(size), colour, board.width - cell)
+            picture = theme.fitted(words, round(size * cell), colour, board.width - cell)
             surface.blit(picture, picture.get_rect(center=(board.centerx, middle)))
             middle += round(1.35 * cell)
-
-    def _draw_ready(self, surface: pygame.Surface, words: str) -> None:
-        board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
-        picture = theme.fitted(words, round(1.6 * cell), palette.accent, board.width - cell)
-        place = picture.get_rect(center=(board.centerx, board.top + board.height // 3))
-        band = place.inflate(cell, cell // 2)
-        pygame.draw.rect(surface, palette.background, band, border_radius=cell // 3)
-        surface.blit(picture, place)
 
     # -- beside it ---------------------------------------------------------------------
 
@@ -283,7 +277,8 @@ class GameView:
             accent = self._look.palette.accent
             pygame.draw.rect(surface, accent, self.layout.hold, wide, border_radius=radius)
         if game.hold:
-            picture = self._tiles.preview(game.hold, self._small, dim=not game.can_hold)
+            draw = self._tiles.preview if game.can_hold else self._tiles.dimmed
+            picture = draw(game.hold, self._small)
             centre = self.layout.hold.centerx, self.layout.slots[0][1]
             surface.blit(picture, picture.get_rect(center=centre))
 
