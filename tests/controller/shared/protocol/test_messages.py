@@ -316,6 +316,9 @@ def test_a_malformed_notice_is_a_bad_frame(text: str) -> None:
 
 
 def test_notices_are_nested_four_deep_at_most() -> None:
+    older = listed([notice("gesture", "press"), notice("gesture", "swipe")])
+    told = notice("joined", notice("forgotten", "tap"), notice("wait", older, 0.3))
+    assert carried(told) == "tap is forgotten; press and swipe now wait 0.30 s for it"
     deep = listed([listed([listed([listed(["x"])])])])
     assert carried(deep) == "x"
     assert Decoder().feed(wired(teach.RecordingStatus(True, listed([deep])))) == []
