@@ -4,6 +4,7 @@ import contextlib
 import random
 import socket
 import threading
+import time
 from typing import cast
 
 import pytest
@@ -58,6 +59,19 @@ def test_what_did_not_fit_is_sent_while_the_host_reads() -> None:
             received += peer.recv(1 << 20)
             transport.read(0.0)
     assert received == data * sent
+
+
+def test_what_did_not_fit_wakes_the_reader_who_sends_it() -> None:
+    port, peer = socket.socketpair()
+    port.setblocking(False)
+    transport = _Selected(port, "orb")
+    with peer, contextlib.closing(transport):
+        while not transport._backlog:
+            assert transport.read(0.0) == b""
+            transport.write(bytes(4096))
+        begun_s = time.monotonic()
+        assert transport.read(DEADLINE_S) == b""
+        assert time.monotonic() - begun_s < DEADLINE_S / 2
 
 
 def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> None:

@@ -246,6 +246,15 @@ def test_grants_count_only_where_time_is_granted(session: DeviceSession) -> None
     assert heard(session, Grant(100), sequence=11, now_ms=0) == [Grant(100)]
 
 
+def test_the_session_after_number_65535_has_number_1() -> None:
+    numbers = []
+    for number in (65_533, 65_534, 65_535):
+        session = DeviceSession(welcome(), number=number, draw=bytes)
+        greet(session, sequence=6)
+        numbers.append(session.number)
+    assert numbers == [65_534, 65_535, 1]
+
+
 def test_a_request_is_taken_once(session: DeviceSession) -> None:
     greet(session, sequence=65_534)
     press = Perform(1, "press", 0.0, 0.0)
