@@ -283,23 +283,20 @@ def praise(event: happened.Locked, look: Look) -> list[Line]:
 
 def sounds_of(events: Iterable[Event]) -> Iterable[tuple[str, str]]:
     """Return the sounds of the events of a frame and their kinds of volume, each sound once."""
-    return dict.fromkeys(
-        (f"tone_{event.piece.kind}", "tones")
-        if isinstance(event, happened.Spawned)
-        else (sound_of(event), "effects")
-        for event in events
-    )
+    return dict.fromkeys(map(_sound_of, events))
 
 
-def sound_of(event: Event) -> str:
-    """Return the name of the sound of an event, "" for silent ones."""
+def _sound_of(event: Event) -> tuple[str, str]:
+    name = _SOUNDS.get(type(event), "")  # "" for silent ones
     match event:
+        case happened.Spawned(piece=piece):
+            return f"tone_{piece.kind}", "tones"
         case happened.Moved(action=Action.LEFT | Action.RIGHT):
-            return "shift"
+            name = "shift"
         case happened.Locked(clear=clear) if clear.perfect:
-            return "perfect"
+            name = "perfect"
         case happened.Locked(clear=clear) if clear.spin is not Spin.NONE:
-            return "spin" if clear.spin is Spin.FULL else "mini"
+            name = "spin" if clear.spin is Spin.FULL else "mini"
         case happened.Locked(clear=clear):
-            return _LINE_SOUNDS[clear.lines]
-    return _SOUNDS.get(type(event), "")
+            name = _LINE_SOUNDS[clear.lines]
+    return name, "effects"

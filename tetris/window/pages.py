@@ -46,10 +46,12 @@ def open_settings(stage: Stage, attract: AttractMode | None = None) -> None:
         return Item(stage.look.words(f"settings.{kind}"), lambda: stage.push(screen()), hint=hint)
 
     def build() -> Menu:
+        count = stage.pads.count
+        pads = stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)
         items = (
             show("settings.handling", SECTIONS["handling"]),
             bind("keys"),
-            bind("pads", _pads(stage)),
+            bind("pads", pads),
             show("settings.screen", SECTIONS["screen"][:-1]),
             show("settings.sound", SECTIONS["sound"]),
             _item(stage, "language"),
@@ -100,11 +102,6 @@ def _item(stage: Stage, name: str) -> Item:
     share = value / LIMITS[name][1] if name in SECTIONS["sound"] else None
     hint = words(f"settings.{name}_hint")
     return Item(words(f"settings.{name}"), value=written, step=step, share=share, hint=hint)
-
-
-def _pads(stage: Stage) -> str:
-    count = stage.pads.count
-    return stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)
 
 
 class BindingScreen(MenuScreen):

@@ -14,7 +14,7 @@ from tetris.engine.pieces import KINDS, Piece
 from tetris.kit import sounds
 from tetris.kit.settings import Settings
 from tetris.kit.sounds import Sounds
-from tetris.window.effects import sound_of, sounds_of
+from tetris.window.effects import sounds_of
 
 
 def channels() -> list[pygame.mixer.Channel]:
@@ -56,8 +56,7 @@ def test_a_lock_sounds_like_what_it_cleared(board: str, piece: Piece, sound: str
     game = Game(seed=1)
     set_up(game, Board.parse(board), piece)
     game.update(0.0)
-    heard = [sound_of(event) for event in game.update(0.0, [Action.HARD_DROP])]
-    assert sound in heard
+    assert (sound, "effects") in sounds_of(game.update(0.0, [Action.HARD_DROP]))
 
 
 @pytest.mark.parametrize("name", ["drop", "lock"])
@@ -72,8 +71,9 @@ def test_a_knock_is_heard_on_the_speakers_of_a_laptop(name: str) -> None:
 def test_moves_are_heard_but_not_the_fall() -> None:
     game = Game(seed=1)
     game.update(0.0)
-    heard = [sound_of(e) for e in game.update(5.0, [Action.LEFT, Action.ROTATE_CW, Action.HOLD])]
-    assert [name for name in heard if name] == ["shift", "rotate", "hold"]
+    heard = sounds_of(game.update(5.0, [Action.LEFT, Action.ROTATE_CW, Action.HOLD]))
+    names = [name for name, kind in heard if name and kind == "effects"]
+    assert names == ["shift", "rotate", "hold"]
 
 
 def test_without_an_audio_device_all_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
