@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.metrics import roc_auc_score  # the [train] extra
 
 from controller.recognition.user_id import (
     NOT_ENROLLED,
@@ -63,6 +62,9 @@ def open_set(
     own: tuple[Evidence, Index, Index], others: tuple[Evidence, Index], users: Users, seen: int
 ) -> OpenSetFigures:
     """Return the figures of own evidence, users and recordings against strangers' evidence."""
+    # Importing it makes shared memory, which a training of gestures does not need.
+    from sklearn.metrics import roc_auc_score
+
     belief, first = beliefs(own[0], own[2], users, seen)
     strange, _ = beliefs(others[0], others[1], users, seen)
     sure, unsure = belief[:, 1:].max(axis=1), strange[:, 1:].max(axis=1)
