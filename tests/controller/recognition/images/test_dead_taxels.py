@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from controller.recognition.images.dead_taxels import ResponseMonitor, TaxelInterpolator
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
+from controller.shared.taxel_measures import noisy
 from controller.simulator.dome.faults import Fault
 from controller.simulator.orb import NOMINAL, preset
 from controller.simulator.session import EVALUATION, simulate
@@ -145,3 +146,9 @@ def test_evidence_is_taken_over_unless_its_form_is_that_of_before() -> None:
     monitor.restore(np.ones((shape[0] - 1, 5, 5)), np.zeros(6))
     assert (monitor.evidence == 0.5).all()
     assert monitor.counts.tolist() == list(range(6))
+
+
+def test_without_any_noise_in_the_middle_no_taxel_is_noisy() -> None:
+    level = np.array([[0.0, 0.0, 100.0]])
+    assert not noisy(level).any()
+    assert noisy(level, least=1.0).tolist() == [[False, False, True]]
