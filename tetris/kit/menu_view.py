@@ -238,11 +238,7 @@ class MenuView:
         """Draw a bar that ends near a point; return where it begins."""
         track = pygame.Rect(0, 0, self._px(_BAR), max(3, self._px(6)))
         track.midright = right - self._px(10), middle
-        self._draw_rect(self._palette.track, track, track.height // 2)
-        if share > 0:
-            filled = track.copy()
-            filled.width = max(track.height, round(track.width * share))
-            self._draw_rect(self._palette.accent, filled, track.height // 2)
+        theme.draw_bar(self._surface, self._palette, track, share)
         return track.left
 
     def _draw_arrow(self, x: int, y: int, size: int) -> None:

@@ -109,3 +109,13 @@ PALETTES: Final = MappingProxyType({palette.name: palette for palette in _load()
 """By name, in the order of the menu."""
 
 DARK: Final = PALETTES["dark"]
+
+
+def draw_bar(surface: pygame.Surface, palette: Palette, place: pygame.Rect, share: float) -> None:
+    """Draw a bar, filled from the left by a share from 0 to 1."""
+    radius = place.height // 2
+    pygame.draw.rect(surface, palette.track, place, border_radius=radius)
+    if share > 0:
+        filled = place.copy()
+        filled.width = max(place.height, round(place.width * min(1.0, share)))
+        pygame.draw.rect(surface, palette.accent, filled, border_radius=radius)

@@ -10,6 +10,7 @@ from tetris.history.replay import Player, Recorder
 from tetris.kit.bindings import Code
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import IDLE_HZ, PLAY_HZ, Stage
+from tetris.kit.theme import draw_bar
 from tetris.window.effects import sounds_of
 from tetris.window.menu_screen import MenuScreen
 from tetris.window.view import GameView, clock, figures_of
@@ -132,14 +133,10 @@ class ReplayScreen(MenuScreen):
     def _draw_bar(self, surface: pygame.Surface, area: pygame.Rect, unit: float) -> None:
         palette, player = self._stage.look.palette, self._player
         track = self._track(area, unit)
-        radius = track.height // 2
-        pygame.draw.rect(surface, palette.track, track, border_radius=radius)
         length_s = player.replay.length_s
         share = (player.time_s - player.start_s) / length_s if length_s else 1.0
-        filled = track.copy()
-        filled.width = round(track.width * share)
-        pygame.draw.rect(surface, palette.accent, filled, border_radius=radius)
-        centre = track.left + filled.width, track.centery
+        draw_bar(surface, palette, track, share)
+        centre = track.left + round(track.width * share), track.centery
         pygame.draw.circle(surface, palette.text, centre, round(9 * unit))
 
     def _track(self, area: pygame.Rect, unit: float) -> pygame.Rect:

@@ -306,10 +306,7 @@ class GameView:
             if figure.share is not None:
                 high = max(2, round(0.14 * letter))
                 bar = pygame.Rect(left, bottom + round(0.06 * letter), widest, high)
-                pygame.draw.rect(surface, palette.track, bar, border_radius=high // 2)
-                if figure.share > 0:
-                    bar.width = max(high, round(widest * min(1.0, figure.share)))
-                    pygame.draw.rect(surface, palette.accent, bar, border_radius=high // 2)
+                theme.draw_bar(surface, palette, bar, figure.share)
 
     def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
         """Show at the foot of the figures which chains are alive, where there is room."""
