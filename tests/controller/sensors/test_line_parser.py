@@ -40,6 +40,13 @@ def test_the_first_line_is_not_trusted_since_it_may_be_cut() -> None:
     assert [f.tolist() for f in LineParser(3).feed(b"41,2,3\n4,5,6\n")] == [[4.0, 5.0, 6.0]]
 
 
+def test_after_a_loss_of_the_port_the_first_line_may_be_cut_again() -> None:
+    parser = LineParser(3)
+    parser.feed(b"\n1,2,3\n4,5")
+    parser.cut()
+    assert [f.tolist() for f in parser.feed(b"51,8,9\n7,8,9\n")] == [[7.0, 8.0, 9.0]]
+
+
 def test_a_missing_value_is_the_last_one_of_its_taxel() -> None:
     assert parsed(b"1,2,3\n4,,6\n,5,6\n") == [[1, 2, 3], [4, 2, 6], [4, 5, 6]]
     assert parsed(b",2,3\n4,5,6\n") == [[4, 5, 6]]  # there is none before the first
