@@ -101,6 +101,14 @@ def test_what_the_rubber_remembers_is_taken_away() -> None:
     assert seen(touch)[2, 3] == pytest.approx(1.2, abs=1e-2)
 
 
+def test_the_residue_is_that_of_three_tenths_of_a_second() -> None:
+    touch = TouchImage(30, 5, 5, 40.0)
+    for residue in [0.03] * 6 + [0.0] * 8:  # the last two are when the finger comes
+        touch.step(finger(0, residue), 0.0, null=True)
+    touch.step(finger(3), 0.0, null=False)
+    assert touch.state()["left"][2, 0] == pytest.approx(0.03 * 6 / 12)
+
+
 def test_a_noisy_sensor_is_not_believed_what_it_remembers() -> None:
     touch = TouchImage(30, 5, 5)
     for _ in range(6):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tetris.engine.board import Board
+from tetris.engine.board import TOTAL_ROWS, Board
 from tetris.engine.pieces import Piece
 
 
@@ -17,6 +17,11 @@ def test_full_rows_are_cleared_and_rows_above_fall() -> None:
     """)
     assert board.clear_full_rows() == (0, 2)
     assert str(board) == ".T........\nO..O......"
+
+
+def test_the_highest_row_is_cleared_as_all_others_are() -> None:
+    board = Board.parse("IIIIIIIIII\n" + "I.........\n" * (TOTAL_ROWS - 1))
+    assert board.clear_full_rows() == (TOTAL_ROWS - 1,)
 
 
 def test_placing_a_piece_leaves_its_colour() -> None:

@@ -420,6 +420,22 @@ def test_a_run_without_end_takes_no_memory_and_the_next_packet_is_read() -> None
     assert decoder.feed(b"\0" + data) == [packet(wire.Bye("off"))]
 
 
+def test_the_end_of_a_run_that_is_too_long_is_no_packet() -> None:
+    decoder = Decoder()
+    decoder.feed(b"x" * (MAX_FRAME + 1))
+    assert decoder.feed(wired(wire.Bye("off"))) == []
+    assert decoder.feed(wired(wire.Bye("off"))) == [packet(wire.Bye("off"))]
+
+
+def test_a_message_has_at_most_255_shares() -> None:
+    def telemetry(labels: int) -> wire.Telemetry:
+        return wire.Telemetry(0, b"", (0.0,) * labels, None, "", True, 1.0)
+
+    assert Decoder().feed(wired(telemetry(255))) == [packet(telemetry(255))]
+    with pytest.raises(ProtocolError):
+        wired(telemetry(256))
+
+
 def test_the_largest_packet_fits_and_one_byte_more_does_not() -> None:
     def telemetry(labels: int) -> wire.Telemetry:
         return wire.Telemetry(0, bytes(900), (0.0,) * labels, None, "", True, 1.0)
