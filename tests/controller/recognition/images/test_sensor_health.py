@@ -74,12 +74,12 @@ def test_a_lead_that_is_off_is_named_and_one_that_crackles_is_told() -> None:
 
 def test_two_short_losses_of_a_lead_are_no_long_one() -> None:
     session = Session()
-    session.feel(idle(5.0))
-    cut = idle(0.6)
+    session.feel(idle(5.4))
+    cut = idle(0.9)
     cut[:, :, 2] = 1.0
-    session.feel(cut)
-    session.feel(idle(0.2))
-    assert session.feel(np.concatenate([cut, cut[:2]])) == ()
+    session.feel(cut[:6])
+    session.feel(idle(0.1))
+    assert session.feel(cut) == ()
 
 
 def test_sentences_fit_on_the_wire() -> None:
