@@ -6,8 +6,7 @@ import numpy as np
 
 from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import Signal
-from controller.sensors.base import Sensor, SensorOptions
-from controller.sensors.geometry import Geometry, SensorError
+from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 
 
 @dataclass(frozen=True)
