@@ -21,10 +21,9 @@ if TYPE_CHECKING:
 
     from controller import __version__ as __version__
     from controller.shared.errors import UserError as Error
-    from orbtouch.networks import Command, Evaluation, Network, network
+    from orbtouch.networks import Command, Evaluation, Network, network, train
     from orbtouch.orbs import Orb, connect, record
     from orbtouch.recordings import Recording, load, simulate
-    from orbtouch.training import train
 
 __all__ = [
     "Command",
@@ -44,10 +43,9 @@ __all__ = [
 # Modules of the names: each is imported at its first use: the command
 # needs none of them, and looks first whether our other packages are the ones that are found.
 _MODULES: "Final" = {
-    **dict.fromkeys(("Command", "Evaluation", "Network", "network"), "networks"),
+    **dict.fromkeys(("Command", "Evaluation", "Network", "network", "train"), "networks"),
     **dict.fromkeys(("Orb", "connect", "record"), "orbs"),
     **dict.fromkeys(("Recording", "load", "simulate"), "recordings"),
-    "train": "training",
 }
 
 

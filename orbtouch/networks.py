@@ -1,8 +1,9 @@
-"""Networks as a researcher uses them: run, evaluate, teach, save."""
+"""Networks as a researcher uses them: train, run, evaluate, teach, save."""
 
 import html
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -16,7 +17,7 @@ from controller.bundles import container
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import Recording as Source
-from controller.shared.errors import UserError, count
+from controller.shared.errors import UserError, count, how_to_install
 from controller.shared.files import atomic_write
 from controller.teach import add_gesture
 from models.evaluation import evaluate as evaluation
@@ -258,3 +259,39 @@ def network(path: Path | str | None = None) -> Network:
     data = Path(path) if path is not None else bundles.default_path()
     bundles.read(data)  # whose error names the file
     return Network(data.read_bytes())
+
+
+def train(
+    paths: Path | str | Sequence[Path | str],
+    out: Path | str,
+    *,
+    say: Callable[[str], None] = print,
+    **options: Any,
+) -> Network:
+    """Train networks from recordings, write a bundle with its card and report, and return it.
+
+    Args:
+        paths: Recordings, or folders of them, of one sensor.
+        out: Bundle to write, NAME.orb; interrupted, the same call goes on where it was.
+        say: Takes lines of progress.
+        options: As of `models train`, such as epochs=8, split="user" or seed=1 (docs/training.md).
+
+    Raises:
+        Error: The [train] extra is missing, or the recordings cannot be learned from.
+    """
+    if find_spec("torch") is None:
+        raise UserError(f"training needs PyTorch; {how_to_install('train')}")
+    from models.training.request import Request
+    from models.training.train import train as run
+
+    given = [paths] if isinstance(paths, str | Path) else paths
+    known = set(Request.__dataclass_fields__) - {"paths", "out", "command"}
+    if unknown := sorted(set(options) - known):
+        raise UserError(f"there is no option {unknown[0]!r}; there are {', '.join(sorted(known))}")
+    try:
+        run(Request(tuple(map(Path, given)), Path(out), **options), say)
+    except UserError:
+        raise
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    return network(out)

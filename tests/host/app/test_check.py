@@ -3,7 +3,7 @@
 from controller.shared.protocol.messages import Command
 from controller.shared.protocol.teaching import Check, CheckRow, CheckStep
 from host.app.application import OrbApp
-from host.app.screens.check import CheckScreen
+from host.app.screens.orbs import CheckScreen
 
 
 def test_a_check_is_led_and_judged() -> None:
