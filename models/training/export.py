@@ -17,12 +17,15 @@ from numpy.typing import NDArray
 from onnx import NodeProto, TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
+from controller.adapt.lessons import Rehearsal, to_bytes
 from controller.bundles import bundle, container
 from controller.bundles.golden import Golden
 from controller.bundles.head import Head
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.touch_input import TouchInput
 from controller.shared import files, npz
+from controller.shared.aliases import Index
+from models.data.examples import Examples
 from models.data.load import Data
 from models.data.splits import Split
 from models.data.touch_images import Touches
@@ -38,6 +41,11 @@ GOLDEN: Final = 64  # golden vectors of each network in a bundle
 
 Values = NDArray[np.float32]  # (n, ...)
 Operator = tuple[str, dict[str, Values | NDArray[np.int64]], dict[str, Any]]
+WINDOWS: Final = 2500  # of a bundle, about: some 90 kB
+TOUCHED: Final = 0.45  # share of them that show a gesture
+EACH: Final = 6  # windows of a touch
+NEAR_S: Final = 1.0  # of a touch: windows of rest that count as next to it
+_AT_ONCE: Final = 256  # windows that are embedded together
 
 
 class ExportError(ValueError):
@@ -121,6 +129,63 @@ def no_location(rows: int, columns: int) -> ExportedNetwork:
     """Return the location network of a bundle that lacks one."""
     images = np.empty((0, rows, columns), dtype=np.float32)
     return ExportedNetwork({container.LOCATION: b""}, images, np.empty((0, 2), dtype=np.float32))
+
+
+def rehearsal(model: bytes, examples: Examples, ends: Index, classes: int, seed: int) -> bytes:
+    """Return embeddings of windows of a bundle's training, for lessons on the device.
+
+    As many touches of each gesture are taken, some windows of each, and windows of rest: half of
+    them next to these touches, where what begins a gesture is still none, the others at random.
+    Windows end at frames `ends`.
+    """
+    chosen, touch = choose(examples, ends, classes, np.random.default_rng((seed, 6)))
+    network = onnxruntime_engine.network(model)
+    cuts = np.array_split(chosen, -(-len(chosen) // _AT_ONCE))
+    embedding = np.concatenate([network(examples.windows(cut)) for cut in cuts])
+    firmest = [_firmest(examples, chosen, touch, kind) for kind in range(classes)]
+    return Rehearsal(embedding, touch, to_bytes(np.array(firmest))).pack()
+
+
+def choose(
+    examples: Examples, ends: Index, classes: int, rng: np.random.Generator
+) -> tuple[Index, NDArray[np.int32]]:
+    """Return last frames of some windows, and the number of each one's touch, -1 without, (n,)."""
+    ends = np.sort(ends[examples.label[ends] < classes])
+    label = examples.label[ends]
+    first = np.flatnonzero(examples.begins(ends, gap=1))
+    runs = np.split(ends, first[1:])
+    kinds = label[first]
+    share = round(TOUCHED * WINDOWS / EACH / max(1, len(set(kinds[kinds > 0].tolist()))))
+    touches = [
+        runs[number][np.linspace(0, len(runs[number]) - 1, EACH).round().astype(int)]
+        for kind in range(1, classes)
+        for number in rng.permutation(np.flatnonzero(kinds == kind))[:share]
+    ]
+    touches = [np.unique(touch) for touch in touches]
+    shown = np.concatenate([np.empty(0, dtype=np.int64), *touches])
+    rest, most = ends[label == 0], round(len(shown) * (1.0 - TOUCHED) / TOUCHED)
+    after = np.append(np.sort(shown), np.iinfo(np.int64).max)
+    at = np.searchsorted(after, rest)
+    gap = np.minimum(after[at] - rest, rest - np.append(0, np.sort(shown))[at])
+    near = rng.permutation(rest[gap <= NEAR_S * examples.rate_hz])[: most // 2]
+    other = rng.permutation(np.setdiff1d(rest, near))[: most - len(near)]
+    number = np.repeat(np.arange(len(touches)), [len(touch) for touch in touches])
+    none = np.full(len(near) + len(other), -1)
+    return np.concatenate([shown, near, other]), np.concatenate([number, none]).astype(np.int32)
+
+
+def _firmest(
+    examples: Examples, ends: Index, touch: NDArray[np.int32], kind: int
+) -> NDArray[np.float32]:
+    """Return the mean image of a gesture's touches at their firmest, z, (rows, columns)."""
+    own = (examples.label[ends] == kind) & (touch >= 0)
+    images, number = examples.images[ends[own]], touch[own]
+    if not kind or not own.any():
+        return np.ones(examples.images.shape[1:], dtype=np.float32)
+    force = np.abs(images - 1.0).mean(axis=(1, 2))
+    order = np.lexsort((force, number))
+    last = np.append(np.flatnonzero(np.diff(number[order])), len(order) - 1)
+    return np.asarray(images[order[last]].mean(axis=0), dtype=np.float32)
 
 
 def write_bundle(

@@ -30,7 +30,7 @@ from models.evaluation import advice, evaluate
 from models.reports import page
 from models.results.evaluation import numbers
 from models.results.training import Training
-from models.training import export, rehearsal, symmetry_search, transfer
+from models.training import export, symmetry_search, transfer
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
@@ -117,7 +117,7 @@ class NetworkPlan:
             gesture = export.export_gestures(
                 net, export.compared_windows(data, split, request.seed)
             )
-            gesture.parts[container.REHEARSAL] = rehearsal.of(
+            gesture.parts[container.REHEARSAL] = export.rehearsal(
                 gesture.parts[container.EMBEDDING],
                 data.examples,
                 data.examples.ends[split.windows.train],

@@ -11,7 +11,7 @@ from controller.shared import npz
 from models.data import examples
 from models.data.examples import Examples, Source
 from models.data.simulate import DataSet
-from models.training import rehearsal
+from models.training import export
 
 SHIPPED = bundle.read(bundle.default_path(10.0))
 
@@ -25,28 +25,28 @@ def played() -> Examples:
 
 def test_touches_of_all_gestures_are_chosen_and_rest_beside_them() -> None:
     data = played()
-    ends, touch = rehearsal.choose(data, data.ends, 5, np.random.default_rng(0))
+    ends, touch = export.choose(data, data.ends, 5, np.random.default_rng(0))
     assert len(ends) == len(touch) == len(np.unique(ends))
     assert np.isin(ends, data.ends).all()
     assert set(data.label[ends[touch >= 0]].tolist()) == {1, 2, 3, 4}
     assert (data.label[ends[touch < 0]] == 0).all()
-    assert (touch >= 0).mean() == pytest.approx(rehearsal.TOUCHED, abs=0.01)
+    assert (touch >= 0).mean() == pytest.approx(export.TOUCHED, abs=0.01)
     for number in range(touch.max() + 1):
         own = ends[touch == number]
-        assert 1 <= len(own) <= rehearsal.EACH
+        assert 1 <= len(own) <= export.EACH
         assert len(set(data.label[own[0] : own[-1] + 1].tolist())) == 1  # one touch, unbroken
 
 
 def test_auxiliary_classes_are_left_out() -> None:
     data = played()
-    ends, _ = rehearsal.choose(data, data.ends, 3, np.random.default_rng(0))
+    ends, _ = export.choose(data, data.ends, 3, np.random.default_rng(0))
     assert data.label[ends].max() == 2
 
 
 def test_the_part_holds_embeddings_and_an_image_of_each_gesture() -> None:
     data, model = played(), SHIPPED.embedding_onnx
-    part = rehearsal.of(model, data, data.ends, 5, 0)
-    assert part == rehearsal.of(model, data, data.ends, 5, 0)
+    part = export.rehearsal(model, data, data.ends, 5, 0)
+    assert part == export.rehearsal(model, data, data.ends, 5, 0)
     arrays = npz.unpack(part, container.MAX_BYTES)
     assert arrays["embedding"].shape == (len(arrays["touch"]), 64)
     assert arrays["embedding"].max() == 255
