@@ -1,6 +1,7 @@
 """Changes of a bundle in a process of low priority, so that the control loop does not wait.
 
-`few_shot` has the other changes beside that of a command.
+Two changes are made here: that of a command, and the correction in play, by which a network learns
+the player's label of the latest touch. `few_shot` has the others.
 
 The child gets a change, a path and a target as a pickle on its standard input, and answers with
 pickles: the share that is done, and the outcome as the last one. The end of its standard input
@@ -8,6 +9,7 @@ means that its parent has ended, and ends it.
 """
 
 import contextlib
+import math
 import os
 import pickle
 import subprocess
@@ -15,16 +17,21 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import tomli_w
 
-from controller.adapt.few_shot import AdaptedBundle, AdaptError, Progress
+from controller.adapt import few_shot
+from controller.adapt.examples import NULL_LABEL, Example, touched
+from controller.adapt.few_shot import CORRECTED, AdaptedBundle, AdaptError, Progress
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.container import BundleError
+from controller.bundles.deploy.store import INCOMING, BundleStore
 from controller.recognition.mapping import NONE
+from controller.shared.aliases import Images
 from controller.shared.errors import reason
 from controller.shared.notices import notice
 
@@ -36,6 +43,10 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 # Takes a bundle's file and `progress`; a partial of a function, since it goes to another process.
 Change = Callable[..., AdaptedBundle]
+LATEST_S: Final = 2.5  # greatest age of the corrected touch
+GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
+LEAD_S: Final = 1.3  # of images before the touch
+MOST: Final = 40  # corrections in a bundle
 
 
 def alter(
@@ -130,6 +141,65 @@ def counted(manifest: bytes) -> bytes:
     before = table["card"].get(CHANGES, 0)
     table["card"][CHANGES] = before + 1 if isinstance(before, int) else 1
     return tomli_w.dumps(table).encode()
+
+
+def example(label: str, images: Images, rate_hz: float) -> Example:
+    """Return the latest touch in images as an example; AdaptError: none, or a weak one."""
+    cut = latest(images, rate_hz)
+    if cut is None:
+        raise AdaptError(notice("late", LATEST_S))
+    found = Example(label, cut).found(rate_hz)
+    if found is None:
+        raise AdaptError(notice("weak_touch"))
+    if label == NULL_LABEL:
+        return Example(label, cut, span=(0.0, float(len(cut))))
+    return found
+
+
+def latest(images: Images, rate_hz: float) -> Images | None:
+    """Return the images around the latest touch, (frames, rows, columns); None without a touch."""
+    touches = touched(images, GAP_S * rate_hz) if len(images) >= 3 else []
+    if not touches or touches[-1].span[1] < len(images) - LATEST_S * rate_hz:
+        return None
+    before = math.ceil(touches[-2].span[1]) if len(touches) > 1 else 0
+    first = math.ceil(touches[-1].span[0]) - round(LEAD_S * rate_hz)
+    return images[max(before, first) :]
+
+
+def correct(
+    label: str,
+    images: Images,
+    rate_hz: float,
+    store: BundleStore,
+    install: Callable[[Path, str], str],
+) -> str:
+    """Learn the label of the latest touch, take the new bundle into use, and return a sentence.
+
+    Training takes seconds: call this in a thread of its own. The label "null" is no gesture, and ""
+    takes the last correction back. `install` tests a file and takes it into use, given the name of
+    the bundle that it corrects.
+
+    Raises:
+        BundleError, AdaptError, OSError: Nothing has changed; the message has the reason.
+    """
+    if not label:
+        left = _corrections(store.path(store.undo(correction=True).current))
+        return notice("taken_back", left)
+    before = store.record().current
+    path = store.path(before, rate_hz)
+    count = _corrections(path)
+    if count >= MOST:
+        raise AdaptError(notice("many_corrections", MOST))
+    shown = [example(label, images, rate_hz)]
+    word = notice("nothing") if label == NULL_LABEL else notice("gesture", label)
+    change = partial(few_shot.teach, examples=shown, note=CORRECTED + word)
+    alter(change, path, store.folder / INCOMING, lambda out: install(out, before))
+    return notice("corrected", word, count + 1)
+
+
+def _corrections(path: Path) -> int:
+    """Return the number of corrections in a bundle."""
+    return sum(str(note).startswith(CORRECTED) for note in bundles.read(path).card.get("added", []))
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.adapt import correction
+from controller.adapt import process
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.install import install
 from controller.bundles.deploy.store import BundleStore
@@ -43,7 +43,7 @@ def handlers(current: Callable[[], Parts], exchange: Exchange) -> list[Handler]:
         if label and label not in bundle.labels:
             raise BundleError(notice("no_gesture", label))
         stack = np.array(images, dtype=np.float32)
-        return correction.correct(label, stack, bundle.rate_hz, store, take_into_use)
+        return process.correct(label, stack, bundle.rate_hz, store, take_into_use)
 
     def load() -> Loaded:
         try:

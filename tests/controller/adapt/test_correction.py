@@ -8,7 +8,7 @@ import numpy as np
 import pygame
 import pytest
 
-from controller.adapt import AdaptError, correction
+from controller.adapt import AdaptError, process
 from controller.bundles import bundle as bundles
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
@@ -52,15 +52,15 @@ def images(*touches: tuple[int, int], frames: int = 40) -> np.ndarray:
 
 
 def test_the_latest_touch_is_meant() -> None:
-    cut = correction.latest(images((8, 13), (25, 31)), RATE_HZ)
+    cut = process.latest(images((8, 13), (25, 31)), RATE_HZ)
     assert cut is not None
     assert len(cut) == 27  # from 13 frames before it, but not from within the touch before
-    span = correction.example("pinch", images((8, 13), (25, 31)), RATE_HZ).found()
+    span = process.example("pinch", images((8, 13), (25, 31)), RATE_HZ).found()
     assert span is not None
 
 
 def test_two_taps_in_a_row_are_one_touch() -> None:
-    cut = correction.latest(images((22, 25), (27, 30)), RATE_HZ)
+    cut = process.latest(images((22, 25), (27, 30)), RATE_HZ)
     assert cut is not None
     assert len(cut) == 40 - (22 - 13)
 
@@ -68,7 +68,7 @@ def test_two_taps_in_a_row_are_one_touch() -> None:
 @pytest.mark.parametrize("seen", [images(), images((2, 8)), images(frames=2)])
 def test_what_was_long_ago_or_never_is_refused(seen: np.ndarray) -> None:
     with pytest.raises(AdaptError, match="nothing touched the orb"):
-        correction.example("pinch", seen, RATE_HZ)
+        process.example("pinch", seen, RATE_HZ)
 
 
 def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
@@ -89,7 +89,7 @@ def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(tmp_path
     seen, install = images((25, 31)), copied(shelf)
 
     def correct(label: str) -> str:
-        return correction.correct(label, seen, RATE_HZ, shelf, install)
+        return process.correct(label, seen, RATE_HZ, shelf, install)
 
     assert correct("twist_cw") == "learned: that was twist_cw (1 so far)"
     assert correct("null") == "learned: that was nothing (2 so far)"
@@ -222,7 +222,7 @@ def test_networks_are_exchanged_while_the_orb_runs(run_of_a_bundle: Run, tmp_pat
     device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)
     seen = np.array([device.advance(10.0).image for _ in range(8)])  # type: ignore[union-attr]
     before = np.concatenate([np.ones((20, 5, 5), np.float32), seen])
-    correction.correct("twist_cw", before, RATE_HZ, shelf, copied(shelf))
+    process.correct("twist_cw", before, RATE_HZ, shelf, copied(shelf))
     rest = device.pipeline.rest
     assert rest is not None
     changed = refreshed(parts)
