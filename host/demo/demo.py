@@ -24,8 +24,7 @@ from host.actions import ACTIONS, HeldGestures
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
-from host.demo.autoplayer import Autoplayer
-from host.demo.record import DemoRecord
+from host.demo.autoplayer import Autoplayer, DemoRecord
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.kit.settings import Settings
 

@@ -12,7 +12,7 @@ import pytest
 
 import orbtouch
 from controller.bundles import bundle, container
-from host.app.screens.teach import examples, trial
+from host.app.screens.teach import examples, new_gesture
 from host.connection.virtual_orb import VirtualOrbProcess
 from tests.support import ROOT
 from tetris.engine.modes import MODES
@@ -132,7 +132,7 @@ def test_gestures_command_what_the_table_says() -> None:
 
 def test_a_gesture_is_taught_with_five_examples_and_five_tries() -> None:
     assert "five examples, some seconds of learning, five tries" in TEXT
-    assert (examples._ENOUGH, trial._WANTED) == (5, 5)
+    assert (examples._ENOUGH, new_gesture._WANTED) == (5, 5)
 
 
 def test_what_is_in_italics_in_the_table_is_in_the_window() -> None:

@@ -13,8 +13,7 @@ from controller.shared.protocol.messages import Command, GroundTruth, Perform, R
 from host.actions import ACTIONS
 from host.app.screen import Line, Orb
 from host.app.screens.game_page import GamePage
-from host.demo.autoplayer import Autoplayer
-from host.demo.record import DemoRecord
+from host.demo.autoplayer import Autoplayer, DemoRecord
 from host.ui import naming
 from tetris.engine.game import Action, Phase
 from tetris.engine.modes import MODES

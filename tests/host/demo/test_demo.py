@@ -7,8 +7,7 @@ import sys
 from controller.shared.protocol.messages import Command, GroundTruth, Welcome
 from host.connection.receiver import Delivered
 from host.demo import demo
-from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer
-from host.demo.record import DemoRecord
+from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer, DemoRecord
 from tests.support.pytest_types import Capture
 from tetris.engine.game import Action, Game
 

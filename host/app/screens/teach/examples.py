@@ -8,9 +8,8 @@ import pygame
 
 from controller.shared.protocol.messages import Command, Report
 from controller.shared.protocol.teaching import DONE, FAILED, ExampleTaken, Learn
-from host.app.screens.teach.new_gesture import DetailsPage
+from host.app.screens.teach.new_gesture import DetailsPage, TryPage
 from host.app.screens.teach.page import Course, TeachPage
-from host.app.screens.teach.trial import TryPage
 from host.ui import naming
 from host.ui.touch_watch import TouchEvent
 from tetris.kit.menu import Menu, MenuStep

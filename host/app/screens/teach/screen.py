@@ -16,7 +16,7 @@ from controller.shared.protocol.teaching import (
     Undo,
 )
 from host.app.screens.teach.examples import ExamplesPage
-from host.app.screens.teach.new_gesture import NAMES, new_plan, plan_of
+from host.app.screens.teach.new_gesture import NAMES, new_plan, plan_of, save_as
 from host.app.screens.teach.page import (
     ChoicePage,
     Course,
@@ -28,7 +28,6 @@ from host.app.screens.teach.page import (
     gesture_name,
 )
 from host.app.screens.teach.train import TrainPage
-from host.app.screens.teach.trial import save_as
 from host.ui import naming
 from tetris.kit.menu import Item, Menu
 

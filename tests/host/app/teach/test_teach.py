@@ -13,10 +13,9 @@ from controller.shared.protocol.teaching import (
     SetCommand,
 )
 from host.app.screens.teach.examples import ExamplesPage
-from host.app.screens.teach.new_gesture import DetailsPage
+from host.app.screens.teach.new_gesture import DetailsPage, TryPage
 from host.app.screens.teach.page import NamePage
 from host.app.screens.teach.screen import TeachScreen
-from host.app.screens.teach.trial import TryPage
 from host.connection.receiver import Connected, Delivered, Lost
 from tests.support.app_window import WELCOME
 from tests.support.teaching_window import DENT, Window
