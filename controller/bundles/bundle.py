@@ -11,8 +11,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from controller.bundles import container, users_table
-from controller.bundles import golden as goldens
 from controller.bundles import head as heads
 from controller.bundles.container import (
     CONTENT,
@@ -26,8 +28,9 @@ from controller.bundles.container import (
     TAUGHT,
     USER,
     BundleError,
+    arrays_of,
+    check_arrays,
 )
-from controller.bundles.golden import Golden
 from controller.bundles.head import EVERYBODY, Head
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
@@ -37,7 +40,7 @@ from controller.recognition.pipeline import PipelineSettings
 from controller.recognition.touch_input import TouchInput
 from controller.recognition.touch_position import PositionSpread
 from controller.recognition.user_id import NO_USERS, Users
-from controller.shared import config
+from controller.shared import config, npz
 from controller.shared.config import ConfigError
 from controller.shared.errors import one_line, reason
 from controller.shared.files import atomic_write, read_bytes
@@ -47,6 +50,9 @@ SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
 LABEL = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
+_PEOPLE = "people"  # output of the user network
+
+Answers = NDArray[np.float32]  # (n, outputs)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +77,29 @@ class BundleSettings:
     # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
     touch: TouchInput = field(default_factory=TouchInput)  # input of the location network
+
+
+def _no_answers() -> Answers:
+    return np.zeros((0, 0), dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class Golden:
+    """Reference inputs and outputs of the networks, against which a device compares its own."""
+
+    # inputs of the gesture and user networks, (n, window, rows, columns), z
+    windows: NDArray[np.float32]
+    probabilities: Answers  # outputs of embedding and head as trained, (n, classes)
+    images: NDArray[np.float32]  # inputs of the location network, (m, rows, columns), z
+    touches: Answers  # its outputs, (m, 2), x and y in grid units
+    # outputs of the user network, (n, 1 + users); n is 0 without that network
+    people: Answers = field(default_factory=_no_answers)
+
+    def pack(self) -> bytes:
+        """Return the file `golden.npz`."""
+        names = ["windows", "probabilities", "images", "touches"]
+        names += [_PEOPLE] if len(self.people) else []
+        return npz.pack({name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +227,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         head = heads.read(parts[HEAD])
         taught = heads.read_rows(parts[TAUGHT]) if TAUGHT in parts else {}
         _check_head(head, taught, plain.labels, known)
-        golden = goldens.read(
+        golden = _read_golden(
             parts[GOLDEN],
             (plain.window, plain.rows, plain.columns),
             len(head.out),
@@ -223,6 +252,37 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         user_onnx=parts.get(USER, b""),
         taught=taught,
     )
+
+
+def _read_golden(
+    data: bytes,
+    grid: tuple[int, int, int],
+    classes: int,
+    *,
+    located: bool,
+    people: int,
+) -> Golden:
+    """Return the golden vectors in a file for windows of a grid (window, rows, columns).
+
+    `people` is the number of outputs of the user network; 0: there is none. BundleError if the file
+    is damaged, or its arrays have other shapes.
+    """
+    arrays = arrays_of(data, "golden vectors")
+    shapes: dict[str, tuple[int, ...]] = {
+        "windows": grid,
+        "probabilities": (classes,),
+        "images": grid[1:],
+        "touches": (2,),
+    }
+    if people:
+        shapes[_PEOPLE] = (people,)
+    check_arrays("golden vectors", arrays, {name: (-1, *shape) for name, shape in shapes.items()})
+    windows, images = len(arrays["windows"]), len(arrays["images"])
+    answers = [len(arrays[name]) for name in ("probabilities", _PEOPLE) if name in arrays]
+    same = {windows} == set(answers) and images == len(arrays["touches"])
+    if not same or not windows or bool(images) != located:
+        raise BundleError("has different numbers of golden inputs and outputs")
+    return Golden(**arrays)
 
 
 def _settings(table: dict[str, Any]) -> BundleSettings:

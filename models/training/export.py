@@ -19,7 +19,7 @@ from torch import Tensor, nn
 
 from controller.adapt.lessons import Rehearsal, to_bytes
 from controller.bundles import bundle, container
-from controller.bundles.golden import Golden
+from controller.bundles.bundle import Golden
 from controller.bundles.head import Head
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.touch_input import TouchInput
