@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from controller.recognition.images.baseline import LocalGate
 from controller.recognition.images.frames import PreprocessSettings
-from controller.recognition.images.local_touch import LocalGate
 from controller.recognition.images.preprocess import Prepared, Preprocessor
 from controller.shared.aliases import Frames
 
