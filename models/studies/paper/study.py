@@ -16,7 +16,7 @@ from models import formatting, processes
 from models.data.recipe import RECIPES
 from models.data.simulate import People
 from models.results import storage
-from models.studies.paper import bound, figure7, section6
+from models.studies.paper import figure7, section6
 from models.studies.paper.figure7 import Settings
 
 MEASURED: Final = "paper.json"
@@ -104,4 +104,4 @@ def _bound(one: SessionSet, path: Path) -> dict[str, Any]:
     if not recordings:
         people = People.of(loaded, one.name, SEED, MINUTES, users=1)
         recordings = [recording for _, recording in people.sessions(DAYS)]
-    return bound.measure(bound.answers(loaded, recordings))
+    return section6.bounds(section6.answers(loaded, recordings))
