@@ -18,7 +18,7 @@ from models.data.examples import SAID, Choice
 from models.data.ground_truth import GroundTruth
 from models.data.load import Data
 from models.data.splits import Split
-from models.evaluation import bootstrap, position_error, scores
+from models.evaluation import bootstrap, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs, run
 from models.results import verdict
@@ -138,11 +138,11 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
     if not sum(map(len, places)):
         return None
     errors = [np.abs(one[:, 2:]).mean(axis=1) for one in places]
-    away = [position_error.between_taxels(one[:, :2]) for one in places]
+    away = [scores.between_taxels(one[:, :2]) for one in places]
     half, most = np.quantile(np.concatenate(errors), (0.5, 0.95)).tolist()
     sigmas = np.concatenate([t.sigmas for t in tallies])
     touches = np.concatenate(places)
-    one, two = position_error.within(sigmas, touches[:, 2:])
+    one, two = scores.within(sigmas, touches[:, 2:])
     return LocationFigures(
         bootstrap.mean(errors),
         bootstrap.mean([e[~a] for e, a in zip(errors, away, strict=True)]),

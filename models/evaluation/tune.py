@@ -25,9 +25,9 @@ from controller.recognition.debounce import DebounceSettings, Means, fire, smoot
 from controller.recognition.touch_position import PositionSpread
 from controller.shared import files
 from controller.shared.event_metric import Answer, Score, judge
-from models.evaluation import position_error
 from models.evaluation.event_counts import position_errors, tally
 from models.evaluation.replay import Stream
+from models.evaluation.scores import position_spread
 from models.results.evaluation import Point, Tuning
 
 # Values to try of each debounce setting, and the blocks that are searched together.
@@ -161,7 +161,7 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
 def spread(streams: Sequence[Stream]) -> PositionSpread | None:
     """Return the position error over all frames of presses, for a `BARE` bundle; None: too few."""
     found = np.concatenate([position_errors(stream) for stream in streams])
-    return position_error.measure(found[:, 0], found[:, 1:])
+    return position_spread(found[:, 0], found[:, 1:])
 
 
 def write(

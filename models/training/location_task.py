@@ -13,7 +13,7 @@ from models.data.augment import Symmetry, vary_images
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
 from models.data.touch_images import Touches
-from models.evaluation import position_error, scores
+from models.evaluation import scores
 from models.results.training import Epoch, LocationResult
 from models.training import transfer
 from models.training.loop import AT_ONCE, Task, TrainingJob, fit_shown
@@ -110,7 +110,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     off = task.errors(parts.check)
     last = found.last[parts.check]
     place, error = found.place[parts.check][last], off[last]
-    away = position_error.between_taxels(place.astype(np.float64))
+    away = scores.between_taxels(place.astype(np.float64))
     each = np.abs(error).mean(axis=1)
     session = data.examples.session[found.frame[parts.check]]
     scored = scores.score_errors(session, off, task.errors(parts.random))
@@ -125,7 +125,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
         _mean(each[away]),
         net.weights(),
         parts.words,
-        position_error.measure(found.blur[parts.check], off.astype(np.float64)),
+        scores.position_spread(found.blur[parts.check], off.astype(np.float64)),
         task.half_strength(),
     )
     return result, net.eval()

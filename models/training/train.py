@@ -15,7 +15,7 @@ from controller.shared.errors import count
 from models.data import load
 from models.data.examples import read_training, refuse_test_seed
 from models.data.ground_truth import GroundTruth
-from models.evaluation import position_error, replay, tune
+from models.evaluation import replay, scores, tune
 from models.evaluation.replay import Batched
 from models.results import storage
 from models.results.evaluation import Tuning
@@ -75,7 +75,7 @@ def choose_thresholds(request: Request, say: Say) -> Tuning:
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         name = survey.path.stem
         truth = GroundTruth.of(recording, loaded.labels, name, request.labels)
-        bare = replace(loaded, spread=position_error.BARE)
+        bare = replace(loaded, spread=scores.BARE)
         streams.append(replay.run(bare, networks, recording, truth))
         say(f"{name}: {count(len(truth.events), 'event')}")
     found = tune.tune(loaded.labels, loaded.debounce, streams, tune.Goal())

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.recognition.touch_position import PositionSpread
-from models.evaluation.position_error import measure, within
+from models.evaluation.scores import position_spread, within
 
 RNG = np.random.default_rng(5)
 BLUR = RNG.uniform(0.01, 0.15, 4000)
@@ -19,7 +19,7 @@ def errors(spread: PositionSpread) -> NDArray[np.float64]:
 
 
 def test_errors_tell_how_far_off_places_are() -> None:
-    found = measure(BLUR, errors(PositionSpread(0.07, 3.0)))
+    found = position_spread(BLUR, errors(PositionSpread(0.07, 3.0)))
     assert found is not None
     assert found.floor == pytest.approx(0.07, rel=0.1)
     assert found.noise == pytest.approx(3.0, rel=0.05)
@@ -27,7 +27,7 @@ def test_errors_tell_how_far_off_places_are() -> None:
 
 @pytest.mark.parametrize("true", [PositionSpread(0.1, 0.0), PositionSpread(0.0, 2.0)])
 def test_one_cause_may_be_all_there_is(true: PositionSpread) -> None:
-    found = measure(BLUR, errors(true))
+    found = position_spread(BLUR, errors(true))
     assert found is not None
     for blur in (0.02, 0.1):
         assert found.sigma(blur) == pytest.approx(true.sigma(blur), rel=0.1)
@@ -41,5 +41,5 @@ def test_of_normal_errors_two_thirds_are_within_one_deviation_and_19_of_20_withi
 
 
 def test_a_handful_of_presses_tells_nothing() -> None:
-    assert measure(BLUR[:5], errors(PositionSpread(0.1, 1.0))[:5]) is None
-    assert measure(np.full(4000, np.nan), errors(PositionSpread(0.1, 1.0))) is None
+    assert position_spread(BLUR[:5], errors(PositionSpread(0.1, 1.0))[:5]) is None
+    assert position_spread(np.full(4000, np.nan), errors(PositionSpread(0.1, 1.0))) is None
