@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import models.studies.sweep
 from controller.shared import config
+from controller.shared.errors import UserError
 from models.data import splits
 from models.data.splits import HoldOut
 from models.studies.sweep import run
@@ -185,7 +186,7 @@ def test_a_job_s_error_is_one_sentence(error: Exception, said: str, monkeypatch:
 
 def test_a_folder_that_cannot_be_written_to_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(ValueError, match=r"cannot write into .* choose another --out"):
+    with pytest.raises(UserError, match=r"cannot write into .* choose another --out"):
         run.run(Sweep(planned(), tmp_path / "file"), silent)
 
 
