@@ -6,7 +6,6 @@ import sys
 from collections.abc import Sequence
 from contextlib import closing
 
-from controller.cli.sensor_options import add_sensor
 from controller.diagnostics.calibration import CALIBRATION_S, keep
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
@@ -52,7 +51,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
     add = grammar.add_argument
-    add_sensor(grammar, "which")
+    sensors.add_option(grammar, "which")
     text = "remove what is kept of this sensor instead"
     add("--forget", action="store_true", help=text)
     return grammar

@@ -12,7 +12,6 @@ from typing import Final
 import numpy as np
 
 from controller.bundles import bundle as bundles
-from controller.cli.sensor_options import add_sensor
 from controller.diagnostics import measurements, sensor_trial, system_checks, wiring_checks
 from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
@@ -56,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
     add = grammar.add_argument
-    add_sensor(grammar, "what to look at")
+    sensors.add_option(grammar, "what to look at")
     add("--json", action="store_true", help="print one JSON object in place of the table")
     text = "a link that is opened and closed; of rfcomm: and hid: Bluetooth is looked at"
     add("--link", metavar="URL", help=text)

@@ -17,13 +17,13 @@ from pathlib import Path
 
 from controller import __version__
 from controller.cli import COMMANDS
-from controller.cli.sensor_options import add_sensor
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, RunOptions, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Handler, Loop
 from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
+from controller.sensors import base as sensors
 from controller.shared import errors
 from controller.shared.arguments import Parser, number, whole
 from controller.shared.errors import TROUBLE, UserError, complain, let_go
@@ -172,7 +172,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = options.add_argument
     add("--version", action="version", version=f"controller {__version__}")
-    add_sensor(options, "where frames come from")
+    sensors.add_option(options, "where frames come from")
     seed = whole(0, 2**32 - 1)
     add("--seed", metavar="N", type=seed, help="which orb and hand are simulated (default: 1)")
     text = "the virtual orb's quality: nominal, paper-snr (default: nominal)"

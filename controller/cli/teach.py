@@ -13,8 +13,8 @@ from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.vocabulary import FILE
-from controller.cli.sensor_options import add_sensor
 from controller.recognition.mapping import NONE
+from controller.sensors import base as sensors
 from controller.shared.arguments import Parser, whole
 from controller.shared.errors import (
     INTERRUPTED,
@@ -99,7 +99,9 @@ def _parser() -> Parser:
         formatter_class=lambda prog: HelpFormatter(prog, max_help_position=18),
     )
     add = grammar.add_argument
-    add_sensor(grammar, "what is touched; the virtual orb's own hand does what the cues ask for")
+    sensors.add_option(
+        grammar, "what is touched; the virtual orb's own hand does what the cues ask for"
+    )
     text = f"folder for the recordings; no file is replaced (default: {OUT})"
     add("--out", metavar="DIR", type=Path, default=OUT, help=text)
     add("--user", metavar="ID", default="", help="who touches the sensor: letters, digits")

@@ -21,6 +21,8 @@ from controller.shared.notices import notice
 from controller.shared.protocol.messages import Contact, GroundTruth
 
 if TYPE_CHECKING:
+    import argparse
+
     from controller.recordings.recording import Recording
     from controller.sensors.hardware.description import Description
     from controller.sensors.hardware.driver import Driver
@@ -127,6 +129,16 @@ def names() -> list[str]:
     files = Path(__file__).parent.iterdir()
     found = {file.stem for file in files if file.suffix == ".py" and file.name[0] != "_"}
     return sorted(found - {REPLAY, *_NO_SENSORS})
+
+
+def add_option(grammar: argparse.ArgumentParser, purpose: str) -> None:
+    """Add --sensor, whose help begins with its purpose; it takes options of the sensor."""
+    text = (
+        f"{purpose}: {', '.join(names())}, with options of its own, such as "
+        "virtual:seed=7,fault=dead:2,3 or lines:wiring=FILE, a description of the sensor or of "
+        "what hangs on which pin: docs/sensors.md, docs/hardware.md (default: virtual)"
+    )
+    grammar.add_argument("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual", help=text)
 
 
 def module_of(spec: str) -> Any:

@@ -1,100 +1,142 @@
-"""Figures of the report page: training curves, calibration, and a map of touches."""
+"""Drawings in one style, as SVG elements of report pages and as files, reproducible.
 
-from collections.abc import Sequence
-from typing import Final
+A drawing on a page follows it into dark mode: draw in `COLOURS`, and `svg` puts the style sheet's
+variables in their place.
+"""
 
-import numpy as np
-from markupsafe import Markup
-from matplotlib.collections import LineCollection
-from matplotlib.ticker import MaxNLocator
+import io
+import math
+import re
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Final
 
-from models.reports.drawing import (
-    DIM,
-    LINE,
-    PAPER,
-    PERCENT,
-    PLAIN,
-    RANDOM,
-    TRAIN,
-    UNSEEN,
-    limits,
-    new,
-    styled,
-    svg,
-)
-from models.results.training import Epoch
+import matplotlib as mpl
+from markupsafe import Markup, escape
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
 
-ARROWS_SHOWN: Final = 350  # on a map of touches
-MAP_PX: Final = 330.0
+from controller.shared import files
 
-Touch = tuple[float, float, float, float]  # x, y, error in x, error in y, grid units
-Grid = tuple[int, int]  # rows and columns of the sensor
+# Variables of style.css and their values on light paper.
+COLOURS: Final = {
+    "ink": "#1e2535",
+    "dim": "#5d6880",
+    "line": "#dfe3ec",
+    "panel": "#f5f7fb",
+    "paper": "#ffffff",
+    "unseen": "#1f6fd0",
+    "random": "#c2510f",
+    "train": "#7b869c",
+    "good": "#1b7f4b",
+    "doubtful": "#96640a",
+    "violet": "#8a3fb0",
+    "pink": "#b8336a",
+    "teal": "#0f7f8c",
+}
+INK, DIM, LINE, PANEL, PAPER = (COLOURS[it] for it in ("ink", "dim", "line", "panel", "paper"))
+UNSEEN, RANDOM, TRAIN = (COLOURS[it] for it in ("unseen", "random", "train"))
+STYLE: Final[dict[Any, Any]] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": DIM,
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "axes.labelcolor": DIM,
+    "axes.linewidth": 1.0,
+    "axes.spines.left": False,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlecolor": DIM,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 12,
+    "font.size": 12,
+    "grid.color": LINE,
+    "legend.frameon": False,
+    "legend.labelcolor": "linecolor",
+    "lines.linewidth": 2.2,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "orbtouch",
+    "text.color": INK,
+    "text.parse_math": False,  # names of users and sessions are shown as they are
+    "xtick.color": DIM,
+    "xtick.major.size": 0,
+    "xtick.minor.size": 0,
+    "ytick.color": DIM,
+    "ytick.major.size": 0,
+    "ytick.minor.size": 0,
+}
+PIXELS_PER_INCH: Final = 72  # one pixel of the page is one point of the drawing
+PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
+PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
+
+Panels = NDArray[Any]  # (rows, columns) of Axes
+
+styled: Final = mpl.rc_context(STYLE)  # decorator of functions that draw
+
+
+def new(width: float, height: float) -> tuple[Figure, Axes]:
+    """Return an empty drawing of a size in pixels, and its axes."""
+    figure, axes = panels(width, height, 1)
+    return figure, axes[0, 0]
+
+
+def panels(width: float, height: float, columns: int, rows: int = 1) -> tuple[Figure, Panels]:
+    """Return an empty drawing of a size in pixels, and its panels, (rows, columns)."""
+    size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
+    figure = Figure(figsize=size, dpi=PIXELS_PER_INCH, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False)
 
 
 @styled
-def curves(epochs: Sequence[Epoch], best: int, *, share: bool) -> Markup:
-    """Return scores over the epochs, as shares or errors in grid units, and the epoch kept."""
-    figure, axes = new(470, 290)
-    title = "right windows" if share else "error, grid units"
-    axes.set(title=title, xlabel="epoch", xlim=(1, max(2, len(epochs))))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
-    axes.axvline(best, color=DIM, lw=1, ls=":")
-    axes.text(best, 1.01, "kept", transform=axes.get_xaxis_transform(), ha="center", color=DIM)
-    numbers = [e.number for e in epochs]
-    axes.plot(numbers, [e.random for e in epochs], "--", color=RANDOM, label="at random")
-    axes.plot(numbers, [e.train for e in epochs], color=TRAIN, lw=1.5, label="learned")
-    axes.plot(numbers, [e.check for e in epochs], color=UNSEEN, label="unseen")
-    axes.plot([best], [epochs[best - 1].check], "o", color=UNSEEN, mec=PAPER, ms=9)
-    axes.legend()
-    every = [value for e in epochs for value in (e.train, e.check, e.random)]
-    early = [value for e in epochs[: max(1, len(epochs) // 20)] for value in (e.train, e.check)]
-    low, high = limits([v for v in every if v not in early] or every, least=0.04)
-    axes.set_ylim(max(0.0, low), min(1.0, high))
-    axes.yaxis.set_major_formatter(PERCENT if share else PLAIN)
-    return svg(figure, "score over the epochs, on what was learned, at random and unseen")
+def save(figure: Figure, path: Path) -> Path:
+    """Write a drawing, complete or not at all, in the format of the path's suffix."""
+    drawn, kind = io.BytesIO(), path.suffix.removeprefix(".")
+    metadata = {"Date": None} if kind == "svg" else None
+    figure.savefig(drawn, format=kind, facecolor="white", metadata=metadata)
+    files.atomic_write(path, drawn.getvalue())
+    return path
 
 
-@styled
-def reliability(bins: Sequence[tuple[float, float, int]]) -> Markup:
-    """Return the share of right answers over the probability given, (confidence, right, count)."""
-    figure, axes = new(360, 320)
-    axes.plot([0, 1], [0, 1], "--", color=DIM, lw=1)
-    sure, right, amounts = np.array(bins, dtype=np.float64).reshape(-1, 3).T
-    axes.plot(sure, right, color=UNSEEN, lw=1.4)
-    sizes = np.square(6.0 + 14.0 * np.sqrt(amounts / amounts.max(initial=1.0)))
-    axes.scatter(sure, right, sizes, color=UNSEEN, edgecolors=PAPER, zorder=3)
-    axes.set(
-        title="how often it was right",
-        xlabel="how sure it was",
-        xlim=(-0.03, 1.03),
-        ylim=(-0.03, 1.03),
+def svg(figure: Figure, alternative: str) -> Markup:
+    """Return a drawing in `COLOURS` as an SVG element, with its content in words."""
+    buffer = io.StringIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", "Glyph .* missing", UserWarning
+        )  # the page has other fonts
+        figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
+    width, height = figure.get_size_inches() * PIXELS_PER_INCH
+    _, _, inside = buffer.getvalue().partition("<svg ")[2].partition(">")
+    inside = re.sub(r"<metadata>.*?</metadata>|<defs>\s*<style.*?</defs>", "", inside, flags=re.S)
+    inside = re.sub(r' id="[\w.]+_\d+"|font-family: [^;"]*;? ?', "", inside)
+    inside = re.sub(r"\s+", " ", inside).replace("xlink:href", "href")
+    for name, colour in COLOURS.items():
+        inside = inside.replace(colour, f"var(--{name})")
+    return Markup(  # matplotlib escaped the texts inside
+        f'<svg viewBox="0 0 {width:.0f} {height:.0f}" role="img" '
+        f'style="max-width:{width:.0f}px" aria-label="{escape(alternative)}">{inside}'
     )
-    axes.xaxis.set_major_formatter(PERCENT)
-    axes.yaxis.set_major_formatter(PERCENT)
-    return svg(figure, "share of right answers over the probability that was given")
 
 
-@styled
-def touch_errors(touches: Sequence[Touch], grid: Grid) -> Markup:
-    """Return a map of touches: where each was, and a line to where it was estimated."""
-    rows, columns = grid  # row 0 is at the bottom, as the player sees the sensor
-    unit = MAP_PX / max(grid)
-    figure, axes = new(columns * unit + 44, rows * unit + 44)
-    axes.set(
-        xlim=(-0.5, columns - 0.5),
-        ylim=(-0.5, rows - 0.5),
-        aspect="equal",
-        xlabel="x and y in grid units",
+def limits(values: Iterable[float], least: float) -> tuple[float, float]:
+    """Return the limits of an axis of a least length around finite values, with room beside."""
+    known = [value for value in values if math.isfinite(value)] or [0.0, 1.0]
+    low, high = min(known), max(known)
+    spare = max(least - (high - low), 0.0) / 2.0 + 0.06 * max(high - low, least)
+    return low - spare, high + spare
+
+
+def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None:
+    """Write words above a point, such as the top of a bar."""
+    axes.annotate(
+        words,
+        (x, y),
+        xytext=(0, 3),
+        textcoords="offset points",
+        color=colour,
+        ha="center",
+        fontsize=10,
     )
-    axes.grid(visible=False)
-    axes.spines["bottom"].set_visible(False)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
-    sites = np.argwhere(np.ones(grid)).T[::-1]
-    axes.scatter(sites[0], sites[1], s=300, facecolors="none", edgecolors=LINE)
-    at = np.array(touches, dtype=np.float64).reshape(-1, 4)
-    at = at[:: max(1, -(-len(touches) // ARROWS_SHOWN))]
-    lines = np.stack([at[:, :2], at[:, :2] + at[:, 2:]], axis=1)
-    axes.add_collection(LineCollection(list(lines), colors=RANDOM, linewidths=1.3))
-    axes.scatter(at[:, 0], at[:, 1], s=12, color=DIM, lw=0)
-    return svg(figure, "touches and how far off each was")
