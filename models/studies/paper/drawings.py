@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from models.reports.drawing import (
+from models.reports.figures import (
     DIM,
     INK,
     PERCENT,
