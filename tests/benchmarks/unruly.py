@@ -20,7 +20,7 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recognition.debounce import fire, smooth
-from controller.shared.aliases import Array, Complex
+from controller.shared.aliases import Array, Complex, Frames
 from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture import min_jerk
 from controller.simulator.hand.performance import SLOTS
@@ -303,7 +303,7 @@ class Tally:
 
 def session(
     hand: str, name: str, seed: int, number: int, count: int
-) -> tuple[Array, list[tuple[float, float, Touch, float]]]:
+) -> tuple[Frames, list[tuple[float, float, Touch, float]]]:
     """Return frames of one person on one orb, and begin, end, touch and strength of each touch."""
     rng = np.random.default_rng([DOMAIN, seed, number, list(HANDS).index(hand)])
     person, touches, now = Person.draw(rng), [], LEAD_S
@@ -331,7 +331,7 @@ def session(
     return simulator.advance(point, depth, radius), touches
 
 
-def answered(loaded: Bundle, networks: Batched, frames: Array) -> list[tuple[float, str]]:
+def answered(loaded: Bundle, networks: Batched, frames: Frames) -> list[tuple[float, str]]:
     """Return time and label of each gesture that fires in frames, (n, rows, columns)."""
     inputs = network_inputs(np.asarray(frames, dtype=np.float32), loaded.preprocess)
     outputs = networks.probabilities(inputs.windows)

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tetris.engine.board import TOTAL_ROWS, Board
-from tetris.engine.pieces import Piece
+from tetris.engine.board import Board
+from tetris.engine.pieces import TOTAL_ROWS, Piece
 
 
 def test_full_rows_are_cleared_and_rows_above_fall() -> None:
