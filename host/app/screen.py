@@ -1,7 +1,7 @@
-"""The window's orb as its screens know it, and the base class of the screens about it."""
+"""The window's orb as its screens know it, and the base classes of screens about it."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
@@ -19,16 +19,23 @@ from host.targets import Target
 from host.ui import sprites
 from host.ui.naming import said
 from host.ui.orb_state import OrbState
+from tetris.engine.events import Event
+from tetris.engine.game import Game
 from tetris.kit import theme
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.menu_view import wrapped
-from tetris.kit.stage import Screen, Stage
+from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.kit.theme import Colour
+from tetris.window.effects import sounds_of
 from tetris.window.menu_screen import MenuScreen
+from tetris.window.view import Figure, GameView
 
 _ICON: Final = 1.1  # of the letters' size
 _LETTERS: Final = 44  # of a sentence in a line of a table
+_LEAST, _MOST = 0.36, 0.5  # of a game page's width, for the column
+_BOARD: Final = 0.97  # of the area's height, a board's width with what stands beside it
+_EDGE: Final = 30  # left of letters and above them, design units like all below
 
 
 class Orb(Target):
@@ -181,3 +188,57 @@ class OrbScreen(MenuScreen):
         """Go back, and leave no trace on the dome."""
         self.orb.ghost, self.orb.zones, self.orb.note = (), False, ""
         self._stage.pop()
+
+
+class GamePage(OrbScreen):
+    """A page with a game: text and items in a column, the game's board beside them.
+
+    Attributes:
+        game: The game that is drawn.
+    """
+
+    def __init__(self, stage: Stage, orb: Orb, game: Game) -> None:
+        """Show a game in the stage; `lines` and `page` say what stands beside it."""
+        self.game = game
+        self._game_view = GameView(stage.area, look=stage.look, card=bool(self.figures()))
+        super().__init__(stage, orb)
+
+    @property
+    def frames_hz(self) -> int:
+        """As often as a game that is played."""
+        return PLAY_HZ
+
+    def lines(self, time_s: float) -> Sequence[Line]:
+        """Return the paragraphs of the column, the uppermost first."""
+        raise NotImplementedError
+
+    def figures(self) -> Sequence[Figure]:
+        """Return the numbers beside the board."""
+        return ()
+
+    def show(self, events: Iterable[Event]) -> None:
+        """Let what happened in the game be seen and heard."""
+        happened = list(events)
+        self._game_view.show(happened)
+        for sound in sounds_of(happened):
+            self._stage.sounds.play(*sound)
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the column and the game."""
+        area, unit = self._stage.area, self._stage.unit
+        surface.fill(self._stage.look.palette.background)
+        wide = min(max(area.width - _BOARD * area.height, _LEAST * area.width), _MOST * area.width)
+        column = pygame.Rect(0, 0, round(wide), area.height)
+        beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
+        view = self._game_view
+        view.place(beside, self._stage.look)
+        view.draw(surface, self.game, time_s, figures=self.figures())
+        edge = round(_EDGE * unit)
+        column.top = max(edge, view.layout.board.top)
+        menu = Menu("", self.menu.items)
+        high = self._view.height(menu, unit) + len(menu.items)  # a pixel each for rounding
+        items = pygame.Rect(0, 0, column.width, high)
+        items.bottom = min(area.bottom - edge // 2, view.layout.board.bottom)
+        inner = pygame.Rect(edge, column.top, column.width - edge, items.top - column.top)
+        self.draw_lines(surface, inner, self.lines(time_s))
+        self._view.draw(surface, items, menu, self.selected, unit)

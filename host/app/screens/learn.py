@@ -8,8 +8,7 @@ from typing import Final, Literal
 from controller.shared.protocol.messages import COMMANDS, Command
 from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.actions import ACTIONS
-from host.app.screen import Line, Orb
-from host.app.screens.game_page import GamePage
+from host.app.screen import GamePage, Line, Orb
 from host.ui import ghost, naming
 from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
 from host.ui.zones import fits

@@ -11,8 +11,7 @@ import pygame
 from controller.shared.event_metric import Score
 from controller.shared.protocol.messages import Command, GroundTruth, Perform, Report
 from host.actions import ACTIONS
-from host.app.screen import Line, Orb
-from host.app.screens.game_page import GamePage
+from host.app.screen import GamePage, Line, Orb
 from host.demo.autoplayer import Autoplayer, DemoRecord
 from host.ui import naming
 from tetris.engine.game import Action, Phase
