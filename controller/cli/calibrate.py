@@ -11,7 +11,7 @@ from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 from controller.shared.arguments import Parser
 
 

@@ -18,7 +18,8 @@ from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.diagnostics.skin_checks import skin_rows
 from controller.recognition.images.scale import PICOFARAD
 from controller.sensors import base as sensors
-from controller.sensors.base import RATE_HZ, Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import RATE_HZ, SensorError
 from controller.shared import files
 from controller.shared.arguments import Parser
 from controller.shared.errors import say

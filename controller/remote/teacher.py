@@ -25,7 +25,7 @@ from controller.remote.worker import BUSY, Worker, failed
 from controller.runtime.assemble import Parts, bundle_path
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 from controller.shared import files
 from controller.shared.errors import reason
 from controller.shared.notices import listed, notice

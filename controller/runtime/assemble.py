@@ -32,7 +32,8 @@ from controller.runtime.latency import LatencyReporter
 from controller.runtime.process import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
-from controller.sensors.base import Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import SensorError
 from controller.shared.errors import UserError
 from controller.shared.protocol import psk
 from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome

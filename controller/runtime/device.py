@@ -14,7 +14,8 @@ from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.latency import LatencyReporter
 from controller.sensors import calibration_store
-from controller.sensors.base import Sensor, SensorAwayError, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.shared.bluetooth.bluez import PAIRING_S
 from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import (

@@ -1,4 +1,4 @@
-"""Sensors: their base class, grid and errors; and by name, `controller.sensors.NAME` with `create`.
+"""Base class of sensors, and the sensors by name: `controller.sensors.NAME` with `create`.
 
 A module of a sensor has `Options`, a dataclass derived from `SensorOptions`, and
 `create(options, rate_hz)`, which returns a `Sensor`.
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_
 
 from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import SKIN, Signal
+from controller.sensors.geometry import Geometry, SensorError
 from controller.shared import plugins
-from controller.shared.errors import TroubleError, UserError
 from controller.shared.notices import notice
 from controller.shared.protocol.messages import Contact, GroundTruth
 
@@ -29,24 +29,6 @@ if TYPE_CHECKING:
 
 
 REPLAY = "replay"  # a sensor that needs a recording
-RATE_HZ = 40.0  # of sensors that no bundle says otherwise for; the paper has 10 (section 4.1)
-
-
-class SensorError(UserError, ValueError):
-    """The sensor cannot be used; the message gives the reason, in one sentence."""
-
-
-class SensorAwayError(SensorError, TroubleError):
-    """The sensor gives no frame now, but may give the next one."""
-
-
-@dataclass(frozen=True, slots=True)
-class Geometry:
-    """The grid of taxels; the pitch is the distance of two."""
-
-    rows: int
-    columns: int
-    pitch_mm: float
 
 
 @dataclass(frozen=True)
@@ -121,7 +103,7 @@ class Sensor:
         return "null"
 
 
-_NO_SENSORS = ("base", "calibration_store")  # modules of this package
+_NO_SENSORS = ("base", "calibration_store", "geometry")  # modules of this package
 
 
 def names() -> list[str]:

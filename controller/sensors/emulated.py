@@ -12,7 +12,7 @@ import numpy as np
 
 from controller.recognition.images.frames import Frame
 from controller.sensors import virtual as virtuals
-from controller.sensors.base import RATE_HZ
+from controller.sensors.geometry import RATE_HZ
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import EmulatedBoard

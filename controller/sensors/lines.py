@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from controller.recognition.images.frames import Frame
 from controller.recordings.recording import MAX_TAXELS
-from controller.sensors.base import Sensor, SensorAwayError, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware.description import Description, affordable, read
 from controller.shared import ports
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from controller.recognition.images.frames import Frame
-from controller.sensors.base import RATE_HZ, Geometry, Sensor, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import RATE_HZ, Geometry
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.raspberry_pi import open_board, serial
 from controller.sensors.hardware.wiring import read

@@ -8,7 +8,8 @@ import numpy as np
 from controller.recognition.images.frames import Frame
 from controller.recordings import reader
 from controller.recordings.recording import UNKNOWN, Recording
-from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import Geometry, SensorError
 
 
 @dataclass(frozen=True)

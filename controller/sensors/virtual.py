@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from controller.sensors.base import RATE_HZ, Geometry, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
 from controller.shared.protocol.messages import Perform
 from controller.simulator.dome.faults import Fault, FaultError
 from controller.simulator.hand.gesture import GestureError

@@ -23,7 +23,8 @@ from controller.recordings.recorder import Recorder
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
-from controller.sensors.base import Geometry, Sensor
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import Geometry
 from controller.sensors.virtual import knows, place
 from controller.shared.aliases import Say, State
 from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, ExampleRequest, Phase

@@ -23,7 +23,8 @@ from controller.cli import doctor
 from controller.diagnostics import measurements, touch_checks, wiring_checks
 from controller.diagnostics.report import Row, Verdict
 from controller.recognition.images.frames import Frame
-from controller.sensors.base import RATE_HZ, Geometry, Sensor
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import RATE_HZ, Geometry
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.circuit import KINDS, WiringFault

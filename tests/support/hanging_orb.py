@@ -28,7 +28,7 @@ from controller.links.bluetooth.hid.reports import GAMEPAD, RELEASED, Report
 from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import SKIN
 from controller.sensors import base
-from controller.sensors.base import Geometry
+from controller.sensors.geometry import Geometry
 from controller.shared.protocol.messages import Contact
 from tests.controller.sensors.test_mpr121 import FakeBus
 

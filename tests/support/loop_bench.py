@@ -17,7 +17,8 @@ from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.device import Device, TimedPerform, VirtualHand
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry, Sensor, SensorError
+from controller.sensors.base import Sensor
+from controller.sensors.geometry import Geometry, SensorError
 from controller.shared.cues import Cue, CueSession, Phase
 from controller.shared.protocol.messages import (
     Contact,

@@ -4,7 +4,7 @@ Pure: wiring, description, inversion, and in `driver` the pump. Edges: pins
 (gpiozero), raspberry_pi (spidev). `emulated` puts a simulated circuit in place of the edges.
 """
 
-from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.shared.errors import TroubleError
 
 

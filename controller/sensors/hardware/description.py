@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import SIGNS, Signal
 from controller.recordings.recording import MAX_TAXELS
-from controller.sensors.base import RATE_HZ, Geometry, SensorError
+from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
 from controller.sensors.hardware.wiring import number, numbers
 from controller.shared import config
 from controller.shared.config import ConfigError

@@ -6,7 +6,8 @@ import numpy as np
 
 from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import Signal
-from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.geometry import Geometry, SensorError
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from controller.cli.run import options_of
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
-from controller.sensors.base import Geometry, SensorError
+from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Virtual, knows, show
 from controller.shared.cues import Cue, Phase

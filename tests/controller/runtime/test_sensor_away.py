@@ -11,7 +11,7 @@ from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.sensors import calibration_store
-from controller.sensors.base import SensorAwayError
+from controller.sensors.geometry import SensorAwayError
 from controller.shared.protocol.messages import Command, Contacts, State, Telemetry
 from tests.support.loop_bench import FINGER, SHIPPED, Bench, Certain
 

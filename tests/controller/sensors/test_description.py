@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.sensors.base import Geometry, SensorError
+from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.hardware.description import Description, affordable, read
 from tests.support import ROOT
 from tests.support.described import described

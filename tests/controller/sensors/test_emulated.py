@@ -14,7 +14,7 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 from gpiozero.pins.mock import MockFactory
 
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import EmulatedBoard

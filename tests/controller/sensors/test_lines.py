@@ -19,7 +19,7 @@ from controller.recordings import reader
 from controller.recordings.recording import Recording
 from controller.sensors import base as sensors
 from controller.sensors import lines
-from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.hardware.description import Description
 from controller.sensors.lines import LineParser
 from controller.shared import ports

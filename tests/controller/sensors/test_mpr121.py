@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorAwayError, SensorError
+from controller.sensors.geometry import SensorAwayError, SensorError
 from controller.sensors.mpr121 import Mpr121
 from tests.support import ROOT
 from tests.support.described import described

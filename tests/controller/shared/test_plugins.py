@@ -16,7 +16,7 @@ from controller import links
 from controller.cli import doctor
 from controller.diagnostics.frame_source import FrameReader
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorError
+from controller.sensors.geometry import SensorError
 from controller.shared import plugins
 from controller.shared.protocol.messages import Command
 from host import taps, targets
