@@ -5,6 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+pytest.importorskip("torch", reason="needs the [train] extra")
+
 from controller.adapt.lessons import UNTOUCHED
 from controller.bundles import bundle, container
 from controller.shared import npz
@@ -13,6 +15,7 @@ from models.data.examples import Examples, Source
 from models.data.simulate import DataSet
 from models.training import export
 
+pytestmark = pytest.mark.train
 SHIPPED = bundle.read(bundle.default_path(10.0))
 
 
