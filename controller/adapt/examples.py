@@ -34,11 +34,13 @@ GAIN: Final = 0.2  # and of strength
 OFFSET: Final = 0.004  # standard deviation of the baseline error, z
 NOISE: Final = 0.003  # and of the noise of each reading
 LEAST_EXAMPLES: Final = 3  # of which symmetries can be guessed
-MOMENTS: Final = 4  # of a touch that are compared, evenly between its beginning and end
-LIKE: Final = 1.6  # times the usual distance: farther away it is another gesture
-CLOSE: Final = 0.6  # distance of what is the same in any case; that of nothing in common is 1.4
+COMPARED_IMAGES: Final = 4  # of a touch that are compared, evenly between its beginning and end
+DISTANCE_FACTOR: Final = 1.6  # times the usual distance: farther away it is another gesture
+SAME_DISTANCE: Final = (
+    0.6  # distance of what is the same in any case; that of nothing in common is 1.4
+)
 
-Shape = NDArray[np.float64]  # (examples, MOMENTS, rows, columns), each of length 1
+Shape = NDArray[np.float64]  # (examples, COMPARED_IMAGES, rows, columns), each of length 1
 Turn = tuple[int, bool]  # quarter turns, and whether it is mirrored before
 
 
@@ -237,7 +239,9 @@ def guess_symmetries(examples: Sequence[Example]) -> tuple[str, bool]:
 
 def _same(shapes: Shape, known: Iterable[Turn], other: Iterable[Turn]) -> bool:
     """Return whether examples turned otherwise are as near to others as in the known turns."""
-    return _distance(shapes, other) <= max(CLOSE, LIKE * _distance(shapes, known))
+    return _distance(shapes, other) <= max(
+        SAME_DISTANCE, DISTANCE_FACTOR * _distance(shapes, known)
+    )
 
 
 def _distance(shapes: Shape, turns: Iterable[Turn]) -> float:
@@ -255,7 +259,7 @@ def _distance(shapes: Shape, turns: Iterable[Turn]) -> float:
 def _shape(example: Example) -> Shape:
     """Return an example's images at some moments of its touch, of length 1 together."""
     assert example.span is not None
-    at = np.linspace(*example.span, MOMENTS + 2)[1:-1]
+    at = np.linspace(*example.span, COMPARED_IMAGES + 2)[1:-1]
     last = len(example.images) - 1.001
     images = between(example.images, np.clip(at, 0.0, last)).astype(np.float64) - 1.0
     return np.asarray(images / max(1e-9, float(np.linalg.norm(images))))

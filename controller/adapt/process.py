@@ -46,7 +46,7 @@ Change = Callable[..., AdaptedBundle]
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
 GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
 LEAD_S: Final = 1.3  # of images before the touch
-MOST: Final = 40  # corrections in a bundle
+CORRECTION_LIMIT: Final = 40  # corrections in a bundle
 
 
 def alter(
@@ -188,8 +188,8 @@ def correct(
     before = store.record().current
     path = store.path(before, rate_hz)
     count = _corrections(path)
-    if count >= MOST:
-        raise AdaptError(notice("many_corrections", MOST))
+    if count >= CORRECTION_LIMIT:
+        raise AdaptError(notice("many_corrections", CORRECTION_LIMIT))
     shown = [example(label, images, rate_hz)]
     word = notice("nothing") if label == NULL_LABEL else notice("gesture", label)
     change = partial(few_shot.teach, examples=shown, note=CORRECTED + word)

@@ -50,7 +50,7 @@ SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
 LABEL = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
-_PEOPLE = "people"  # output of the user network
+_USER_OUTPUT = "people"  # output of the user network
 
 Answers = NDArray[np.float32]  # (n, outputs)
 
@@ -98,7 +98,7 @@ class Golden:
     def pack(self) -> bytes:
         """Return the file `golden.npz`."""
         names = ["windows", "probabilities", "images", "touches"]
-        names += [_PEOPLE] if len(self.people) else []
+        names += [_USER_OUTPUT] if len(self.people) else []
         return npz.pack({name: getattr(self, name) for name in names})
 
 
@@ -275,10 +275,10 @@ def _read_golden(
         "touches": (2,),
     }
     if people:
-        shapes[_PEOPLE] = (people,)
+        shapes[_USER_OUTPUT] = (people,)
     check_arrays("golden vectors", arrays, {name: (-1, *shape) for name, shape in shapes.items()})
     windows, images = len(arrays["windows"]), len(arrays["images"])
-    answers = [len(arrays[name]) for name in ("probabilities", _PEOPLE) if name in arrays]
+    answers = [len(arrays[name]) for name in ("probabilities", _USER_OUTPUT) if name in arrays]
     same = {windows} == set(answers) and images == len(arrays["touches"])
     if not same or not windows or bool(images) != located:
         raise BundleError("has different numbers of golden inputs and outputs")

@@ -18,8 +18,8 @@ from controller.shared.aliases import Array
 
 LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: other resistors show
 CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
-CONVERSIONS: Final = 40  # that show whether a converter answers
-SCANS: Final = 12
+CONVERSION_COUNT: Final = 40  # that show whether a converter answers
+SCAN_COUNT: Final = 12
 READINGS: Final = 6  # of which a mean is taken
 
 
@@ -37,7 +37,7 @@ def _silence(board: Board) -> Row | None:
     values, reason = [], ""
     for pin in electrodes.rows:
         board.pins.drive(pin, True)
-    for number in range(CONVERSIONS):
+    for number in range(CONVERSION_COUNT):
         try:
             values.append(board.convert(electrodes.channels[number % len(electrodes.channels)]))
         except HardwareAwayError as error:
@@ -47,7 +47,7 @@ def _silence(board: Board) -> Row | None:
     if not any(values):
         return fault("no_converter", "converter", reason or "it reads 0 of every row at 3.3 V")
     if reason:
-        share = f"{100 - 100 * len(values) / CONVERSIONS:.0f} % of the transfers failed"
+        share = f"{100 - 100 * len(values) / CONVERSION_COUNT:.0f} % of the transfers failed"
         return fault("bus_errors", "bus", f"{share}: {reason}")
     return None
 
@@ -84,8 +84,8 @@ class Measurements:
         self._test_rows()
         self._test_columns()
         began_s = board.clock()
-        scans = [scanner.scan() for _ in range(SCANS)]
-        self.scan_s = (board.clock() - began_s) / SCANS
+        scans = [scanner.scan() for _ in range(SCAN_COUNT)]
+        self.scan_s = (board.clock() - began_s) / SCAN_COUNT
         self.shares = np.array([scan.counts for scan in scans]) * self.step
         self.picofarads = np.array(
             [picofarads(self.wiring, scan.counts, scan.age_s, dark, full) for scan in scans]

@@ -41,7 +41,7 @@ OPERATORS: Final[dict[str, str]] = {
     "Sub": "",
     "Tanh": "",
 }
-LISTS: Final = ("strides", "pads")
+LIST_ATTRIBUTES: Final = ("strides", "pads")
 
 Tensor = NDArray[Any]  # float32 or int64, of any shape
 _FLOAT32: Final = 1  # TensorProto.DataType
@@ -310,7 +310,9 @@ def _node(node: _Message) -> Node:
     attributes: dict[str, Any] = {}
     for entry in node.messages(5, _ATTRIBUTE):
         name, kind = entry.text(1), entry.number(20)
-        if name not in OPERATORS[op].split() or kind != (_INTS if name in LISTS else _INT):
+        if name not in OPERATORS[op].split() or kind != (
+            _INTS if name in LIST_ATTRIBUTES else _INT
+        ):
             raise GraphError(f"has {op} with the setting {name!r}, which is not understood")
         if name in attributes:
             raise GraphError(f"is damaged: {op} has the setting {name!r} twice")
