@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
-from controller.shared.aliases import Array, Mask
+from controller.shared.aliases import Array, Index, Mask
 
 from . import material
 from .mesh import disc, taxels
 
 FINGER = 7.0 / material.RADIUS_MM  # radius of a fingertip
-_TOLERANCE = 1e-9
 _STEP_LIMIT = 0.15  # radii that a node may move in one Newton step
 
 
@@ -53,6 +52,8 @@ class Press:
 class Dome:
     """A dome that is inflated once and pressed often."""
 
+    tolerance, iterations = 1e-9, 60  # of Newton's method
+
     def __init__(
         self,
         rings: int,
@@ -66,6 +67,7 @@ class Dome:
         dofs = (3 * mesh.triangle[:, :, None] + np.arange(3)).reshape(-1, 9)
         self._rows, self._columns = np.repeat(dofs, 9, axis=1).ravel(), np.tile(dofs, 9).ravel()
         self._free = np.flatnonzero(np.repeat(mesh.free, 3))
+        self._pattern()
         self._cover = taxels(mesh)
         self._connected = connected
         flat = np.concatenate([mesh.node, np.zeros((len(mesh.node), 1))], axis=1)
@@ -146,26 +148,26 @@ class Dome:
         """Newton's method for positions and pressure; at a given volume, or with the gas closed."""
         x, pressure = state.x, state.pressure
         size, free = 3 * len(self.mesh.node), self._free
-        for _ in range(60):
+        for _ in range(self.iterations):
             _, force, tangent = self._elastic(x)
             enclosed, swell, bend = self._volume(x)
-            entries = (tangent - pressure * bend).ravel()
-            matrix = sparse.csr_matrix((entries, (self._rows, self._columns)), (size, size))
+            entries = self._gather @ (tangent - pressure * bend).ravel()
             residual = force - pressure * swell
-            near = self.mesh.free & ~state.held.any(axis=0)
-            for k in range(len(centre)):
-                held, grip = state.held[k], state.grip[k]
-                push, stiffness = _push(x - centre[k], self.mesh.share, near, held, grip)
-                residual, matrix = residual + push, matrix + stiffness
+            if len(centre):
+                push, rows, columns, values = self._push(x, state, centre)
+                residual = residual + push
+                code = self._code(rows, columns)
+                where = np.searchsorted(self._codes, code[code >= 0])
+                entries += np.bincount(where, values[code >= 0], len(entries))
             if volume is None:  # Boyle: (p + p_atm)(V + V_connected) stays
                 total, absolute = enclosed + self._connected, pressure + material.ATMOSPHERE
                 law, by_volume, by_pressure = absolute * total - self.gas, absolute, total
             else:
                 law, by_volume, by_pressure = enclosed - volume, 1.0, 0.0
-            if max(np.abs(residual[free]).max(), abs(law / by_volume)) < _TOLERANCE:
+            if max(np.abs(residual[free]).max(), abs(law / by_volume)) < self.tolerance:
                 return State(x, pressure, state.held, state.grip)
             solve = linalg.splu(
-                matrix[free][:, free].tocsc(),
+                sparse.csc_matrix((entries, *self._where), (len(free), len(free))),
                 permc_spec="MMD_AT_PLUS_A",
                 diag_pivot_thresh=0.0,
                 options={"SymmetricMode": True},
@@ -177,7 +179,35 @@ class Dome:
             move[free] = step + rise * more
             scale = min(1.0, _STEP_LIMIT / max(np.abs(move).max(), 1e-12))
             x, pressure = x + scale * move.reshape(-1, 3), pressure + scale * rise
-        raise ArithmeticError("Newton found no equilibrium in 60 steps")
+        raise ArithmeticError(f"Newton found no equilibrium in {self.iterations} steps")
+
+    def _pattern(self) -> None:
+        """Find where the entries of triangles belong in the matrix of all that is free."""
+        self._number = np.full(3 * len(self.mesh.node), -1)
+        self._number[self._free] = np.arange(len(self._free))
+        code = self._code(self._rows, self._columns)
+        self._codes, where = np.unique(code[code >= 0], return_inverse=True)
+        entry = np.flatnonzero(code >= 0)
+        shape = (len(self._codes), len(code))
+        self._gather = sparse.csr_matrix((np.ones(len(entry)), (where.ravel(), entry)), shape)
+        column, row = np.divmod(self._codes, len(self._free))
+        self._where = row, np.searchsorted(column, np.arange(len(self._free) + 1))
+
+    def _code(self, rows: Index, columns: Index) -> Index:
+        """Return numbers that sort entries by column and row; -1 where one is clamped."""
+        row, column = self._number[rows], self._number[columns]
+        return np.where((row < 0) | (column < 0), -1, column * len(self._free) + row)
+
+    def _push(self, x: Array, state: State, centre: Array) -> tuple[Array, Index, Index, Array]:
+        """Return the force of the fingers, (nodes * 3,), and rows, columns, values of stiffness."""
+        force, block = np.zeros(x.size), np.zeros((len(x), 3, 3))
+        near = self.mesh.free & ~state.held.any(axis=0)
+        for at, held, grip in zip(centre, state.held, state.grip, strict=True):
+            push, rise = _push(x - at, self.mesh.share, near, held, grip)
+            force, block = force + push, block + rise
+        dofs = 3 * np.arange(len(x))[:, None, None] + np.arange(3)
+        rows, columns = np.broadcast_arrays(np.swapaxes(dofs, 1, 2), dofs)
+        return force, rows.ravel(), columns.ravel(), block.ravel()
 
     def _elastic(self, x: Array) -> tuple[float, Array, Array]:
         """Energy, its gradient (nodes * 3,), its second derivative (triangles, 9, 9)."""
@@ -220,10 +250,8 @@ class Dome:
         return volume, gradient.ravel(), bend.reshape(-1, 9, 9)
 
 
-def _push(
-    arm: Array, share: Array, near: Mask, held: Mask, grip: Array
-) -> tuple[Array, sparse.csr_matrix]:
-    """Return the force of a fingertip's radial springs, (nodes * 3,), and their stiffness."""
+def _push(arm: Array, share: Array, near: Mask, held: Mask, grip: Array) -> tuple[Array, Array]:
+    """Return the force of radial springs, (nodes * 3,), and their stiffness, (nodes, 3, 3)."""
     length = np.linalg.norm(arm, axis=1)
     gap = length - FINGER
     normal = arm / length[:, None]
@@ -235,10 +263,7 @@ def _push(
     block[on] = radial[on] + (gap / length)[on, None, None] * (np.eye(3) - radial[on])
     force[held] = (spring * (arm - grip))[held]
     block[held] = np.eye(3)
-    block *= spring[:, :, None]
-    nodes = np.arange(len(arm) + 1)
-    stiffness = sparse.bsr_matrix((block, nodes[:-1], nodes), shape=(arm.size, arm.size))
-    return force.ravel(), sparse.csr_matrix(stiffness)
+    return force.ravel(), block * spring[:, :, None]
 
 
 def _caught(before: Array, after: Array) -> tuple[Mask, Array]:
