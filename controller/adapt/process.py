@@ -1,7 +1,7 @@
 """Changes of a bundle in a process of low priority, so that the control loop does not wait.
 
-Two changes are made here: that of a command, and the correction in play, by which a network learns
-the player's label of the latest touch. `few_shot` has the others.
+Three changes are made here: those of a command and of a touch strength, and the correction in play,
+by which a network learns the player's label of the latest touch. `few_shot` has the others.
 
 The child gets a change, a path and a target as a pickle on its standard input, and answers with
 pickles: the share that is done, and the outcome as the last one. The end of its standard input
@@ -125,6 +125,28 @@ def set_command(
         mappings.setdefault(user, {})[label] = command or NONE
     else:
         mappings.pop(user, None)
+    progress(1.0)
+    return AdaptedBundle(tomli_w.dumps(table).encode(), container.content(parts))
+
+
+def set_strength(
+    data: bytes, strength: float, user: str = "", progress: Progress = lambda share: None
+) -> AdaptedBundle:
+    """Return a bundle with another touch strength of a user, or of everybody without one.
+
+    With 0 the user has none any more.
+
+    Raises:
+        AdaptError, BundleError: It is not possible.
+    """
+    loaded, parts = bundles.parse(data), container.unpack(data)
+    if user and user not in loaded.users.names:
+        raise AdaptError(notice("unknown_user", user))
+    table = container.manifest(parts[container.MANIFEST])
+    place, key = (table["users"].setdefault("strength", {}), user) if user else (table, "strength")
+    place.pop(key, None)
+    if strength:
+        place[key] = strength
     progress(1.0)
     return AdaptedBundle(tomli_w.dumps(table).encode(), container.content(parts))
 

@@ -44,6 +44,7 @@ from controller.shared import config, npz
 from controller.shared.config import ConfigError
 from controller.shared.errors import one_line, reason
 from controller.shared.files import atomic_write, read_bytes
+from controller.shared.touch_strength import LEAST, MOST
 
 USUAL, SLOW = "orbtouch.orb", "orbtouch-10hz.orb"  # those that ship, in the package `models`
 SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
@@ -77,6 +78,8 @@ class BundleSettings:
     # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
     touch: TouchInput = field(default_factory=TouchInput)  # input of the location network
+    # touch strength of users without one of their own: `controller.shared.touch_strength`
+    strength: float = field(default=1.0, metadata={"range": (LEAST, MOST)})
 
 
 def _no_answers() -> Answers:
@@ -123,6 +126,10 @@ class Bundle(BundleSettings):
         rows = self.taught.get(user, self.taught.get(EVERYBODY))
         return self.head if rows is None else self.head.extended(rows)
 
+    def strength_of(self, user: str = EVERYBODY) -> float:
+        """Return the touch strength of a user, or that for all users if they have none."""
+        return self.users.strengths.get(user, self.strength)
+
     @property
     def settings(self) -> PipelineSettings:
         """Settings of the pipeline's stages."""
@@ -135,6 +142,7 @@ class Bundle(BundleSettings):
             self.spread,
             self.users,
             self.identifies,
+            self.strength,
         )
 
     @property

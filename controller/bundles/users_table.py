@@ -8,6 +8,9 @@
     stay = 0.98                   # probability that the next gesture is the same user's
     forget_s = 30.0               # after this time without touch, the user is unknown
 
+    [users.strength]              # touch strength, in place of the bundle's
+    ann = 0.4
+
     [users.mapping.bob]           # in place of the same labels of [mapping]
     pinch = "hold"
 
@@ -25,6 +28,7 @@ from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.user_id import NO_USERS, Users
 from controller.shared import config, files
 from controller.shared.config import ConfigError
+from controller.shared.touch_strength import LEAST, MOST
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:
@@ -34,13 +38,14 @@ def parse(table: Any, labels: Sequence[str]) -> Users:
     if not isinstance(table, dict):
         raise ConfigError(f"has users = {table!r}; expected is a table [users]")
     required: dict[str, Any] = {"names": [], "gestures": []}
-    users = config.settings(Users, {**required, **table, "mapping": {}}, "users")
+    users = config.settings(Users, {**required, **table, "mapping": {}, "strength": {}}, "users")
     if len({name.lower() for name in users.names}) < len(users.names):
         raise ConfigError(f"names {', '.join(users.names)} as users, two of them alike")
     if odd := [word for word in users.gestures if word not in labels[1:]]:
         raise ConfigError(f"has {odd[0]!r} among the gestures under [users], which is unknown")
     mappings = _mappings(table.get("mapping", {}), users.names, labels)
-    return replace(users, mappings=mappings)
+    strengths = _strengths(table.get("strength", {}), users.names)
+    return replace(users, mappings=mappings, strengths=strengths)
 
 
 def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[str, Mapping]:
@@ -57,6 +62,18 @@ def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[s
                 f"has a [users.mapping.{name}] that cannot be used: {error}"
             ) from None
     return mappings
+
+
+def _strengths(value: Any, names: Sequence[str]) -> dict[str, float]:
+    if not isinstance(value, dict) or not set(value) <= set(names):
+        raise ConfigError("has a [users.strength] that holds anything but a number for a name")
+    for name, own in value.items():
+        if type(own) not in (int, float) or not LEAST <= own <= MOST:
+            raise ConfigError(
+                f"has {name} = {own!r} under [users.strength]; expected is a number "
+                f"from {LEAST:g} to {MOST:g}"
+            )
+    return {name: float(own) for name, own in value.items()}
 
 
 def read_mapping(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]]:

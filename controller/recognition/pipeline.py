@@ -18,6 +18,7 @@ from controller.recognition.touch_input import TOUCH_WINDOWS
 from controller.recognition.touch_position import PositionSpread, TouchImage
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
 from controller.shared.aliases import State
+from controller.shared.touch_strength import scaled
 
 Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
@@ -101,6 +102,7 @@ class PipelineSettings:
         spread: Uncertainty of touch positions; None if it was not measured.
         users: Enrolled users.
         identifies: Whether there is a user network.
+        strength: Touch strength of users without one of their own.
     """
 
     labels: tuple[str, ...]
@@ -111,6 +113,7 @@ class PipelineSettings:
     spread: PositionSpread | None = None
     users: Users = NO_USERS
     identifies: bool = False
+    strength: float = 1.0
 
 
 class Networks:
@@ -191,10 +194,9 @@ class Pipeline:
             self.mark()
         if window is None:
             probabilities = self._certain.copy()
-        elif self.user:
-            probabilities = self._networks.probabilities(window, self.user)
         else:
-            probabilities = self._networks.probabilities(window)
+            seen = scaled(window, self.strength)
+            probabilities = self._networks.probabilities(seen, self.user)
         if self.mark is not None:
             self.mark()
         step = self._decide(prepared, window, probabilities, t_s)
@@ -221,6 +223,7 @@ class Pipeline:
         """
         self.labels, self.mapping = settings.labels, mapping
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
+        self._strength = settings.strength
         rate_hz = settings.preprocess.rate_hz
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
@@ -242,6 +245,11 @@ class Pipeline:
         """The untouched sensor, (rows, columns), picofarads; None until it is found."""
         self._preprocessor.learn()
         return self._preprocessor.rest
+
+    @property
+    def strength(self) -> float:
+        """Touch strength of the user; windows are divided by it for the gesture network."""
+        return self._users.strengths.get(self.user, self._strength)
 
     @property
     def learned(self) -> float:
@@ -294,7 +302,7 @@ class Pipeline:
     ) -> Step:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
-        gesture = self._debouncer.step(probabilities, prepared.idle)
+        gesture = self._debouncer.step(probabilities, prepared.idle / self.strength)
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:

@@ -36,6 +36,7 @@ class Users:
         stay: Probability that one gesture and the next are by the same user.
         forget_s: Time without touch after which the posterior is reset, seconds.
         mappings: Rules of single users, in place of those of the bundle.
+        strengths: Touch strengths of single users, in place of that of the bundle.
     """
 
     names: tuple[str, ...] = field(
@@ -53,6 +54,9 @@ class Users:
     forget_s: float = field(default=30.0, metadata={"range": (0.1, 1e6)})
     mappings: AbstractMapping[str, Mapping] = field(
         default_factory=dict, metadata={"key": "mapping"}
+    )
+    strengths: AbstractMapping[str, float] = field(
+        default_factory=dict, metadata={"key": "strength"}
     )
 
     def mapping(self, user: str, common: Mapping) -> Mapping:

@@ -1,4 +1,4 @@
-"""Messages that describe the bundle in use: Vocabulary, GestureInfo and UserInfo."""
+"""Messages that describe the bundle in use: Vocabulary and those that follow it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -14,6 +14,7 @@ from controller.bundles import vocabulary
 from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore
+from controller.bundles.head import EVERYBODY
 from controller.recognition.mapping import NONE, Mapping, Rule
 from controller.remote.examples import ExampleStore, firmest, image_bytes
 from controller.remote.worker import Worker, failed
@@ -28,12 +29,15 @@ from controller.shared.protocol.teaching import (
     CommandRule,
     Describe,
     GestureInfo,
+    TouchStrength,
     UserInfo,
     Vocabulary,
 )
 
 _TEXT: Final = 64  # bytes of names
 _FOLDER: Final = 255
+Description = Vocabulary | GestureInfo | UserInfo | TouchStrength
+
 _SHIPPED: Final = (bundles.default_path(), bundles.default_path(bundles.SLOW_HZ))
 
 
@@ -67,7 +71,7 @@ class Describer(Handler):
         labels = self._current().bundle.labels
         if all(not isinstance(m, Vocabulary) or m.labels == labels for m in messages):
             return messages
-        kept = [m for m in messages if not isinstance(m, Vocabulary | GestureInfo | UserInfo)]
+        kept = [m for m in messages if not isinstance(m, Description)]
         return kept + self._worker.begin(self._described)
 
     def _described(self) -> Iterable[Message]:
@@ -81,9 +85,7 @@ class Describer(Handler):
         return [*described, *(self._examples.report(one) for one in pending)]
 
 
-def reports(
-    path: Path, mapping: Mapping, folder: Path, objection: str
-) -> tuple[Vocabulary | GestureInfo | UserInfo, ...]:
+def reports(path: Path, mapping: Mapping, folder: Path, objection: str) -> tuple[Description, ...]:
     """Return the description of the bundle in a file with the mapping in use.
 
     `folder` is that of the player's data, `objection` the reason that nothing can be changed.
@@ -120,7 +122,9 @@ def reports(
         )
         for label in loaded.labels[1:]
     )
-    return head, *infos, *(_user(loaded, name) for name in loaded.users.names)
+    strengths = {EVERYBODY: loaded.strength, **loaded.users.strengths}
+    users = (_user(loaded, name) for name in loaded.users.names)
+    return head, *infos, *users, *(TouchStrength(*pair) for pair in strengths.items())
 
 
 def _user(loaded: Bundle, name: str) -> UserInfo:

@@ -44,8 +44,10 @@ from controller.shared.protocol.teaching import (
     Recalibrate,
     SaveAs,
     SetCommand,
+    SetStrength,
     Undo,
 )
+from controller.shared.touch_strength import DECIMALS, scaled
 
 MOST_SAVED: Final = 100  # bundles kept by SaveAs
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
@@ -90,6 +92,7 @@ class Teacher(Handler):
         self._changes: dict[type[Message], Callable[[Any, Parts], Callable[[], str]]] = {
             Undo: lambda message, parts: self._undo,
             SetCommand: self._setting,
+            SetStrength: self._strengthening,
             Forget: self._forgetting,
             Learn: self._learning,
         }
@@ -148,7 +151,7 @@ class Teacher(Handler):
         if self._updater.busy:
             return [failed(BUSY)]
         parts = self._current()
-        if parts.runs is not None and not isinstance(message, SetCommand):
+        if parts.runs is not None and not isinstance(message, SetCommand | SetStrength):
             return [failed(notice("keeps"))]
         try:
             work = self._changes[type(message)](message, parts)
@@ -180,6 +183,16 @@ class Teacher(Handler):
         change = partial(process.set_command, label=label, command=command, user=user)
         return partial(self._alter, change, done)
 
+    def _strengthening(self, message: SetStrength, parts: Parts) -> Callable[[], str]:
+        """Return what sets a touch strength, of everybody or of a user."""
+        user, strength = message.user, round(message.strength, DECIMALS)
+        if user and user not in parts.bundle.users.names:
+            raise BundleError(notice("unknown_user", user))
+        common = parts.bundle.strength if user else 1.0
+        done = notice("strength", strength or common)
+        change = partial(process.set_strength, strength=strength, user=user)
+        return partial(self._alter, change, done)
+
     def _learning(self, message: Learn, parts: Parts) -> Callable[[], str]:
         """Return what learns a gesture from its pending examples; ValueError."""
         _check_command(message.command)
@@ -188,6 +201,7 @@ class Teacher(Handler):
         examples = tuple(
             replace(
                 one.example,
+                images=scaled(one.example.images, parts.bundle.strength_of(message.user)),
                 user=message.user,
                 rotations=message.rotations,
                 mirrored=message.mirrored,

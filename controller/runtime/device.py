@@ -28,6 +28,7 @@ from controller.shared.protocol.messages import (
     Telemetry,
     UserIdentified,
 )
+from controller.shared.touch_strength import scaled
 
 if TYPE_CHECKING:
     from controller.capture.session_recorder import SessionRecorder
@@ -208,9 +209,10 @@ class Device:
         return list(self._recent)[max(first - before, 0) : max(end - before, 0)]
 
     def recent(self) -> list[Image]:
-        """Return the images of the latest RECENT_S, (rows, columns) each."""
-        end = self.image_count
-        return self.images(end - max(3, round(RECENT_S * self.sensor.rate_hz)), end)
+        """Return the images of the latest RECENT_S as the network sees them, (rows, columns)."""
+        end, strength = self.image_count, self.pipeline.strength
+        latest = self.images(end - max(3, round(RECENT_S * self.sensor.rate_hz)), end)
+        return [scaled(image, strength) for image in latest]
 
     def note(self, kind: str, text: str) -> None:
         """Mark an event in the recording, if there is one."""

@@ -21,6 +21,7 @@ from controller.recordings import reader
 from controller.recordings.recording import Recording
 from controller.shared.aliases import Say
 from controller.shared.errors import count
+from controller.shared.touch_strength import scaled
 from controller.teach import TeachError
 from controller.teach.session import SessionPlan
 
@@ -60,7 +61,7 @@ def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, 
     """
     loaded, (entry,) = bundles.read(path), plan.vocabulary.entries
     examples = [
-        replace(one, user=plan.user)
+        replace(one, images=scaled(one.images, loaded.strength_of(plan.user)), user=plan.user)
         for recording in map(reader.load, recordings)
         for one in cut(loaded, recording, entry)
     ]

@@ -21,6 +21,7 @@ from controller.recognition.pipeline import Networks, Pipeline, Touch
 from controller.recordings.recording import PICOFARAD, Recording, RecordingError, refuse_misfit
 from controller.shared.aliases import Windows
 from controller.shared.event_metric import Answer
+from controller.shared.touch_strength import scaled
 from models.data.ground_truth import GroundTruth
 
 BATCH: Final = 64  # windows in a run of a network: more are no faster
@@ -55,7 +56,7 @@ class Batched:
     """The networks of a bundle, run in batches."""
 
     def __init__(self, bundle: Bundle) -> None:
-        self._touch = bundle.touch
+        self._touch, self._strength = bundle.touch, bundle.strength
         self._gesture = gestures_of(bundle)
         self._location = (
             onnxruntime_engine.network(bundle.location_onnx) if bundle.locates else None
@@ -63,7 +64,7 @@ class Batched:
 
     def probabilities(self, windows: Windows) -> NDArray[np.float32]:
         """Return the probability of each class, (windows, classes)."""
-        return _outputs(self._gesture, windows)
+        return _outputs(self._gesture, scaled(windows, self._strength))
 
     def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """Return touch positions in images, (images, 2); None if the bundle has no positions."""

@@ -87,13 +87,17 @@ class UserPlan:
 
 
 def write_users(plan: UserPlan, net: Network, found: UserResult, entry: str) -> None:
-    """Write the base bundle with its users; mappings and rows that it has for them stay."""
+    """Write the base bundle with its users; mappings, strengths and rows of theirs stay."""
     request = plan.request
     data = files.read_bytes(request.base or bundle.default_path(), container.MAX_BYTES)
     base, parts = bundle.parse(data), container.unpack(data)
     table, content = container.manifest(parts[container.MANIFEST]), container.content(parts)
     exported = export.export_users(net, base.golden.windows)
-    rules = table.get("users", {}).get("mapping", {})
+    before = table.get("users", {})
+    own = {
+        key: {name: each for name, each in before.get(key, {}).items() if name in plan.names}
+        for key in ("mapping", "strength")
+    }
     table["users"] = {
         "names": list(plan.names),
         "gestures": list(plan.labels),
@@ -101,7 +105,7 @@ def write_users(plan: UserPlan, net: Network, found: UserResult, entry: str) -> 
         "accept": found.accept,
         "stay": STAY,
         "forget_s": FORGET_S,
-        "mapping": {name: own for name, own in rules.items() if name in plan.names},
+        **{key: kept for key, kept in own.items() if kept},
     }
     table["card"]["users"] = entry
     golden = replace(base.golden, people=exported.outputs)

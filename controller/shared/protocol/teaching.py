@@ -1,4 +1,4 @@
-"""Messages for teaching gestures over the link: requests 51 to 65, reports 14, 15 and 26 to 31.
+"""Messages for teaching gestures over the link: requests 51 to 66, reports 13 to 15 and 26 to 31.
 
 Registered with those of `messages`; docs/protocol.md is the specification.
 """
@@ -123,12 +123,20 @@ class Check(Request):
     on: codec.Bool
 
 
+@message(66)
+class SetStrength(Request):
+    """Host to device: a user's touch strength; see `controller.shared.touch_strength`."""
+
+    strength: codec.Deviation  # 0: the user has none any more
+    user: codec.Text40 = ""  # enrolled user; "": everybody without one
+
+
 @message(26)
 class Vocabulary(Report):
     """Device to host: the gestures in use; the answer to Describe, and after every change.
 
-    A GestureInfo of each label but "null" and a UserInfo of each enrolled user follow. Telemetry is
-    in the order of `labels` from here.
+    A GestureInfo of each label but "null", a UserInfo of each enrolled user, and each TouchStrength
+    follow. Telemetry is in the order of `labels` from here.
     """
 
     labels: codec.Names  # "null" first
@@ -170,6 +178,14 @@ class UserInfo(Report):
     user: codec.Text40
     labels: codec.Names  # gestures with a mapping of the user's own; once for each command
     commands: codec.Names  # of each of them; "none": nothing
+
+
+@message(13)
+class TouchStrength(Report):
+    """Device to host: a user's touch strength, after the UserInfos; older devices send none."""
+
+    user: codec.Text40  # with a strength of their own; "": everybody else
+    strength: codec.Deviation
 
 
 @message(28)
@@ -229,4 +245,5 @@ class CheckRow(Report):
 TEACHING: Final = (  # the requests
     *(Describe, ExampleStart, ExampleEnd, ExampleDrop, Learn, Forget, Undo, SaveAs, SetCommand),
     *(DeleteExamples, Record, RecordLabel, InjectFault, Recalibrate, Check),
+    SetStrength,
 )

@@ -140,6 +140,21 @@ def test_a_users_command_is_changed_for_that_user_only_and_taken_back() -> None:
         process.set_command(data, "press", "drop", "cleo")
 
 
+def test_the_touch_strength_of_all_or_of_one_user_is_set_and_taken_back() -> None:
+    data = bundles.assembled(user_bundles.manifest(), user_bundles.parts())
+    made = file_of(process.set_strength(file_of(process.set_strength(data, 2.0)), 0.4, "ann"))
+    after = bundles.parse(made)
+    assert [after.strength_of(name) for name in ("", "ann", "bob")] == [2.0, 0.4, 2.0]
+    assert after.mapping == bundles.parse(data).mapping
+    taught = bundles.parse(file_of(adapt.teach(made, examples("swipe", (10, 16)))))
+    assert [taught.strength_of(name) for name in ("", "ann", "bob")] == [2.0, 0.4, 2.0]
+    back = bundles.parse(file_of(process.set_strength(made, 0.0, "ann")))
+    assert [back.strength_of(name) for name in ("", "ann")] == [2.0, 2.0]
+    assert bundles.parse(file_of(process.set_strength(made, 0.0))).strength == 1.0
+    with pytest.raises(AdaptError, match="no user 'cleo'"):
+        process.set_strength(data, 0.4, "cleo")
+
+
 def test_a_users_commands_stay_when_a_gesture_is_learned_anew_and_forgotten() -> None:
     pinch = [replace(one, user="bob") for one in examples("pinch", (9, 15))]
     data = file_of(relearn(file_of(adapt.teach(DATA, pinch)), examples("swipe", (10, 16))))

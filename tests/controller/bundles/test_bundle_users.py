@@ -98,6 +98,30 @@ def test_wrong_people_are_refused(tmp_path: Path, line: str, instead: str, compl
     assert not list(tmp_path.iterdir())
 
 
+def test_a_bundle_has_the_touch_strength_of_each_user_and_of_all_others(tmp_path: Path) -> None:
+    assert bundle.read(enrolled.SHIPPED).strength == 1.0
+    own = "\n[users.strength]\nann = 0.4\n"
+    text = b"strength = 2.0\n" + enrolled.manifest(enrolled.TABLE + own)
+    bundle.write(tmp_path / "new.orb", manifest=text, parts=enrolled.parts())
+    read = bundle.read(tmp_path / "new.orb")
+    assert [read.strength_of(name) for name in ("ann", "bob", "")] == [0.4, 2.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("own", "complaint"),
+    [
+        ("eve = 0.4", r"\[users.strength\] .* a number for a name"),
+        ("ann = 0.01", "ann = 0.01 .*from 0.25 to 2.5"),
+        ("ann = nan", "ann = nan .*from 0.25 to 2.5"),
+        ("ann = true", "ann = True .*from 0.25 to 2.5"),
+        ('ann = "light"', "ann = 'light' .*from 0.25 to 2.5"),
+    ],
+)
+def test_a_wrong_touch_strength_is_refused(tmp_path: Path, own: str, complaint: str) -> None:
+    with pytest.raises(BundleError, match=complaint):
+        enrolled.write(tmp_path / "new.orb", f"{enrolled.TABLE}\n[users.strength]\n{own}\n")
+
+
 def test_parts_that_the_manifest_does_not_name_are_refused(tmp_path: Path) -> None:
     shipped = container.unpack(enrolled.SHIPPED.read_bytes())
     for name in ("user.onnx", "../../etc/passwd", "readme.txt"):

@@ -1,6 +1,7 @@
 """Identified users change what their gestures mean and whose network judges them; nothing more."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -58,12 +59,15 @@ class Certain(Networks):
     """Networks that see a pinch wherever something touches, and who it is by the side."""
 
     asked: list[str]
+    deepest: dict[str, float]  # greatest |z - 1| that was seen of each user
 
     def __init__(self) -> None:
-        self.asked = []
+        self.asked, self.deepest = [], {}
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
         self.asked.append(user)
+        seen = float(np.abs(window - 1.0).max())
+        self.deepest[user] = max(seen, self.deepest.get(user, 0.0))
         touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
         return np.array([1 - touched, 0, touched, 0, 0], dtype=np.float32)
 
@@ -113,6 +117,51 @@ def test_who_said_who_plays_is_believed_and_nobody_is_asked(path: Path) -> None:
     assert {(step.user, step.confidence) for step in steps} == {("bob", 1.0)}
     assert [step.command.command for step in steps if step.command] == ["hold"] * 4
     assert not any(key.startswith("users.") for key in pipeline.state())
+
+
+def test_the_touch_strength_of_whoever_is_identified_is_used_until_another_one_is(
+    path: Path,
+) -> None:
+    two = bundle.read(path)
+    users = replace(two.users, strengths={"ann": 0.5})
+    networks = Certain()
+    pipeline = Pipeline(replace(two.settings, users=users), networks, two.mapping)
+    strengths = []
+    for frame in [REST] * 20 + LEFT * 3 + RIGHT * 6:
+        step = pipeline.step(frame, 0.0)
+        strengths.append((step.user, pipeline.strength))
+    assert set(strengths) == {("", 1.0), ("ann", 0.5), ("bob", 1.0)}
+    felt = float(np.abs(step.image - 1.0).max())
+    assert felt < 0.1  # what is shown at rest is not scaled
+    assert networks.deepest["ann"] == pytest.approx(2.0 * networks.deepest["bob"], rel=0.05)
+
+
+@pytest.mark.parametrize(("player", "strength"), [("ann", 0.5), ("bob", 2.0), ("", 2.0)])
+def test_the_touch_strength_of_a_user_is_theirs_or_that_of_all(
+    path: Path, player: str, strength: float
+) -> None:
+    two = bundle.read(path)
+    users = replace(two.users, strengths={"ann": 0.5})
+    settings = replace(two.settings, users=users, strength=2.0)
+    pipeline = Pipeline(settings, Certain(), two.mapping, player=player)
+    assert pipeline.strength == strength
+    pipeline.exchange(two.settings, Certain(), two.mapping)
+    assert pipeline.strength == 1.0
+
+
+def test_the_noise_of_a_light_hand_is_amplified_for_the_debouncer_too(path: Path) -> None:
+    two = bundle.read(path)
+    settings = replace(two.settings, debounce=replace(two.debounce, noise=0.02))
+    noise = np.random.default_rng(1).normal(1.0, 0.01, (60, 5, 5))
+    frames = [(REST * one).astype(np.float32) for one in noise]
+    frames += [(f * one).astype(np.float32) for f, one in zip(LEFT, noise, strict=False)]
+
+    def answered(strength: float) -> int:
+        own = replace(settings, strength=strength)
+        steps = played(Pipeline(own, Certain(), two.mapping, player="bob"), frames)
+        return next(step.frame for step in steps if step.gesture)
+
+    assert answered(0.5) > answered(1.0)
 
 
 def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> None:

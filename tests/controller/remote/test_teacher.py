@@ -51,6 +51,8 @@ from controller.shared.protocol.teaching import (
     RecordLabel,
     SaveAs,
     SetCommand,
+    SetStrength,
+    TouchStrength,
     Vocabulary,
 )
 from tests.controller.adapt.test_correction import SHIPPED, copied, images
@@ -240,6 +242,26 @@ def test_a_command_is_set_unless_a_mapping_file_has_it(
     assert refused.text == f"the commands are those of {mapping}; edit it"
 
 
+def test_a_touch_strength_is_set_and_corrections_learn_what_the_network_sees(
+    make: Callable[..., Orb],
+) -> None:
+    orb = make()
+    (refused,) = orb.ask(SetStrength(0.5, "cleo"))
+    assert refused == LearnStatus(FAILED, 1.0, "there is no user 'cleo'")
+    orb.ask(SetStrength(9.0))
+    assert "from 0.25 to 2.5" in orb.outcome().text
+    orb.ask(SetStrength(0.5))
+    said = until(lambda: orb.only(BundleUpdater).poll(orb.device))
+    assert said[-2:] == [TouchStrength("", 0.5), LearnStatus(DONE, 1.0, said[-1].text)]
+    assert said[-1].text == "the touch strength is 0.50"
+    (new,) = orb.changed
+    assert new is not None
+    exchange(new, orb.device)
+    orb.run(0.5, FINGER)
+    (latest,) = orb.device.images(orb.device.image_count - 1, orb.device.image_count)
+    assert orb.device.recent()[-1] - 1.0 == pytest.approx(2.0 * (latest - 1.0), abs=1e-6)
+
+
 @pytest.mark.parametrize("label", ["press", "twist_ccw"])  # the first and the last
 def test_every_gesture_can_be_forgotten_but_null(make: Callable[..., Orb], label: str) -> None:
     orb = make()
@@ -389,8 +411,9 @@ def test_a_running_orb_takes_a_bundle_with_another_gesture(make: Callable[..., O
     assert outcome.state == DONE
     assert isinstance(vocabulary, Vocabulary)
     assert (vocabulary.labels[-1], vocabulary.undo, vocabulary.taught) == ("poke", True, 1)
-    assert isinstance(infos[-1], GestureInfo)
-    assert (infos[-1].taught, infos[-1].examples, len(infos[-1].image)) == (True, 1, 25)
+    assert infos[-1] == TouchStrength("", 1.0)
+    assert isinstance(infos[-2], GestureInfo)
+    assert (infos[-2].taught, infos[-2].examples, len(infos[-2].image)) == (True, 1, 25)
     (new,) = orb.changed
     assert new is not None
     rest = orb.device.pipeline.rest

@@ -14,6 +14,7 @@ from controller.shared.protocol.teaching import (
     GestureInfo,
     Learn,
     SetCommand,
+    SetStrength,
     Undo,
     UserInfo,
     Vocabulary,
@@ -177,7 +178,18 @@ def test_a_users_command_is_set_and_undone_without_losing_the_link(
         player.lessons.change(Undo())
         assert player.outcome() == DONE
         assert player.lessons.users["bob"] == UserInfo("bob", ("pinch",), ("hold",))
+        player.lessons.change(SetStrength(0.4, "ann"))
+        assert player.outcome() == DONE
         assert player.interrupted == []
+        assert player.orb.process is not None
+        player.orb.process.kill()
+        player.wait(lambda: player.lessons.vocabulary is None)
+        player.wait(lambda: "ann" in player.lessons.strengths)  # it has started again
+        assert [player.lessons.strength(one) for one in ("", "ann", "bob")] == [
+            1.0,
+            pytest.approx(0.4),
+            1.0,
+        ]
     finally:
         player.receiver.close()
         player.orb.close()
