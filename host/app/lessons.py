@@ -25,6 +25,7 @@ from controller.shared.protocol.teaching import (
     ExampleTaken,
     Forget,
     LearnStatus,
+    TouchStrength,
     UserInfo,
     Vocabulary,
 )
@@ -40,6 +41,7 @@ class Lessons:
     Attributes:
         vocabulary: As described last; None before.
         users: The enrolled users of the bundle, by name.
+        strengths: Touch strengths by user, "" of all others; {} if the orb has no such setting.
         examples: Outcomes of the examples by number, also of those that were not felt.
         open: Number of the example under way; None if there is none.
         status: Progress or outcome of the last change; None before the first.
@@ -50,6 +52,7 @@ class Lessons:
     first: int = 1  # number of the first example: unused before, such as a time in seconds
     vocabulary: Vocabulary | None = None
     users: dict[str, UserInfo] = field(default_factory=dict)
+    strengths: dict[str, float] = field(default_factory=dict)
     examples: dict[int, ExampleTaken] = field(default_factory=dict)
     open: int | None = None
     status: LearnStatus | None = None
@@ -79,6 +82,10 @@ class Lessons:
         pairs = zip(self.vocabulary.labels, self.status.kept, strict=False)
         return {label: share for label, share in pairs if label != "null"}
 
+    def strength(self, user: str) -> float:
+        """Return the touch strength of a user; "": of those without one of their own."""
+        return self.strengths.get(user, self.strengths.get("", 1.0))
+
     def of(self, label: str) -> list[ExampleTaken]:
         """Return the examples of a gesture that can be learned, oldest first."""
         return [one for _, one in sorted(self.examples.items()) if one.felt and one.label == label]
@@ -86,9 +93,11 @@ class Lessons:
     def take(self, message: Message) -> None:
         """Take a message of the orb; those of other kinds have no effect."""
         if isinstance(message, Vocabulary):
-            self.vocabulary, self.users = message, {}
+            self.vocabulary, self.users, self.strengths = message, {}, {}
         elif isinstance(message, UserInfo):
             self.users[message.user] = message
+        elif isinstance(message, TouchStrength):
+            self.strengths[message.user] = message.strength
         elif isinstance(message, ExampleTaken):
             self.examples[message.number] = message
             if message.number == self.open:

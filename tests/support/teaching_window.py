@@ -19,6 +19,8 @@ from controller.shared.protocol.teaching import (
     LearnStatus,
     SaveAs,
     SetCommand,
+    SetStrength,
+    TouchStrength,
     Undo,
     UserInfo,
     Vocabulary,
@@ -45,6 +47,8 @@ class FakeOrb:
         self.taught: dict[str, str] = {}  # labels and their commands
         self.users: dict[str, dict[str, str]] = {}  # own commands of each by label
         self.pending: dict[int, ExampleTaken] = {}
+        self.strengths = {"": 1.0}
+        self.usual = DENT  # image of each gesture
         self.guess = ("none", False)  # symmetries that examples suggest
         self.weak = False  # whether the next example cannot be learned
         self.objects = False  # whether nothing can be learned
@@ -81,6 +85,15 @@ class FakeOrb:
             case SetCommand(label=label, command=command, user=user):
                 self.users[user][label] = command or "none"
                 return [*self.described(), LearnStatus(DONE, 1.0, "done")]
+            case SetStrength(strength=0.0, user=""):
+                self.strengths[""] = 1.0
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
+            case SetStrength(strength=0.0, user=user):
+                del self.strengths[user]
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
+            case SetStrength(strength=strength, user=user):
+                self.strengths[user] = strength
+                return [*self.described(), LearnStatus(DONE, 1.0, "done")]
             case Undo() | SaveAs():
                 return [LearnStatus(DONE, 1.0, "done")]
         return []
@@ -96,13 +109,13 @@ class FakeOrb:
     def described(self) -> list[Message]:
         head = Vocabulary((*LABELS, *self.taught), COMMANDS, "", True, len(self.taught), "/data")
         infos = [
-            GestureInfo(label, label, label in self.taught, 0, DENT, rules(command))
+            GestureInfo(label, label, label in self.taught, 0, self.usual, rules(command))
             for label, command in (OF | self.taught).items()
         ]
         users = [
             UserInfo(name, tuple(own), tuple(own.values())) for name, own in self.users.items()
         ]
-        return [head, *infos, *users]
+        return [head, *infos, *users, *(TouchStrength(*pair) for pair in self.strengths.items())]
 
 
 def rules(command: str) -> tuple[CommandRule, ...]:

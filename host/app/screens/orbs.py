@@ -23,6 +23,7 @@ from host.app.programs import Programs, folder
 from host.app.screen import Orb, OrbScreen, rows
 from host.app.screens.phone import PhoneScreen
 from host.app.screens.programs import ProgramsScreen
+from host.app.screens.teach.strength import named
 from host.connection.device_store import KnownDevice
 from host.connection.discovery import NOW
 from host.ui.naming import check_name, said
@@ -154,6 +155,8 @@ class PresentOrbScreen(OrbScreen):
             lines.append(Row((words("orb.bundle"), self._gestures(bundle))))
         if state.sure:
             lines.append(Row((words("orb.user"), state.user or words("orb.unknown"))))
+        if (strength := self.orb.lessons.strength(state.user)) != 1.0:
+            lines.append(Row((words("strength.title"), named(words, strength))))
         found = [row for one in state.health for row in rows(said(words, one))]
         return lines + (found or [Row((words("orb.health"), words("orb.healthy")))])
 

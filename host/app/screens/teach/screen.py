@@ -27,6 +27,7 @@ from host.app.screens.teach.page import (
     command_page,
     gesture_name,
 )
+from host.app.screens.teach.strength import strength_item
 from host.app.screens.teach.train import TrainPage
 from host.ui import naming
 from tetris.kit.menu import Item, Menu
@@ -56,6 +57,7 @@ class TeachScreen(TeachPage):
             self.item("teach.new", self._new),
             *(self._item(one) for one in self._listed),
             self.item("teach.users", users, hint=hint),
+            strength_item(self),
             self.item("train.item", train, hint=words("train.hint")),
             self.item("teach.that_was", self._correct),
             self.item("teach.files", self._files),
@@ -192,7 +194,10 @@ class UserPage(TeachPage):
             for label, commands in {**self._common(), **own}.items()
         ]
         back = partial(self.lessons.change, SetCommand("", "", self.user))
-        items.append(self.item("teach.like_all", back if own else None))
+        items += [
+            self.item("teach.like_all", back if own else None),
+            strength_item(self, self.user),
+        ]
         return Menu(self.user, [*items, self.back_item()], notice=self.notice())
 
     def _common(self) -> dict[str, list[str]]:
