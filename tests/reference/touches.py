@@ -35,7 +35,7 @@ KEYS: Final = 5  # of a finger's path: begin, landed, moved, lifting, lifted
 FINGERS: Final = 5  # at most
 _PLACE_MM: Final = 20.0  # half of the side of the square in which presses lie
 _PULP_MM: Final = 2.0  # how far a fingertip gives way, and the indentation that takes 63 % of it
-_GREATEST: Final = 1.5  # |ln C / C0|: beyond, a triangle has collapsed
+_LIMITS: Final = (-1.5, 0.4)  # of ln C / C0; beyond, a fingertip has slipped between nodes
 # Shares of the time of a landing and of a movement at which the dome is solved.
 _LANDING: Final = np.array([0.4, 0.6, 1.0])
 _MOVING: Final = np.array([0.35, 0.5, 0.65])
@@ -112,8 +112,8 @@ class Event:
         radius = np.full(len(self.keys), self.radius_mm)
         law = Friction(*((self.limit, 0.0) if self.law == LAWS[0] else (0.0, self.limit)))
         log_c = dome.rub(point, travel, radius, law)
-        if np.abs(log_c).max() > _GREATEST:
-            raise ArithmeticError("a triangle collapsed")
+        if log_c.min() < _LIMITS[0] or log_c.max() > _LIMITS[1]:
+            raise ArithmeticError("a fingertip has slipped between nodes")
         frames = np.arange(int(self.end_s * RATE_HZ) + 2) / RATE_HZ
         curve = interpolate.PchipInterpolator(moments, log_c)
         # What is held shrinks with the fingers' depth when they lift.
