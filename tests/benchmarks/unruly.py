@@ -14,6 +14,8 @@ until half a second after the last finger has left, each once and in order. Shar
 - `missed`: an expected gesture did not come;
 - `twice`: an expected gesture came more than once.
 
+`light_set` has the touches of `light`, with the touch strength found from each person's first five.
+
 `place` is the median distance of a press's place from where its finger landed, grid units.
 """
 
@@ -24,10 +26,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from controller.adapt import lessons
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
+from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.pipeline import Pipeline
+from controller.shared import touch_strength
 from controller.shared.aliases import Frames
 from controller.simulator.dome.faults import Fault
 from controller.simulator.dome.mechanics import MechanicsModel
@@ -56,6 +61,7 @@ RIGHT: Final[dict[str, tuple[Goals, Goals]]] = {
     "wind_up": ((0.98, 0.9), (0.95, 0.85)),
     "off_middle": ((0.95,) * 3, (0.9,) * 3),
     "light": ((None, None, 0.97), (None, None, 0.9)),
+    "light_set": ((None, 0.97, 0.97), (None, 0.9, 0.9)),
     "trembling": ((0.97,) * 3, (0.97,) * 3),
     "press_in_pinch": ((0.95,) * 3, (0.85,) * 3),
     "losing_air": ((0.97,) * 3, (0.95,) * 3),
@@ -193,15 +199,43 @@ def answered(loaded: Bundle, frames: Frames) -> list[Answer]:
     return answers
 
 
+def usual_press(path: Path) -> float:
+    """Return the mean |z - 1| of a press of a bundle's training."""
+    known = lessons.read(path.read_bytes())
+    assert known.rehearsal is not None
+    firmest = lessons.from_bytes(known.rehearsal.firmest)[known.trained.index("press")]
+    return abs(float(firmest.mean()) - 1.0)
+
+
+def strengthened(loaded: Bundle, frames: Frames, usual: float) -> Bundle:
+    """Return a bundle with the touch strength that the first presses in frames show."""
+    stage = Preprocessor(loaded.preprocess, *frames.shape[1:])
+    steps = [stage.step(np.asarray(frame, dtype=np.float32)) for frame in frames]
+    means = [float(step.image.mean()) - 1.0 for step in steps if step.ready]
+    presses = touch_strength.press_deviations(means, RATE_HZ)[: touch_strength.PRESSES]
+    strength = touch_strength.of_presses(presses, usual) if presses else 1.0
+    return replace(loaded, strength=strength)
+
+
 def measure(
-    loaded: Bundle, hand: str, name: str, seed: int, people: int, count: int, within: float
+    loaded: Bundle,
+    hand: str,
+    name: str,
+    seed: int,
+    people: int,
+    count: int,
+    within: float,
+    usual: float = 0.0,
 ) -> list[Tally]:
-    """Return the tallies of the parts of the strength."""
+    """Return the tallies of the parts of the strength.
+
+    With the `usual` deviation of a press, the touch strength of each person is set.
+    """
     bounds = BOUNDS.get(hand, THIRDS)
     tallies = [Tally() for _ in range(len(bounds) + 1)]
     for number in range(people):
         frames, placed = session(hand, name, seed, number, count, within)
-        answers = answered(loaded, frames)
+        answers = answered(strengthened(loaded, frames, usual) if usual else loaded, frames)
         for begin_s, end_s, strength, touch in placed:
             until_s = end_s + LATE_S
             own = [
@@ -221,10 +255,16 @@ def main() -> None:
     options, results = parser.parse_args(), Results("unruly")
     path = bundles.default_path() if options.bundle == Path() else options.bundle
     loaded, size = bundles.read(path), (options.seed, options.people, options.touches)
+    hands = options.hands.split(",") if options.hands else list(HANDS)
+    if "light" in hands:
+        hands.insert(hands.index("light") + 1, "light_set")
     for column, name in enumerate(PRESETS):
-        for hand in options.hands.split(",") if options.hands else HANDS:
+        for hand in hands:
             goals = RIGHT[hand][column] if hand in RIGHT else (None,) * 3
-            for part, tally in enumerate(measure(loaded, hand, name, *size, options.physics)):
+            usual = usual_press(path) if hand == "light_set" else 0.0
+            touched = hand.removesuffix("_set")  # the same touches
+            parts = measure(loaded, touched, name, *size, options.physics, usual)
+            for part, tally in enumerate(parts):
                 row, touches = f"{hand}_{part + 1}", max(1, tally.touches)
                 *counts, places = astuple(tally)[1:]
                 names = ("right", "false", "wrong", "missed", "twice", "false_or_wrong")

@@ -12,6 +12,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 
 import torch
 
+from controller.adapt import process
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.user_id import Users
@@ -133,9 +134,12 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     assert told["strangers"] == 1
     assert set(told["seen"]) == {"1", "2", "3", "5"}
     assert "locks nothing" in out.with_suffix(".md").read_text()
+    light = process.set_strength(out.read_bytes(), 0.4, "01")
+    bundle.write(out, manifest=light.manifest, parts=light.parts)
     again = tmp_path / "again.orb"
     assert train(data, again, "--others", str(data / "others"), "--with", str(out)) == 0
     assert bundle.read(again).users.names == ("01", "02")
+    assert bundle.read(again).users.strengths == {"01": 0.4}
 
 
 def test_what_leaks_is_refused(data: Path, tmp_path: Path, capsys: Capture) -> None:
