@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from controller.bundles.head import EVERYBODY
@@ -16,12 +17,16 @@ from controller.shared.aliases import Images, Windows
 
 NULL_LABEL: Final = "null"
 TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarter turns
-# Share of the range from idle to firm at which a touch begins and ends: a finger at about 40 % of
-# its depth (models/data/label_repair.py finds the same on simulated gestures).
-SHARE: Final = 0.3
+SMOOTH_S: Final = 0.125  # over which images are averaged: a tap is hardly longer
+NEIGHBOURS: Final = 3  # taxels, in rows and in columns, over which they are averaged
+# Share of the range from idle to firm at which a touch begins and ends, and one that it exceeds:
+# noise on `paper-snr` often exceeds the first. A squeeze rises slowly and is late at more.
+SHARE: Final = 0.2
+EXCEEDED: Final = 0.5
+WHOLE: Final = 0.25  # of the greatest stretch: a smaller one is noise
+IDLE: Final = 0.25  # quantile of the frames that counts as idle
 FIRM: Final = 0.9  # quantile of a touch's frames that counts as firm
-PAUSE_S: Final = 0.45  # between two touches; that of a double tap is shorter
-WHOLE: Final = 0.5  # of the firmest of several touches: a weaker one is noise
+PAUSE_S: Final = 0.4  # between two touches; that of a double tap is shorter
 LEAST: Final = 2.5  # least ratio of a touch's energy to the deviation of idle frames
 STILL: Final = 0.2  # share of an example's frames that are surely untouched
 TELLING: Final = 0.8  # of a touch: before this share it is ambiguous, and counts less
@@ -64,16 +69,14 @@ class Example:
         """
         if self.span is not None:
             return self
-        touches = touched(self.images, PAUSE_S * rate_hz)
+        touches = touched(self.images, rate_hz)
         if not touches:
             return None
-        weight = [one.weight for one in touches]
-        at = max(i for i, one in enumerate(weight) if one >= WHOLE * max(weight))
         # The example begins and ends at the quietest frames of the pauses.
-        first = touches[at - 1].quiet if at else 0
-        end = touches[at].quiet + 1 if at + 1 < len(touches) else len(self.images)
-        span = (touches[at].span[0] - first, touches[at].span[1] - first)
-        return replace(self, images=self.images[first:end], span=span)
+        first = touches[-2].quiet if len(touches) > 1 else 0
+        begin, end = touches[-1].span
+        images = self.images[first : touches[-1].quiet + 1]
+        return replace(self, images=images, span=(begin - first, end - first))
 
     def noise(self) -> float:
         """Return the mean change of a taxel between frames at rest, z."""
@@ -86,35 +89,56 @@ class Touch:
     """One touch in some images."""
 
     span: tuple[float, float]  # its beginning and end, frames
-    weight: float  # sum over its frames of the share between idle and firm
-    quiet: int  # the quietest frame between it and the next one; the last image after the last
+    quiet: int  # the quietest frame before the next one or a stray; the last image if there is none
 
 
-def touched(images: Images, pause: float = np.inf) -> list[Touch]:
-    """Return the touches in some images, in order; with at most `pause` frames between, one."""
-    energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
-    idle = float(np.quantile(energy, 0.1))
+def touched(images: Images, rate_hz: float) -> list[Touch]:
+    """Return the touches in some images, in order; with at most `PAUSE_S` between, one.
+
+    A single frame of a noisy sensor shows nothing, so energies are those of averages. Stretches of
+    frames above `SHARE` that never exceed `EXCEEDED`, or are small beside the greatest, are noise.
+    """
+    energy = _energy(images, rate_hz)
+    idle = float(np.quantile(energy, IDLE))
     restless = float(np.abs(energy - idle)[energy <= np.median(energy)].mean())
     loud = energy[energy > idle + 0.5 * (energy.max() - idle)]
     firm = float(np.quantile(loud, FIRM)) if len(loud) else idle
     if firm - idle < max(LEAST * restless, 0.01):
         return []
     share = (energy - idle) / (firm - idle)
-    above = np.flatnonzero(share >= SHARE)
-    parts = np.split(above, np.flatnonzero(np.diff(above) > pause + 1.0) + 1)
-    ends = [*(int(part[0]) for part in parts[1:]), len(images)]
+    stretches = _parted(np.flatnonzero(share >= SHARE), 0.0)
+    firmer = [one for one in stretches if share[one].max() > EXCEEDED]
+    least = WHOLE * max(share[one].sum() for one in firmer)
+    sure, pause = [one for one in firmer if share[one].sum() >= least], PAUSE_S * rate_hz
     found = []
-    for part, after in zip(parts, ends, strict=True):
+    for part in _parted(np.concatenate(sure), pause):
         first, last = int(part[0]), int(part[-1])
         begin, end = float(first), float(last)
         if first > 0:
             begin -= (share[first] - SHARE) / (share[first] - share[first - 1])
         if last + 1 < len(share):
             end += (share[last] - SHARE) / (share[last] - share[last + 1])
-        quiet = last + int(energy[last:after].argmin())
-        weight = float(share[part].sum())
-        found.append(Touch((begin, max(end, begin + 1e-3)), weight, quiet))
+        after = [one[0] for one in firmer if one[0] > last + pause]
+        quiet = last + int(energy[last : after[0]].argmin()) if after else len(images) - 1
+        found.append(Touch((begin, max(end, begin + 1e-3)), quiet))
     return found
+
+
+def _energy(images: Images, rate_hz: float) -> NDArray[np.float64]:
+    """Return the root mean square of z - 1, averaged over `SMOOTH_S` and `NEIGHBOURS`, (n,)."""
+    change = images.astype(np.float64) - 1.0
+    sizes = (max(1, round(SMOOTH_S * rate_hz)), NEIGHBOURS, NEIGHBOURS)
+    for axis, size in enumerate(sizes):
+        around = [(0, 0)] * 3
+        around[axis] = ((size - 1) // 2, size // 2)
+        padded = np.pad(change, around, mode="symmetric")
+        change = sliding_window_view(padded, size, axis).mean(axis=-1)
+    return np.asarray(np.sqrt(np.square(change).mean(axis=(1, 2))))
+
+
+def _parted(frames: NDArray[np.intp], pause: float) -> list[NDArray[np.intp]]:
+    """Return numbers of frames, (n,), parted where more than `pause` frames lie between."""
+    return np.split(frames, np.flatnonzero(np.diff(frames) > pause + 1.0) + 1)
 
 
 def vary(

@@ -44,7 +44,6 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # Takes a bundle's file and `progress`; a partial of a function, since it goes to another process.
 Change = Callable[..., AdaptedBundle]
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
-GAP_S: Final = 0.4  # between two touches; that of a double tap is shorter
 LEAD_S: Final = 1.3  # of images before the touch
 CORRECTION_LIMIT: Final = 40  # corrections in a bundle
 
@@ -180,7 +179,7 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
 
 def latest(images: Images, rate_hz: float) -> Images | None:
     """Return the images around the latest touch, (frames, rows, columns); None without a touch."""
-    touches = touched(images, GAP_S * rate_hz) if len(images) >= 3 else []
+    touches = touched(images, rate_hz) if len(images) >= 3 else []
     if not touches or touches[-1].span[1] < len(images) - LATEST_S * rate_hz:
         return None
     before = math.ceil(touches[-2].span[1]) if len(touches) > 1 else 0

@@ -112,7 +112,7 @@ def _person(path: Path, loaded: Bundle, preset: str, kind: str, user: int) -> Ou
     rng = np.random.default_rng([SEED, user])
     shown = [
         dataclasses.replace(one, user=WHO, rotations="none", mirrored=False)
-        for one in examples(loaded, taught, label, rng)
+        for one, _ in examples(loaded, taught, label, rng)
     ]
     tallies, refused = {0: _count(loaded, judged)}, 0
     for k in EXAMPLES:

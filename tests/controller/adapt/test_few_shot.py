@@ -214,7 +214,7 @@ def test_a_double_tap_is_found_with_its_pause() -> None:
     one = found(Example("double_tap", images_touched((10, 13), (15, 18))))
     assert one.span == pytest.approx((9.3, 17.7), abs=0.35)
     assert len(one.images) == 40
-    assert touched(np.ones((30, 5, 5), np.float32)) == []
+    assert touched(np.ones((30, 5, 5), np.float32), 10.0) == []
 
 
 def test_of_two_touches_only_the_last_is_learned() -> None:
@@ -260,7 +260,7 @@ def test_the_pause_that_parts_touches_is_a_time_not_frames(rate_hz: float) -> No
 @pytest.mark.parametrize(("between", "touches"), [(3, 1), (4, 1), (5, 2)])
 def test_touches_with_no_more_than_a_pause_between_them_are_one(between: int, touches: int) -> None:
     images = images_touched((10, 13), (13 + between, 16 + between))
-    assert len(touched(images, pause=4.0)) == touches
+    assert len(touched(images, 10.0)) == touches
 
 
 def test_a_stray_after_the_touch_is_not_meant() -> None:

@@ -38,7 +38,7 @@ def answers() -> Answers:
         for rows, columns in ((5, 5), (4, 6)):
             frames = images(touches, rows, columns)
             key = f"{name}-{rows}x{columns}"
-            spans = [(*one.span, one.weight, one.quiet) for one in touched(frames, 3.0)]
+            spans = [(*one.span, one.quiet) for one in touched(frames, 10.0)]
             one = Example(name, frames, rotations="all", mirrored=True).found(10.0)
             assert one is not None
             made[f"{key}-touches"], made[f"{key}-span"] = np.array(spans), np.array(one.span)
